@@ -1,0 +1,1 @@
+//! Reference and state to command.

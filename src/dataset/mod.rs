@@ -1,0 +1,1 @@
+//! Measured data: manifests, file formats, and their checks.

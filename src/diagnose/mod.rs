@@ -1,0 +1,1 @@
+//! What the simulation gets wrong: residual, candidates, selection, extension, gain.

@@ -1,0 +1,1 @@
+//! Rigid-body algorithms on the tree: one algorithm, one file.

@@ -1,0 +1,160 @@
+//! What can go wrong, with the numbers, positions and names a user needs to mend it.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Result of everything in this crate that can fail.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Why a command could not be carried out. Every variant ends the process with exit code 2.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file holds something that cannot be used.
+    #[error(transparent)]
+    Input(Box<InputError>),
+    /// The operating system refused a file.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was tried: "read", "write", "create folder".
+        action: &'static str,
+        /// The reason that the operating system gives.
+        source: std::io::Error,
+    },
+    /// A planned motion would leave the joint limits or collide.
+    #[error(transparent)]
+    Motion(Box<MotionError>),
+    /// The data cannot carry the estimate that was asked for.
+    #[error("{quantity} of {joint}: {found} {unit}, at least {needed} needed: {advice}")]
+    TooLittleData {
+        /// What was to be estimated.
+        quantity: &'static str,
+        /// The joint it belongs to.
+        joint: String,
+        /// How many were found.
+        found: usize,
+        /// What is counted, "steady windows" for instance.
+        unit: &'static str,
+        /// How many are needed.
+        needed: usize,
+        /// What to record or change instead.
+        advice: &'static str,
+    },
+    /// A numerical method did not reach its goal.
+    #[error("{method} did not converge in {iterations} iterations (last change {change:.3e})")]
+    NotConverged {
+        /// The method.
+        method: &'static str,
+        /// Iterations done.
+        iterations: usize,
+        /// Size of the last change, in the method's own measure.
+        change: f64,
+    },
+}
+
+/// One unusable value: where it stands, what it is, what was expected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InputError {
+    /// The file.
+    pub file: PathBuf,
+    /// Where in it.
+    pub place: Place,
+    /// Key, column or attribute: `joints.joint1.gear_ratio`.
+    pub key: String,
+    /// The value as it stands there; empty where something is missing.
+    pub value: String,
+    /// What would have been right, with its range and unit.
+    pub expected: String,
+}
+
+/// A position in a file, counted from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// Line of a text.
+    Line(usize),
+    /// Row of a table, the header not counted.
+    Row(usize),
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        match self.place {
+            Place::File => {}
+            Place::Line(line) => write!(f, ":{line}")?,
+            Place::Row(row) => write!(f, ": row {row}")?,
+        }
+        if !self.key.is_empty() {
+            write!(f, ": {}", self.key)?;
+        }
+        if !self.value.is_empty() {
+            write!(f, " = {}", self.value)?;
+        }
+        write!(f, ": expected {}", self.expected)
+    }
+}
+
+impl std::error::Error for InputError {}
+
+/// Why a planned motion is refused before it runs.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("planned motion refused at t = {time:.3} s: {cause}")]
+pub struct MotionError {
+    /// [s] First time at which it happens.
+    pub time: f64,
+    /// What happens then.
+    pub cause: MotionFault,
+}
+
+/// What is wrong with a planned motion.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MotionFault {
+    /// A joint leaves its range.
+    #[error("{joint} at {position:.4} leaves its range [{lower:.4}, {upper:.4}] (rad or m)")]
+    Limit {
+        /// The joint.
+        joint: String,
+        /// [rad or m] planned position.
+        position: f64,
+        /// [rad or m] lower limit.
+        lower: f64,
+        /// [rad or m] upper limit.
+        upper: f64,
+    },
+    /// Two links meet.
+    #[error("links {first} and {second} collide")]
+    Collision {
+        /// One link.
+        first: String,
+        /// The other.
+        second: String,
+    },
+}
+
+impl Error {
+    /// An unusable value at a place of a file.
+    pub fn input(
+        file: &Path,
+        place: Place,
+        key: impl Into<String>,
+        value: impl fmt::Display,
+        expected: impl Into<String>,
+    ) -> Self {
+        Self::Input(Box::new(InputError {
+            file: file.to_owned(),
+            place,
+            key: key.into(),
+            value: value.to_string(),
+            expected: expected.into(),
+        }))
+    }
+
+    /// A refusal of the operating system.
+    pub fn file(path: &Path, action: &'static str, source: std::io::Error) -> Self {
+        Self::File { path: path.to_owned(), action, source }
+    }
+}

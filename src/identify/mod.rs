@@ -1,0 +1,1 @@
+//! Friction and backlash from motor-side time series.

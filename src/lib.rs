@@ -1,0 +1,34 @@
+//! Lostmotion: why a robot arm and its simulation disagree.
+
+/// The command line.
+pub mod cli;
+/// References and controllers.
+pub mod control;
+/// Measured data.
+pub mod dataset;
+/// What the simulation gets wrong, and why.
+pub mod diagnose;
+/// Motors, power stages and sensors.
+pub mod drive;
+/// Inverse dynamics, mass matrix, bias and gravity.
+pub mod dynamics;
+/// The catalogue of what a nominal model can lack.
+pub mod effects;
+/// What can go wrong, with positions and numbers.
+pub mod error;
+/// Friction and dead zone between rotor and link.
+pub mod gearhead;
+/// Friction and backlash from data.
+pub mod identify;
+/// The simulated machine on rapier.
+pub mod plant;
+/// JSON, HTML and Rerun.
+pub mod report;
+/// URDF tree, inertias, model file.
+pub mod robot;
+/// Runs composed from the above.
+pub mod scenario;
+/// Sampled signals, measured or simulated.
+pub mod timeseries;
+/// Units of everything in memory and in files.
+pub mod units;

@@ -1,0 +1,87 @@
+//! The model file: one machine's transmission, drives, sensors and friction, on top of its URDF.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use super::Robot;
+use crate::drive::{Amplifier, CurrentSensor, Encoder, Motor, VelocitySensor};
+use crate::gearhead::Friction;
+use crate::units::JointKind;
+
+/// A machine: its tree and, in the order of the tree's joints, what drives them.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Name of the machine.
+    pub name: String,
+    /// The model file; empty for a model that was not read from a file.
+    pub source: PathBuf,
+    /// The URDF file.
+    pub urdf: PathBuf,
+    /// The tree of the movable joints that the model lists; all others are held at zero.
+    pub robot: Robot,
+    /// One a body of the tree, same order.
+    pub joints: Vec<JointModel>,
+    /// Movable joints of the URDF that the model does not list, held at zero.
+    pub held: Vec<String>,
+    /// What the nominal machine lacks.
+    pub effects: Vec<EffectEntry>,
+}
+
+/// Transmission, drive and sensors of a joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointModel {
+    /// Name of the joint in the URDF.
+    pub name: String,
+    /// Turning or sliding.
+    pub kind: JointKind,
+    /// Motor turns [rad] per joint motion [rad or m], > 0.
+    pub gear_ratio: f64,
+    /// [kg·m²] at the motor shaft, > 0.
+    pub rotor_inertia: f64,
+    /// [N·m/rad or N/m] at the joint, outside the gap, > 0.
+    pub gear_stiffness: f64,
+    /// [N·m·s/rad or N·s/m] at the joint, outside the gap, ≥ 0.
+    pub gear_damping: f64,
+    /// [rad or m] total gap at the joint, ≥ 0; `None`: unknown, to be identified.
+    pub backlash: Option<f64>,
+    /// The motor.
+    pub motor: Motor,
+    /// The power stage.
+    pub amplifier: Amplifier,
+    /// The encoder on the motor shaft; `None`: exact.
+    pub encoder: Option<Encoder>,
+    /// How the velocity channel is made; `None`: exact.
+    pub velocity_sensor: Option<VelocitySensor>,
+    /// The current sensor; `None`: exact.
+    pub current_sensor: Option<CurrentSensor>,
+    /// Friction; `None`: unknown, to be identified.
+    pub friction: Option<Friction>,
+}
+
+impl JointModel {
+    /// Rotor inertia on the joint side, `ratio² · J_r` [kg·m² or kg].
+    pub fn reflected_inertia(&self) -> f64 {
+        self.gear_ratio * self.gear_ratio * self.rotor_inertia
+    }
+
+    /// Motor torque on the joint side per current, `ratio · K_t` [N·m/A or N/A].
+    pub fn torque_per_ampere(&self) -> f64 {
+        self.gear_ratio * self.motor.torque_constant
+    }
+
+    /// Size of an encoder count at the joint [rad or m]; 0 where the encoder is exact.
+    pub fn encoder_step(&self) -> f64 {
+        self.encoder.map_or(0.0, |encoder| 2.0 * std::f64::consts::PI / (encoder.counts_per_turn * self.gear_ratio))
+    }
+}
+
+/// An entry of the list `[[effects]]`: a name of the catalogue, where it acts, how large it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectEntry {
+    /// Name of the catalogue.
+    pub effect: String,
+    /// Joint it acts on; `None` for effects of the whole machine.
+    pub joint: Option<String>,
+    /// Its parameters by name, SI.
+    pub parameters: BTreeMap<String, f64>,
+}

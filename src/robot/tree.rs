@@ -1,0 +1,114 @@
+//! A tree of rigid bodies, one movable joint each: fixed joints are merged, joints held at zero count as fixed.
+
+use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
+
+use crate::units::JointKind;
+
+/// A robot on a fixed base. Body `i` is moved by joint `i`; parents stand before their children.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// Name in the URDF.
+    pub name: String,
+    /// [m/s²] gravity seen from the base frame.
+    pub gravity: Vector3<f64>,
+    /// Collision shapes that do not move, with the base frame as their frame.
+    pub base_shapes: Vec<Shape>,
+    /// The movable bodies.
+    pub bodies: Vec<Body>,
+}
+
+/// A rigid body and the joint that moves it. Its frame is the joint's frame after the motion.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Name of the URDF link that the joint moves.
+    pub name: String,
+    /// Index of the parent body; `None` for the base.
+    pub parent: Option<usize>,
+    /// The joint towards the parent.
+    pub joint: Joint,
+    /// Its inertia with everything that is fixed to it.
+    pub inertia: Inertia,
+    /// Its collision shapes.
+    pub shapes: Vec<Shape>,
+}
+
+/// A revolute or prismatic joint.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// Name in the URDF.
+    pub name: String,
+    /// Turning or sliding.
+    pub kind: JointKind,
+    /// Pose of the joint frame in the parent's frame at q = 0.
+    pub origin: Isometry3<f64>,
+    /// Axis in the joint frame.
+    pub axis: Unit<Vector3<f64>>,
+    /// Limits.
+    pub limits: Limits,
+    /// [N·m·s/rad or N·s/m] URDF `dynamics damping`, on the link side, ≥ 0.
+    pub damping: f64,
+    /// [N·m or N] URDF `dynamics friction`, on the link side, ≥ 0.
+    pub friction: f64,
+}
+
+/// Limits of a joint; infinite where not given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// [rad or m]
+    pub lower: f64,
+    /// [rad or m]
+    pub upper: f64,
+    /// [N·m or N]
+    pub effort: f64,
+    /// [rad/s or m/s]
+    pub velocity: f64,
+}
+
+/// Inertia of a rigid body in its body frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertia {
+    /// [kg] ≥ 0.
+    pub mass: f64,
+    /// [m] centre of mass.
+    pub com: Vector3<f64>,
+    /// [kg·m²] tensor about the centre of mass, in the axes of the body frame.
+    pub tensor: Matrix3<f64>,
+}
+
+/// A collision shape.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// URDF link it belongs to.
+    pub link: String,
+    /// Pose in the frame of its body.
+    pub pose: Isometry3<f64>,
+    /// What it is.
+    pub geometry: Geometry,
+}
+
+/// Geometry of a collision shape, as URDF has it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Geometry {
+    /// Full side lengths [m].
+    Box(Vector3<f64>),
+    /// Axis along z. Radius and full length [m].
+    Cylinder(f64, f64),
+    /// Axis along z. Radius and length between the centres of its caps [m].
+    Capsule(f64, f64),
+    /// Radius [m].
+    Sphere(f64),
+    /// Convex hull of these points [m].
+    ConvexHull(Vec<Vector3<f64>>),
+}
+
+impl Robot {
+    /// Index of a joint by its name.
+    pub fn joint_index(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.joint.name == name)
+    }
+
+    /// Number of degrees of freedom.
+    pub fn dof(&self) -> usize {
+        self.bodies.len()
+    }
+}

@@ -1,0 +1,103 @@
+//! Sampled signals of a machine: measured and simulated data travel in the same type.
+
+use std::collections::BTreeMap;
+
+/// What a sampled signal of one joint is. All on the joint side, SI.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Channel {
+    /// [rad or m] motor encoder divided by the gear ratio, quantised as the encoder is.
+    Position,
+    /// [rad/s or m/s] velocity as the machine measured it.
+    Velocity,
+    /// [A] motor current as measured; its magnitude where sensing is absolute.
+    Current,
+    /// [N·m or N] motor torque on the joint side, where it was recorded instead of a current.
+    Torque,
+    /// [rad or m] reference.
+    ReferencePosition,
+    /// [rad/s or m/s] reference.
+    ReferenceVelocity,
+    /// [A] what the drive was asked for.
+    CommandCurrent,
+    /// [rad or m] second encoder, on the link.
+    LinkPosition,
+    /// [°C] gear or motor temperature.
+    Temperature,
+    /// [rad or m] true rotor position; simulation only.
+    TrueMotorPosition,
+    /// [rad/s or m/s] true rotor velocity; simulation only.
+    TrueMotorVelocity,
+    /// [rad or m] true link position; simulation only.
+    TrueLinkPosition,
+    /// [rad/s or m/s] true link velocity; simulation only.
+    TrueLinkVelocity,
+    /// [A] true motor current; simulation only.
+    TrueCurrent,
+    /// [N·m or N] torque through the gear, positive drives the link positively; simulation only.
+    GearTorque,
+    /// [1] contact of the gear: +1 positive flank, 0 in the gap, −1 negative flank; simulation only.
+    Contact,
+}
+
+/// The channels of one joint, each as long as the time vector it belongs to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct JointSeries {
+    /// Name of the joint in the URDF.
+    pub name: String,
+    /// The signals that are there.
+    pub channels: BTreeMap<Channel, Vec<f64>>,
+}
+
+impl JointSeries {
+    /// The samples of a channel, or `None` where it was not recorded.
+    pub fn get(&self, channel: Channel) -> Option<&[f64]> {
+        self.channels.get(&channel).map(Vec::as_slice)
+    }
+}
+
+/// One session: signals sampled together.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TimeSeries {
+    /// Name of the session, the file's stem for recorded data.
+    pub name: String,
+    /// [s] Strictly increasing sample times.
+    pub time: Vec<f64>,
+    /// The joints that were recorded.
+    pub joints: Vec<JointSeries>,
+}
+
+impl TimeSeries {
+    /// The joint of that name.
+    pub fn joint(&self, name: &str) -> Option<&JointSeries> {
+        self.joints.iter().find(|joint| joint.name == name)
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there are no samples.
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// [s] Median sample interval; 0 with fewer than two samples.
+    pub fn sample_interval(&self) -> f64 {
+        let mut steps: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        if steps.is_empty() {
+            return 0.0;
+        }
+        let middle = steps.len() / 2;
+        *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+}
+
+/// An estimated quantity with its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Estimate {
+    /// Estimated value, SI.
+    pub value: f64,
+    /// Standard error, same unit.
+    pub std_error: f64,
+}
