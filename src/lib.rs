@@ -30,5 +30,7 @@ pub mod robot;
 pub mod scenario;
 /// Sampled signals, measured or simulated.
 pub mod timeseries;
+/// TOML files with lines, ranges and nearest keys in their errors.
+pub mod toml_input;
 /// Units of everything in memory and in files.
 pub mod units;

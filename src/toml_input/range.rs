@@ -1,0 +1,52 @@
+//! What a number of a file may be.
+
+use std::fmt;
+
+/// An interval with a unit. Numbers of files are always finite.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    min: f64,
+    max: f64,
+    /// Whether `min` itself is refused.
+    open: bool,
+    unit: &'static str,
+}
+
+impl Range {
+    /// Any finite number.
+    pub const fn any(unit: &'static str) -> Self {
+        Self { min: f64::NEG_INFINITY, max: f64::INFINITY, open: false, unit }
+    }
+
+    /// Above zero.
+    pub const fn positive(unit: &'static str) -> Self {
+        Self { min: 0.0, max: f64::INFINITY, open: true, unit }
+    }
+
+    /// Zero or above.
+    pub const fn non_negative(unit: &'static str) -> Self {
+        Self { min: 0.0, max: f64::INFINITY, open: false, unit }
+    }
+
+    /// `min` to `max`, both allowed.
+    pub const fn between(min: f64, max: f64, unit: &'static str) -> Self {
+        Self { min, max, open: false, unit }
+    }
+
+    /// Whether a number is finite and inside.
+    pub fn holds(&self, value: f64) -> bool {
+        value.is_finite() && value >= self.min && value <= self.max && !(self.open && value == self.min)
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.min.is_finite(), self.max.is_finite()) {
+            (true, true) => write!(f, "a number from {} to {}", self.min, self.max)?,
+            (true, false) => write!(f, "a number {} {}", if self.open { ">" } else { "≥" }, self.min)?,
+            (false, true) => write!(f, "a number ≤ {}", self.max)?,
+            (false, false) => write!(f, "a finite number")?,
+        }
+        write!(f, " [{}]", self.unit)
+    }
+}
