@@ -14,7 +14,7 @@ pub enum Error {
     #[error(transparent)]
     Input(Box<InputError>),
     /// The operating system refused a file.
-    #[error("{}: cannot {action}: {source}", path.display())]
+    #[error("{}: cannot {action}", path.display())]
     File {
         /// The file or folder.
         path: PathBuf,

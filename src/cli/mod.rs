@@ -1,1 +1,63 @@
 //! The command line: one verb, one file.
+//!
+//! A verb is an argument struct with `run(self) -> Result<Outcome>`. Results go to standard output, progress and warnings to standard error;
+//! errors are returned and printed once, in `main`.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::Result;
+
+pub mod catalogue;
+pub mod console;
+pub mod folder;
+
+mod explain;
+mod list;
+
+/// Finds why a robot arm and its simulation disagree: friction and backlash identification, and a named cause for what the model lacks.
+#[derive(Debug, Parser)]
+#[command(name = "lostmotion", version, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    List(list::List),
+    Explain(explain::Explain),
+}
+
+/// How a command that could be carried out ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Exit code 0.
+    Done,
+    /// Exit code 1: an expectation of a scenario failed, or a gap was found that `--fail-on-gap` forbids.
+    Failed,
+    /// Exit code 3: done, with warnings.
+    Warned,
+}
+
+impl From<Outcome> for ExitCode {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Done => Self::SUCCESS,
+            Outcome::Failed => Self::from(1),
+            Outcome::Warned => Self::from(3),
+        }
+    }
+}
+
+/// Parses the process's arguments and carries out the verb. Usage errors end the process with exit code 2.
+///
+/// # Errors
+/// Whatever the verb cannot do: bad input, a refused file, data that carry no estimate.
+pub fn run() -> Result<Outcome> {
+    match Cli::parse().verb {
+        Verb::List(verb) => verb.run(),
+        Verb::Explain(verb) => verb.run(),
+    }
+}
