@@ -208,7 +208,7 @@ impl Identification {
             let link_share = joint.friction.map_or(0.0, |friction| friction.link_share);
             joint.friction = Some(Friction { law: found.friction.preferred_law(), link_share });
             if let Some(backlash) = &found.backlash {
-                joint.backlash = Some(backlash.mean.value.max(0.0));
+                joint.backlash = Some(backlash.best.mean.value.max(0.0));
             }
         }
         model

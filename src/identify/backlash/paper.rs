@@ -1,0 +1,104 @@
+//! The paper's measurement of the gap, equation 15: velocity integrated from its zero crossing `t1` to the first local minimum
+//! of the current `t2`,
+//!
+//! ```text
+//!   b = |∫ θ̇ dt|,  t1 … t2,  by the trapezoid rule
+//! ```
+//!
+//! Literally, the first local minimum of a noisy current is the first pair of samples: the estimate collapses. The filter that
+//! the rule needs is a zero-phase mean over [`WIDTH`] and a minimum that is followed by a rise above the noise ([`RISE`]).
+//! Left out in both forms: the link coasting through the gap while the motor brakes, and the lag of the velocity channel.
+//! Reference: L. Márton, B. Lantos (2009), section III-B.
+
+use super::result::{EstimatorResult, LeftOut, Reason, ReversalGap};
+use super::reversal::{Reversal, Session, Signals};
+
+/// Number of the last reversals that the gap is taken from.
+const LAST_REVERSALS: usize = 10;
+/// [s] Width of the zero-phase mean of the current.
+const WIDTH: f64 = 0.030;
+/// Rise after the minimum that counts, as a part of the steady current's magnitude after the reversal.
+const RISE: f64 = 0.25;
+
+/// Equation 15 on the raw current.
+pub(super) fn literal(sessions: &[Session]) -> EstimatorResult {
+    estimate("paper_literal", sessions, 0.0, 0.0)
+}
+
+/// Equation 15 on the filtered current.
+pub(super) fn filtered(sessions: &[Session]) -> EstimatorResult {
+    estimate("paper_filtered", sessions, WIDTH, RISE)
+}
+
+/// The values of the last ten reversals, and those of them that have none.
+fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> EstimatorResult {
+    let (mut values, mut left_out) = (Vec::new(), Vec::new());
+    for Session { signals, reversals } in sessions {
+        let current = centred_mean(signals.current, (0.5 * width / signals.interval()).round() as usize);
+        for reversal in reversals {
+            let time = signals.time[reversal.turn];
+            match one(signals, reversal, &current, rise) {
+                Ok(gap) => values.push(ReversalGap {
+                    time,
+                    velocity: signals.velocity[reversal.end],
+                    gap,
+                    std_error: f64::NAN,
+                }),
+                Err(reason) => left_out.push(LeftOut { time, reason }),
+            }
+        }
+    }
+    let unit = sessions.first().map_or("rad", |session| session.signals.unit);
+    let last = values.split_off(values.len().saturating_sub(LAST_REVERSALS));
+    EstimatorResult::of_values(name, unit, last, left_out)
+}
+
+/// Equation 15 at one reversal.
+fn one(signals: &Signals, reversal: &Reversal, current: &[f64], rise: f64) -> Result<f64, Reason> {
+    let sign = reversal.sign();
+    let velocity = signals.velocity;
+    let t1 = (reversal.start..reversal.end)
+        .rev()
+        .find(|&k| sign * velocity[k] <= 0.0)
+        .and_then(|last_before| {
+            // The first crossing after the stroke before it, not the last of a chattering one.
+            (reversal.start..=last_before).find(|&k| sign * velocity[k] <= 0.0 && sign * velocity[k + 1] > 0.0)
+        })
+        .ok_or(Reason::NoZeroCrossing)?;
+    let needed = rise * current[reversal.end].abs();
+    let t2 = first_minimum(&current[t1..reversal.end], needed).map(|k| t1 + k).ok_or(Reason::NoMinimum)?;
+    let area: f64 =
+        (t1..t2).map(|k| 0.5 * (velocity[k] + velocity[k + 1]) * (signals.time[k + 1] - signals.time[k])).sum();
+    Ok(sign * area)
+}
+
+/// First local minimum of `|i|` that is followed by a rise of at least `needed` before any lower value.
+fn first_minimum(current: &[f64], needed: f64) -> Option<usize> {
+    (1..current.len().saturating_sub(1)).find(|&k| {
+        let here = current[k].abs();
+        let is_minimum = here < current[k - 1].abs() && here <= current[k + 1].abs();
+        is_minimum
+            && current[k + 1..]
+                .iter()
+                .map(|i| i.abs())
+                .take_while(|&after| after >= here)
+                .any(|after| after - here >= needed)
+    })
+}
+
+/// Mean over `2 half + 1` samples about each, fewer at the ends: no phase shift.
+fn centred_mean(signal: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(signal.len() + 1);
+    sums.push(0.0);
+    let mut sum = 0.0;
+    for &x in signal {
+        sum += x;
+        sums.push(sum);
+    }
+    (0..signal.len())
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(half), (k + half + 1).min(signal.len()));
+            (sums[to] - sums[from]) / (to - from) as f64
+        })
+        .collect()
+}

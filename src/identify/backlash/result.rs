@@ -1,0 +1,122 @@
+//! What comes out: each value measured, their mean, and what was left out with the reason.
+
+use crate::identify::result::Quantity;
+
+/// Standard errors to either side of a 95 % interval of a normal distribution.
+pub(super) const NORMAL_95: f64 = 1.96;
+
+/// The gap of one joint by every estimator.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct BacklashIdentification {
+    /// Joint in the URDF.
+    pub joint: String,
+    /// Equation 15 with the filter that noisy current needs.
+    pub paper: EstimatorResult,
+    /// Equation 15 taken literally: raw current, first local minimum.
+    pub paper_literal: EstimatorResult,
+    /// The estimator that the program stands behind.
+    pub best: EstimatorResult,
+    /// [1] Part of the friction that acts on the link, a by-product of `best`; `None` where the data do not tell.
+    pub link_share: Option<Quantity>,
+}
+
+impl BacklashIdentification {
+    /// Writes the true gap and the errors beside every estimate.
+    pub fn compare(&mut self, truth: f64) {
+        for estimator in [&mut self.best, &mut self.paper, &mut self.paper_literal] {
+            estimator.mean.compare(truth);
+        }
+    }
+
+    /// Whether the gap that `best` found cannot be told from none: its 95 % interval reaches zero.
+    pub fn consistent_with_zero(&self) -> bool {
+        self.best.mean.interval[0] <= 0.0
+    }
+}
+
+/// One estimator's gap.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EstimatorResult {
+    /// Name of the estimator.
+    pub name: &'static str,
+    /// `b` [rad or m] total gap at the joint, and its standard error.
+    pub mean: Quantity,
+    /// [%] `Σ|b_i − b|/(n b)`, the paper's mean deviation of the single values from their mean.
+    pub mean_deviation_percent: f64,
+    /// The value of each reversal.
+    pub values: Vec<ReversalGap>,
+    /// The reversals that told nothing.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// The gap seen at one reversal.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct ReversalGap {
+    /// [s] When the rotor turned.
+    pub time: f64,
+    /// [rad/s or m/s] Steady velocity after the reversal, with its sign.
+    pub velocity: f64,
+    /// `b_i` [rad or m].
+    pub gap: f64,
+    /// [rad or m] Its standard error; NaN where the estimator has none for a single value.
+    #[serde(skip_serializing_if = "not_a_number")]
+    pub std_error: f64,
+}
+
+/// Serde's wish for a reference.
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn not_a_number(value: &f64) -> bool {
+    value.is_nan()
+}
+
+/// A reversal that told nothing about the gap.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct LeftOut {
+    /// [s] When the rotor turned.
+    pub time: f64,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// Why a reversal tells nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// No minimum of the current between the turn and the steady motion.
+    NoMinimum,
+    /// The velocity channel does not change its sign.
+    NoZeroCrossing,
+    /// The load rests on one flank through the reversal: gravity outweighs the link's friction.
+    CarriedByLoad,
+    /// The recording starts too late before it or ends too early after it.
+    Truncated,
+    /// The measured motion does not fit a rotor, a gap and a link of this model.
+    Unexplained,
+}
+
+impl EstimatorResult {
+    /// Mean and the paper's mean deviation of single values, the standard error from their scatter.
+    pub(super) fn of_values(
+        name: &'static str,
+        unit: &'static str,
+        values: Vec<ReversalGap>,
+        left_out: Vec<LeftOut>,
+    ) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().map(|one| one.gap).sum::<f64>() / n;
+        let scatter = values.iter().map(|one| (one.gap - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let mean_deviation_percent = mean_deviation_percent(&values, mean);
+        Self {
+            name,
+            mean: Quantity::new(mean, (scatter / n).sqrt(), NORMAL_95, unit),
+            mean_deviation_percent,
+            values,
+            left_out,
+        }
+    }
+}
+
+/// `100 Σ|b_i − b|/(n b)`.
+pub(super) fn mean_deviation_percent(values: &[ReversalGap], mean: f64) -> f64 {
+    100.0 * values.iter().map(|one| (one.gap - mean).abs()).sum::<f64>() / (values.len() as f64 * mean)
+}
