@@ -35,3 +35,53 @@ impl JointKind {
         }
     }
 }
+
+/// What a unit measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// [s]
+    Time,
+    /// [rad]
+    Angle,
+    /// [m]
+    Length,
+    /// [rad/s]
+    AngularVelocity,
+    /// [m/s]
+    Velocity,
+    /// [A]
+    Current,
+    /// [V]
+    Voltage,
+    /// [N·m]
+    Torque,
+    /// [N]
+    Force,
+    /// [°C]
+    Temperature,
+}
+
+/// The units that files may use: name, what it measures, and how many SI units it holds.
+pub const UNITS: [(&str, Dimension, f64); 16] = [
+    ("s", Dimension::Time, 1.0),
+    ("ms", Dimension::Time, 1e-3),
+    ("rad", Dimension::Angle, 1.0),
+    ("deg", Dimension::Angle, DEG),
+    ("m", Dimension::Length, 1.0),
+    ("mm", Dimension::Length, 1e-3),
+    ("rad/s", Dimension::AngularVelocity, 1.0),
+    ("deg/s", Dimension::AngularVelocity, DEG),
+    ("rpm", Dimension::AngularVelocity, RPM),
+    ("m/s", Dimension::Velocity, 1.0),
+    ("A", Dimension::Current, 1.0),
+    ("mA", Dimension::Current, 1e-3),
+    ("V", Dimension::Voltage, 1.0),
+    ("N·m", Dimension::Torque, 1.0),
+    ("N", Dimension::Force, 1.0),
+    ("°C", Dimension::Temperature, 1.0),
+];
+
+/// Looks a unit up in [`UNITS`].
+pub fn unit(name: &str) -> Option<(Dimension, f64)> {
+    UNITS.iter().find(|entry| entry.0 == name).map(|entry| (entry.1, entry.2))
+}

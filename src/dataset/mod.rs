@@ -1,1 +1,114 @@
-//! Measured data: manifests, file formats, and their checks.
+//! Measured data: files become sampled signals, and what is wrong with them is said or refused.
+//!
+//! A file with canonical columns needs no manifest: `time`, then `<joint>.position` and so on ([`CHANNEL_COLUMNS`]).
+//! Any other layout gets a manifest (`schema = "lostmotion/dataset/1"`) beside it. One file is one session.
+//! What cannot be used is refused with file, row and column; what can be mended without inventing data is mended and
+//! reported as a [`Note`].
+
+mod checks;
+mod columns;
+mod csv;
+mod manifest;
+mod mat;
+mod table;
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+pub use self::columns::{CHANNEL_COLUMNS, column_of};
+pub use self::csv::write as write_csv;
+pub use self::manifest::{Controller, Manifest};
+pub use self::table::{Column, Table};
+
+use crate::error::{Error, Place, Result};
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+use crate::units::JointKind;
+
+/// Names and kinds of the joints that data may speak of.
+pub type JointKinds = [(String, JointKind)];
+
+/// One recording, checked.
+#[derive(Debug, Clone)]
+pub struct Session {
+    /// The signals, SI, joint side.
+    pub series: TimeSeries,
+    /// What was noticed or mended while reading.
+    pub notes: Vec<Note>,
+    /// The file that holds the samples.
+    pub source: PathBuf,
+    /// The machine's own controllers, one a joint of `series`, where the manifest gives them.
+    pub controllers: Vec<Option<Controller>>,
+}
+
+/// Something about a file that its user should know.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// The file.
+    pub file: PathBuf,
+    /// Where in it.
+    pub place: Place,
+    /// The column; empty where all are meant.
+    pub column: String,
+    /// What was seen, and what was done about it.
+    pub text: String,
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        match self.place {
+            Place::File => {}
+            Place::Line(line) => write!(f, ":{line}")?,
+            Place::Row(row) => write!(f, ": row {row}")?,
+        }
+        if !self.column.is_empty() {
+            write!(f, ": {}", self.column)?;
+        }
+        write!(f, ": {}", self.text)
+    }
+}
+
+/// The joints of a model as the readers want them.
+pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
+    model.joints.iter().map(|joint| (joint.name.clone(), joint.kind)).collect()
+}
+
+/// Reads a recording: a manifest (`.toml`), or a file with canonical columns (`.csv`, `.mat`).
+///
+/// # Errors
+/// The file cannot be read, its format is not known, or its content cannot be used: the error names file, row and column.
+pub fn load(path: &Path, joints: &JointKinds) -> Result<Session> {
+    let (table, plan) = if extension(path) == "toml" {
+        let manifest = Manifest::read(path)?;
+        let plan = manifest.plan(joints)?;
+        (read_table(&manifest.file)?, plan)
+    } else {
+        let table = read_table(path)?;
+        let plan = columns::canonical_plan(&table, joints)?;
+        (table, plan)
+    };
+    columns::assemble(table, plan)
+}
+
+/// Reads all columns of a file of data as they stand, without units and without checks of their content.
+///
+/// # Errors
+/// The file cannot be read, or its format is not known.
+pub fn read_table(path: &Path) -> Result<Table> {
+    match extension(path).as_str() {
+        "csv" => csv::read(path),
+        "mat" => mat::read(path),
+        other => Err(Error::input(
+            path,
+            Place::File,
+            "format",
+            if other.is_empty() { "no extension" } else { other },
+            "a file of data: .csv, .mat (MATLAB 5), or a manifest .toml",
+        )),
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}

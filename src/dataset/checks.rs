@@ -1,0 +1,111 @@
+//! What is checked of every recording: lengths, numbers, time, gaps, dead channels.
+//!
+//! Refused: a channel shorter than the rest, NaN and ±Inf, time that runs backwards or repeats with other samples, long gaps.
+//! Mended and reported: rows that repeat the row before them are dropped. Reported: single missing rows, constant channels.
+
+use std::path::Path;
+
+use super::Note;
+use crate::error::{Error, Place, Result};
+
+/// Fewest samples that make a session.
+const MIN_SAMPLES: usize = 2;
+/// A step longer than this many median steps misses samples.
+const MISSING: f64 = 1.5;
+/// A step longer than this many median steps is a gap across which no filter may run.
+const GAP: f64 = 10.5;
+
+/// Checks columns, the time first, of one file; drops rows that repeat.
+///
+/// # Errors
+/// The first thing that cannot be mended, with its row and column.
+pub(super) fn check(file: &Path, signals: &mut [(String, Vec<f64>)], notes: &mut Vec<Note>) -> Result<()> {
+    lengths(file, signals)?;
+    finite(file, signals)?;
+    increasing(file, signals, notes)?;
+    gaps(file, &signals[0], notes)?;
+    constant(file, &signals[1..], notes);
+    Ok(())
+}
+
+fn lengths(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
+    let longest = signals.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+    if longest < MIN_SAMPLES {
+        let expected = format!("at least {MIN_SAMPLES} rows of samples");
+        return Err(Error::input(file, Place::File, "rows", longest, expected));
+    }
+    match signals.iter().find(|(_, values)| values.len() < longest) {
+        Some((name, values)) => {
+            let expected = format!("{longest} samples as in the other columns: the channel is shorter than the rest");
+            Err(Error::input(file, Place::Row(values.len()), name, format!("{} samples", values.len()), expected))
+        }
+        None => Ok(()),
+    }
+}
+
+fn finite(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
+    let first = |(name, values): &(String, Vec<f64>)| {
+        values.iter().position(|value| !value.is_finite()).map(|row| (row, name.clone(), values[row]))
+    };
+    match signals.iter().filter_map(first).min_by_key(|found| found.0) {
+        Some((row, name, value)) => Err(Error::input(file, Place::Row(row + 1), name, value, "a finite number")),
+        None => Ok(()),
+    }
+}
+
+fn increasing(file: &Path, signals: &mut [(String, Vec<f64>)], notes: &mut Vec<Note>) -> Result<()> {
+    let repeats = |row: usize| signals.iter().all(|(_, values)| values[row] == values[row - 1]);
+    let (name, time) = &signals[0];
+    let mut dropped = Vec::new();
+    for row in 1..time.len() {
+        if time[row] > time[row - 1] {
+            continue;
+        }
+        if !repeats(row) {
+            let what = if time[row] == time[row - 1] { "repeated time" } else { "time runs backwards" };
+            let expected = format!("more than {} of the row before ({what})", time[row - 1]);
+            return Err(Error::input(file, Place::Row(row + 1), name, time[row], expected));
+        }
+        dropped.push(row);
+    }
+    if let Some(&first) = dropped.first() {
+        let text = format!("{} rows that repeat the row before them, the first here: dropped", dropped.len());
+        notes.push(Note { file: file.to_owned(), place: Place::Row(first + 1), column: String::new(), text });
+        for (_, values) in signals.iter_mut() {
+            let mut row = 0;
+            values.retain(|_| {
+                row += 1;
+                dropped.binary_search(&(row - 1)).is_err()
+            });
+        }
+        lengths(file, signals)?;
+    }
+    Ok(())
+}
+
+fn gaps(file: &Path, (name, time): &(String, Vec<f64>), notes: &mut Vec<Note>) -> Result<()> {
+    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let long = |limit: f64| time.windows(2).position(|pair| pair[1] - pair[0] > limit * median);
+    if let Some(row) = long(GAP) {
+        let step = time[row + 1] - time[row];
+        let expected = format!("steps of about {median:.4e} s: cut the file at this gap into two sessions");
+        return Err(Error::input(file, Place::Row(row + 2), name, format!("a step of {step:.4e} s"), expected));
+    }
+    if let Some(row) = long(MISSING) {
+        let count = time.windows(2).filter(|pair| pair[1] - pair[0] > MISSING * median).count();
+        let text = format!("{count} steps longer than {MISSING} times the median {median:.4e} s, the first here");
+        notes.push(Note { file: file.to_owned(), place: Place::Row(row + 2), column: name.clone(), text });
+    }
+    Ok(())
+}
+
+fn constant(file: &Path, signals: &[(String, Vec<f64>)], notes: &mut Vec<Note>) {
+    for (name, values) in signals {
+        if values.iter().all(|value| *value == values[0]) {
+            let text = format!("constant at {} over the whole session", values[0]);
+            notes.push(Note { file: file.to_owned(), place: Place::File, column: name.clone(), text });
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! The manifest: which column of a foreign file is which channel, in what unit.
+//!
+//! ```toml
+//! schema = "lostmotion/dataset/1"
+//! file = "emps/DATA_EMPS.mat"       # relative to this manifest, else to the folder named by LOSTMOTION_DATA
+//! source = "who recorded it"
+//! [time]
+//! column = "t"
+//! [joints.carriage]
+//! position = { column = "qm" }                       # unit: SI where not given
+//! force = { column = "vir", unit = "V", scale = 35.15065 }    # times scale
+//! [joints.carriage.controller]                       # the machine's own, for a replay in closed loop
+//! position_gain = 160.18
+//! velocity_gain = 8557.4
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use super::JointKinds;
+use super::columns::{CHANNEL_COLUMNS, Plan, Source, channel_names, column_of, conversion, session_name};
+use super::table::list;
+use crate::error::{Error, Result};
+use crate::timeseries::Channel;
+use crate::toml_input::{Document, Range, Table, nearest};
+use crate::units::{Dimension, JointKind, unit};
+
+/// Schema of a manifest.
+const SCHEMA: &str = "lostmotion/dataset/1";
+
+/// Environment variable that names the folder of recordings.
+const DATA_FOLDER: &str = "LOSTMOTION_DATA";
+
+/// The machine's own position controller: `τ = k_v (k_p (q_ref − q) − q̇)`, each sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Controller {
+    /// `k_p` [1/s] velocity asked for per position error, > 0.
+    pub position_gain: f64,
+    /// `k_v` [N·m·s/rad or N·s/m] torque on the joint side per velocity error, > 0.
+    pub velocity_gain: f64,
+}
+
+/// A manifest as it was read.
+#[derive(Debug)]
+pub struct Manifest {
+    /// The file of data, found.
+    pub file: PathBuf,
+    /// Who recorded it.
+    pub source: Option<String>,
+    document: Document,
+}
+
+impl Manifest {
+    /// Reads a manifest and finds its file of data.
+    ///
+    /// # Errors
+    /// The manifest cannot be read, is of another schema, or its file is nowhere.
+    pub fn read(path: &Path) -> Result<Self> {
+        let document = Document::read(path)?;
+        let root = document.root();
+        if root.text("schema")? != SCHEMA {
+            return Err(root.error("schema", format!("\"{SCHEMA}\"")));
+        }
+        let file = find(&root, path)?;
+        let source = root.optional_text("source")?.map(str::to_owned);
+        Ok(Self { file, source, document })
+    }
+
+    /// Names of the joints that it speaks of.
+    ///
+    /// # Errors
+    /// There is no table of joints.
+    pub fn joints(&self) -> Result<Vec<String>> {
+        Ok(self.document.root().table("joints")?.keys().map(str::to_owned).collect())
+    }
+
+    /// Which columns become which channels.
+    ///
+    /// # Errors
+    /// A joint that the model lacks, a channel that its joint cannot have, a unit that does not fit, an unknown key.
+    pub(super) fn plan(&self, joints: &JointKinds) -> Result<Plan> {
+        let root = self.document.root();
+        for known in ["schema", "file", "source"] {
+            root.has(known);
+        }
+        let time = time_source(&root.table("time")?)?;
+        let mut planned = Vec::new();
+        for (name, table) in root.table("joints")?.named_tables()? {
+            let Some((_, kind)) = joints.iter().find(|known| known.0 == name) else {
+                return Err(unknown_joint(&root, name, &table, joints));
+            };
+            let channels = channels(&table, *kind)?;
+            let controller = table.optional_table("controller")?.map(|table| controller(&table)).transpose()?;
+            table.finish()?;
+            if channels.is_empty() {
+                return Err(Error::input(root.file(), table.place(""), table.path(), "", channel_names(*kind)));
+            }
+            planned.push((name.to_owned(), channels, controller));
+        }
+        root.finish()?;
+        if planned.is_empty() {
+            return Err(root.error("joints", "at least one joint of the model"));
+        }
+        Ok(Plan { name: session_name(root.file()), time, joints: planned, notes: Vec::new() })
+    }
+}
+
+fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
+    let name = root.text("file")?;
+    let beside = manifest.parent().unwrap_or(Path::new("")).join(name);
+    if beside.is_file() {
+        return Ok(beside);
+    }
+    let Some(folder) = std::env::var_os(DATA_FOLDER) else {
+        let expected = format!(
+            "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings",
+            beside.display()
+        );
+        return Err(root.error("file", expected));
+    };
+    let there = Path::new(&folder).join(name);
+    if there.is_file() {
+        return Ok(there);
+    }
+    Err(root.error("file", format!("a file {} or {}", beside.display(), there.display())))
+}
+
+fn time_source(table: &Table<'_>) -> Result<Source> {
+    let source = source(table, 1.0)?;
+    let factor = match table.optional_text("unit")?.map(unit) {
+        None => 1.0,
+        Some(Some((Dimension::Time, factor))) => factor,
+        Some(_) => return Err(table.error("unit", "a unit of time: s, ms")),
+    };
+    table.finish()?;
+    Ok(Source { factor, ..source })
+}
+
+fn source(table: &Table<'_>, factor: f64) -> Result<Source> {
+    let column = table.text("column")?.to_owned();
+    let key = format!("{}.column", table.path());
+    Ok(Source { column, factor, named_at: Some((table.file().to_owned(), table.place("column"), key)) })
+}
+
+fn channels(joint: &Table<'_>, kind: JointKind) -> Result<Vec<(Channel, Source)>> {
+    let mut channels = Vec::new();
+    for (name, _) in CHANNEL_COLUMNS {
+        let Some(channel) = column_of(name, kind) else {
+            if joint.has(name) {
+                return Err(joint.error(name, channel_names(kind)));
+            }
+            continue;
+        };
+        let Some(table) = joint.optional_table(name)? else { continue };
+        let scale = table.number_or("scale", &Range::any("SI per unit"), 1.0)?;
+        if scale == 0.0 {
+            return Err(table.error("scale", "a number other than zero"));
+        }
+        let factor = match table.optional_text("unit")? {
+            None => 1.0,
+            Some(name) => {
+                conversion(name, channel, kind, table.has("scale")).map_err(|expected| table.error("unit", expected))?
+            }
+        };
+        channels.push((channel, source(&table, factor * scale)?));
+        table.finish()?;
+    }
+    Ok(channels)
+}
+
+fn controller(table: &Table<'_>) -> Result<Controller> {
+    let controller = Controller {
+        position_gain: table.number("position_gain", &Range::positive("1/s"))?,
+        velocity_gain: table.number("velocity_gain", &Range::positive("N·m·s/rad or N·s/m"))?,
+    };
+    table.finish()?;
+    Ok(controller)
+}
+
+fn unknown_joint(root: &Table<'_>, name: &str, table: &Table<'_>, joints: &JointKinds) -> Error {
+    let names: Vec<&str> = joints.iter().map(|joint| joint.0.as_str()).collect();
+    let meant = nearest(name, names.iter().copied()).map_or(String::new(), |name| format!("; `{name}` is near"));
+    let expected = format!("a joint of the model: {}{meant}", list(&names));
+    Error::input(root.file(), table.place(""), "joints", name, expected)
+}

@@ -1,0 +1,79 @@
+//! Columns of numbers as a file holds them, before names and units are given to them.
+
+use std::path::PathBuf;
+
+use super::Note;
+use crate::error::{Error, Place, Result};
+
+/// The columns of a file of data.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// The file.
+    pub file: PathBuf,
+    /// Its columns, in the order of the file.
+    pub columns: Vec<Column>,
+    /// What was noticed while reading.
+    pub notes: Vec<Note>,
+}
+
+/// One column.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Its name in the file.
+    pub name: String,
+    /// Its values; NaN where a cell is not a number.
+    pub values: Vec<f64>,
+    /// The first cell that is not a number: its row, counted from 1, and its text.
+    pub fault: Option<(usize, String)>,
+}
+
+impl Table {
+    /// The column of that name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// The values of a column. `named_at`: file, place and key of the manifest that names it.
+    ///
+    /// # Errors
+    /// There is no such column, or it holds text.
+    pub(super) fn values(&self, name: &str, named_at: Option<&(PathBuf, Place, String)>) -> Result<Vec<f64>> {
+        let Some(column) = self.column(name) else {
+            let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
+            let expected = format!("one of the columns of {}: {}", self.file.display(), list(&names));
+            return Err(match named_at {
+                Some((file, place, key)) => Error::input(file, *place, key, name, expected),
+                None => Error::input(&self.file, Place::File, name, "(missing)", expected),
+            });
+        };
+        if let Some((row, text)) = &column.fault {
+            let (value, expected) = describe_fault(text, *row, &column.values);
+            return Err(Error::input(&self.file, Place::Row(*row), name, value, expected));
+        }
+        Ok(column.values.clone())
+    }
+}
+
+/// The value and expectation to report for the first cell that is not a number.
+fn describe_fault(text: &str, row: usize, values: &[f64]) -> (String, String) {
+    let rest_is_missing = values[row - 1..].iter().all(|value| value.is_nan());
+    if text.is_empty() && rest_is_missing && row > 1 {
+        let expected =
+            format!("{} samples as in the other columns: the channel is shorter than the rest", values.len());
+        (format!("{} samples", row - 1), expected)
+    } else if text.is_empty() {
+        ("(empty)".into(), "a number".into())
+    } else {
+        (text.into(), "a number with a decimal point".into())
+    }
+}
+
+/// At most twelve names, and how many more there are.
+pub(super) fn list(names: &[&str]) -> String {
+    const SHOWN: usize = 12;
+    if names.len() <= SHOWN {
+        names.join(", ")
+    } else {
+        format!("{} and {} more", names[..SHOWN].join(", "), names.len() - SHOWN)
+    }
+}
