@@ -91,10 +91,21 @@ pub(super) struct Plan {
     pub(super) name: String,
     /// The time.
     pub(super) time: Source,
-    /// Name, channels, controller of each joint.
-    pub(super) joints: Vec<(String, Vec<(Channel, Source)>, Option<Controller>)>,
+    /// The joints that were recorded.
+    pub(super) joints: Vec<PlannedJoint>,
     /// What was noticed while planning.
     pub(super) notes: Vec<Note>,
+}
+
+/// Where the channels of a joint come from.
+#[derive(Debug)]
+pub(super) struct PlannedJoint {
+    /// Name of the joint in the model.
+    pub(super) name: String,
+    /// Its channels.
+    pub(super) channels: Vec<(Channel, Source)>,
+    /// The machine's own controller of it.
+    pub(super) controller: Option<Controller>,
 }
 
 /// Name of a session: the file's stem.
@@ -108,7 +119,7 @@ pub(super) fn session_name(path: &Path) -> String {
 /// There is no `time`, no channel of any joint, or a channel that does not fit its joint.
 pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Plan> {
     let source = |column: &str| Source { column: column.to_owned(), factor: 1.0, named_at: None };
-    let mut planned: Vec<(String, Vec<(Channel, Source)>, Option<Controller>)> = Vec::new();
+    let mut planned: Vec<PlannedJoint> = Vec::new();
     let mut unknown = Vec::new();
     for column in table.columns.iter().filter(|column| column.name != "time") {
         let parts = column.name.rsplit_once('.');
@@ -121,11 +132,11 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Plan>
             let expected = channel_names(*kind);
             return Err(Error::input(&table.file, Place::Line(1), "column", &column.name, expected));
         };
-        let index = planned.iter().position(|entry| entry.0 == *joint).unwrap_or_else(|| {
-            planned.push((joint.clone(), Vec::new(), None));
+        let index = planned.iter().position(|entry| entry.name == *joint).unwrap_or_else(|| {
+            planned.push(PlannedJoint { name: joint.clone(), channels: Vec::new(), controller: None });
             planned.len() - 1
         });
-        planned[index].1.push((channel, source(&column.name)));
+        planned[index].channels.push((channel, source(&column.name)));
     }
     if planned.is_empty() {
         let names: Vec<&str> = joints.iter().map(|joint| joint.0.as_str()).collect();
@@ -159,8 +170,8 @@ pub(super) fn assemble(mut table: Table, plan: Plan) -> Result<Session> {
     let mut notes = std::mem::take(&mut table.notes);
     notes.extend(plan.notes);
     let mut signals = vec![(plan.time.column.clone(), values(&table, &plan.time)?)];
-    for (_, channels, _) in &plan.joints {
-        for (_, source) in channels {
+    for joint in &plan.joints {
+        for (_, source) in &joint.channels {
             signals.push((source.column.clone(), values(&table, source)?));
         }
     }
@@ -170,7 +181,7 @@ pub(super) fn assemble(mut table: Table, plan: Plan) -> Result<Session> {
     let time = signals.next().unwrap_or_default();
     let mut controllers = Vec::new();
     let mut joints = Vec::new();
-    for (name, channels, controller) in plan.joints {
+    for PlannedJoint { name, channels, controller } in plan.joints {
         let channels = channels.into_iter().map(|(channel, _)| channel).zip(signals.by_ref()).collect();
         joints.push(JointSeries { name, channels });
         controllers.push(controller);

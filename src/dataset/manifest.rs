@@ -17,7 +17,7 @@
 use std::path::{Path, PathBuf};
 
 use super::JointKinds;
-use super::columns::{CHANNEL_COLUMNS, Plan, Source, channel_names, column_of, conversion, session_name};
+use super::columns::{CHANNEL_COLUMNS, Plan, PlannedJoint, Source, channel_names, column_of, conversion, session_name};
 use super::table::list;
 use crate::error::{Error, Result};
 use crate::timeseries::Channel;
@@ -94,7 +94,7 @@ impl Manifest {
             if channels.is_empty() {
                 return Err(Error::input(root.file(), table.place(""), table.path(), "", channel_names(*kind)));
             }
-            planned.push((name.to_owned(), channels, controller));
+            planned.push(PlannedJoint { name: name.to_owned(), channels, controller });
         }
         root.finish()?;
         if planned.is_empty() {
