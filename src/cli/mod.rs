@@ -13,6 +13,7 @@ pub mod catalogue;
 pub mod console;
 pub mod folder;
 
+mod data;
 mod explain;
 mod list;
 
@@ -26,6 +27,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Data(data::Data),
     List(list::List),
     Explain(explain::Explain),
 }
@@ -57,6 +59,7 @@ impl From<Outcome> for ExitCode {
 /// Whatever the verb cannot do: bad input, a refused file, data that carry no estimate.
 pub fn run() -> Result<Outcome> {
     match Cli::parse().verb {
+        Verb::Data(verb) => verb.run(),
         Verb::List(verb) => verb.run(),
         Verb::Explain(verb) => verb.run(),
     }

@@ -12,6 +12,7 @@
 //! [joints.carriage.controller]                       # the machine's own, for a replay in closed loop
 //! position_gain = 160.18
 //! velocity_gain = 8557.4
+//! velocity_samples = 2
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -27,16 +28,22 @@ use crate::units::{Dimension, JointKind, unit};
 /// Schema of a manifest.
 const SCHEMA: &str = "lostmotion/dataset/1";
 
+/// Longest difference quotient of a controller [samples].
+const MAX_VELOCITY_SAMPLES: i64 = 1000;
+
 /// Environment variable that names the folder of recordings.
 const DATA_FOLDER: &str = "LOSTMOTION_DATA";
 
-/// The machine's own position controller: `τ = k_v (k_p (q_ref − q) − q̇)`, each sample.
+/// The machine's own controller: position and velocity loop in cascade, each sample `k` of interval `T`,
+/// `τ = k_v (k_p (q_ref − q(k)) − (q(k) − q(k−n))/(n T))`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller {
     /// `k_p` [1/s] velocity asked for per position error, > 0.
     pub position_gain: f64,
     /// `k_v` [N·m·s/rad or N·s/m] torque on the joint side per velocity error, > 0.
     pub velocity_gain: f64,
+    /// `n` samples over which it takes the difference quotient of the position, ≥ 1; 1 where the manifest does not say.
+    pub velocity_samples: usize,
 }
 
 /// A manifest as it was read.
@@ -65,12 +72,9 @@ impl Manifest {
         Ok(Self { file, source, document })
     }
 
-    /// Names of the joints that it speaks of.
-    ///
-    /// # Errors
-    /// There is no table of joints.
-    pub fn joints(&self) -> Result<Vec<String>> {
-        Ok(self.document.root().table("joints")?.keys().map(str::to_owned).collect())
+    /// The file as it was parsed.
+    pub(super) fn document(&self) -> &Document {
+        &self.document
     }
 
     /// Which columns become which channels.
@@ -171,6 +175,10 @@ fn controller(table: &Table<'_>) -> Result<Controller> {
     let controller = Controller {
         position_gain: table.number("position_gain", &Range::positive("1/s"))?,
         velocity_gain: table.number("velocity_gain", &Range::positive("N·m·s/rad or N·s/m"))?,
+        velocity_samples: table
+            .optional_integer("velocity_samples", 1, MAX_VELOCITY_SAMPLES)?
+            .and_then(|samples| usize::try_from(samples).ok())
+            .unwrap_or(1),
     };
     table.finish()?;
     Ok(controller)

@@ -8,8 +8,10 @@
 mod checks;
 mod columns;
 mod csv;
+mod guess;
 mod manifest;
 mod mat;
+mod survey;
 mod table;
 
 use std::fmt;
@@ -18,6 +20,7 @@ use std::path::{Path, PathBuf};
 pub use self::columns::{CHANNEL_COLUMNS, column_of};
 pub use self::csv::write as write_csv;
 pub use self::manifest::{Controller, Manifest};
+pub use self::survey::{first_manifest, is_canonical, survey, survey_session};
 pub use self::table::{Column, Table};
 
 use crate::error::{Error, Place, Result};
@@ -79,13 +82,29 @@ pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
 /// # Errors
 /// The file cannot be read, its format is not known, or its content cannot be used: the error names file, row and column.
 pub fn load(path: &Path, joints: &JointKinds) -> Result<Session> {
+    load_with(path, |_| joints.to_vec(), |_| joints.to_vec())
+}
+
+/// Reads a recording without a model: whether a joint turns or slides is told by its units and channels.
+///
+/// # Errors
+/// As [`load`], apart from joints that no model has.
+pub fn load_alone(path: &Path) -> Result<Session> {
+    load_with(path, guess::joints_of_manifest, guess::joints_of_table)
+}
+
+fn load_with(
+    path: &Path,
+    of_manifest: impl Fn(&Manifest) -> Vec<(String, JointKind)>,
+    of_table: impl Fn(&Table) -> Vec<(String, JointKind)>,
+) -> Result<Session> {
     let (table, plan) = if extension(path) == "toml" {
         let manifest = Manifest::read(path)?;
-        let plan = manifest.plan(joints)?;
+        let plan = manifest.plan(&of_manifest(&manifest))?;
         (read_table(&manifest.file)?, plan)
     } else {
         let table = read_table(path)?;
-        let plan = columns::canonical_plan(&table, joints)?;
+        let plan = columns::canonical_plan(&table, &of_table(&table))?;
         (table, plan)
     };
     columns::assemble(table, plan)

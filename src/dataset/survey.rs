@@ -1,0 +1,190 @@
+//! What a file of data holds, for someone who sees it for the first time, and a first manifest for it.
+
+use std::fmt::Write as _;
+
+use super::columns::CHANNEL_COLUMNS;
+use super::table::{Column, Table};
+use super::{Session, guess};
+use crate::timeseries::Channel;
+
+/// Words in the names of columns that tell a channel, most telling first.
+const CHANNEL_WORDS: [(&[&str], &str); 12] = [
+    (&["reference", "velocity"], "reference_velocity"),
+    (&["reference"], "reference_position"),
+    (&["ref"], "reference_position"),
+    (&["link"], "link_position"),
+    (&["command"], "command_current"),
+    (&["velocity"], "velocity"),
+    (&["vel"], "velocity"),
+    (&["torque"], "torque"),
+    (&["force"], "force"),
+    (&["current"], "current"),
+    (&["temperature"], "temperature"),
+    (&["pos"], "position"),
+];
+
+/// Endings of the names of columns that tell a unit.
+const UNIT_ENDINGS: [(&str, &str); 12] = [
+    ("_rad_s", "rad/s"),
+    ("_deg_s", "deg/s"),
+    ("_rad", "rad"),
+    ("_deg", "deg"),
+    ("_rpm", "rpm"),
+    ("_mm", "mm"),
+    ("_ma", "mA"),
+    ("_nm", "N·m"),
+    ("_ms", "ms"),
+    ("_a", "A"),
+    ("_n", "N"),
+    ("_v", "V"),
+];
+
+/// Lines on a file: rows, then each column with its range and what is remarkable in it.
+pub fn survey(table: &Table) -> String {
+    let rows = table.columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
+    let mut text = format!("{}: {rows} rows, {} columns\n", table.file.display(), table.columns.len());
+    let width = table.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
+    for column in &table.columns {
+        let _ = writeln!(text, "  {:<width$}  {}", column.name, about(column, rows));
+    }
+    for note in &table.notes {
+        let _ = writeln!(text, "  note: {note}");
+    }
+    if is_canonical(table) {
+        let joints = guess::joints_of_table(table);
+        let names: Vec<&str> = joints.iter().map(|joint| joint.0.as_str()).collect();
+        let _ = writeln!(text, "  canonical columns of {}: no manifest needed", names.join(", "));
+    }
+    text
+}
+
+/// Whether a file can be read without a manifest.
+pub fn is_canonical(table: &Table) -> bool {
+    table.column("time").is_some() && !guess::joints_of_table(table).is_empty()
+}
+
+/// Lines on a session: samples, time, then each channel with its range in SI.
+pub fn survey_session(session: &Session) -> String {
+    let series = &session.series;
+    let (first, last) = (series.time.first().copied().unwrap_or(0.0), series.time.last().copied().unwrap_or(0.0));
+    let mut text = format!(
+        "{}: {} samples, {first} s to {last} s, median step {:.4e} s\n",
+        series.name,
+        series.len(),
+        series.sample_interval()
+    );
+    for joint in &series.joints {
+        for (channel, values) in &joint.channels {
+            let column = Column {
+                name: format!("{}.{}", joint.name, channel_name(*channel)),
+                values: values.clone(),
+                fault: None,
+            };
+            let _ = writeln!(text, "  {:<32}  {}", column.name, about(&column, series.len()));
+        }
+    }
+    for note in &session.notes {
+        let _ = writeln!(text, "  note: {note}");
+    }
+    text
+}
+
+fn channel_name(channel: Channel) -> &'static str {
+    CHANNEL_COLUMNS.iter().find(|entry| entry.1 == channel).map_or("", |entry| entry.0)
+}
+
+fn about(column: &Column, rows: usize) -> String {
+    if let Some((row, cell)) = &column.fault {
+        return format!("not a number in row {row}: {cell:?}");
+    }
+    let minimum = column.values.iter().copied().fold(f64::INFINITY, f64::min);
+    let maximum = column.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut text =
+        if minimum == maximum { format!("constant {minimum}") } else { format!("{minimum:>12.6} to {maximum:>12.6}") };
+    if let Some(row) = column.values.iter().position(|value| !value.is_finite()) {
+        let _ = write!(text, "  {} in row {}", column.values[row], row + 1);
+    } else if let Some(step) = clock(column) {
+        let _ = write!(text, "  increasing, median step {step:.4e}");
+    }
+    if column.values.len() < rows {
+        let _ = write!(text, "  only {} rows", column.values.len());
+    }
+    text
+}
+
+/// Median step of a column that increases from row to row.
+fn clock(column: &Column) -> Option<f64> {
+    let mut steps: Vec<f64> = column.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() || !steps.iter().all(|step| *step > 0.0) {
+        return None;
+    }
+    let middle = steps.len() / 2;
+    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// A manifest to begin with: what the names of the columns tell is filled in, the rest is listed for its user.
+pub fn first_manifest(table: &Table) -> String {
+    let file = table.file.file_name().unwrap_or_default().to_string_lossy();
+    let mut text =
+        format!("schema = \"lostmotion/dataset/1\"\nfile = \"{file}\"\nsource = \"who recorded it, when, on what\"\n");
+    let time = time_column(table);
+    match time {
+        Some(column) => {
+            let unit = if unit_of(&column.name) == Some("ms") { "\nunit = \"ms\"" } else { "" };
+            let _ = write!(text, "\n[time]\ncolumn = \"{}\"{unit}\n", column.name);
+        }
+        None => text += "\n[time]\ncolumn = \"?\"  # no column increases from row to row\n",
+    }
+    let mut joints: Vec<(String, Vec<String>)> = Vec::new();
+    let mut rest = Vec::new();
+    for column in table.columns.iter().filter(|column| time.is_none_or(|time| time.name != column.name)) {
+        let Some((joint, channel)) = channel_of(&column.name) else {
+            rest.push(column.name.as_str());
+            continue;
+        };
+        let unit = unit_of(&column.name).map_or(String::new(), |unit| format!(", unit = \"{unit}\""));
+        let line = format!("{channel} = {{ column = \"{}\"{unit} }}\n", column.name);
+        match joints.iter_mut().find(|entry| entry.0 == joint) {
+            Some(entry) if entry.1.iter().any(|other| other.starts_with(&format!("{channel} ="))) => {
+                rest.push(column.name.as_str());
+            }
+            Some(entry) => entry.1.push(line),
+            None => joints.push((joint, vec![line])),
+        }
+    }
+    if joints.is_empty() {
+        text += "\n[joints.NAME]  # a joint of the model\n";
+    }
+    for (joint, lines) in joints {
+        let _ = write!(text, "\n[joints.{joint}]\n{}", lines.concat());
+    }
+    if !rest.is_empty() {
+        let channels: Vec<&str> = CHANNEL_COLUMNS.iter().map(|entry| entry.0).collect();
+        let _ = writeln!(text, "# columns left: {}", rest.join(", "));
+        let _ = writeln!(text, "# channels: {}", channels.join(", "));
+        text += "# as `position = { column = \"NAME\", unit = \"deg\", scale = 1.0 }`\n";
+    }
+    text
+}
+
+fn time_column(table: &Table) -> Option<&Column> {
+    let clocks = || table.columns.iter().filter(|column| clock(column).is_some());
+    let named = |column: &&Column| {
+        let name = column.name.to_ascii_lowercase();
+        name == "t" || name.starts_with("time")
+    };
+    clocks().find(named).or_else(|| clocks().next())
+}
+
+/// Joint and channel that a name like `A1_motor_position_deg` or `joint1.position` tells.
+fn channel_of(name: &str) -> Option<(String, &'static str)> {
+    let lower = name.to_ascii_lowercase();
+    let (_, channel) = CHANNEL_WORDS.iter().find(|(words, _)| words.iter().all(|word| lower.contains(word)))?;
+    let joint = name.split(['.', '_']).next().filter(|joint| joint.len() < name.len() && !joint.is_empty())?;
+    Some((joint.to_owned(), channel))
+}
+
+fn unit_of(name: &str) -> Option<&'static str> {
+    let lower = name.to_ascii_lowercase();
+    UNIT_ENDINGS.iter().find(|(ending, _)| lower.ends_with(ending)).map(|&(_, unit)| unit)
+}
