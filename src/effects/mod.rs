@@ -3,10 +3,52 @@
 //! An effect has two faces. In the simulation it alters the model or acts on joints and readings ([`Effect::install`]).
 //! In a diagnosis it says which torque it would add to the measured motion.
 
+pub mod about;
+pub mod motion;
+mod parameters;
+
+mod base_tilt;
+mod cable_spring;
+mod cogging;
+mod coulomb_asymmetry;
+mod current_offset;
+mod load_dependent_friction;
+mod payload;
+mod position_dependent_friction;
+mod quadratic_drag;
+mod sensor_delay;
+mod stribeck;
+mod viscous_asymmetry;
+
+pub use about::{About, Kind, ParameterSpec, Scope};
+pub use motion::{JointMotion, Motion, SymmetricFriction};
+pub use parameters::Parameters;
+
 use std::collections::BTreeMap;
 
 use crate::error::Result;
 use crate::robot::Model;
+
+/// Every effect that can be installed and diagnosed, in alphabetical order.
+pub static CATALOGUE: &[&dyn Effect] = &[
+    &base_tilt::BaseTilt,
+    &cable_spring::CableSpring,
+    &cogging::Cogging,
+    &coulomb_asymmetry::CoulombAsymmetry,
+    &current_offset::CurrentOffset,
+    &load_dependent_friction::LoadDependentFriction,
+    &payload::Payload,
+    &position_dependent_friction::PositionDependentFriction,
+    &quadratic_drag::QuadraticDrag,
+    &sensor_delay::SensorDelay,
+    &stribeck::Stribeck,
+    &viscous_asymmetry::ViscousAsymmetry,
+];
+
+/// The effect of that name.
+pub fn find(name: &str) -> Option<&'static dyn Effect> {
+    CATALOGUE.iter().copied().find(|effect| effect.name() == name)
+}
 
 /// One joint at one instant, as the laws between rotor and link see it. Joint side, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -70,9 +112,17 @@ pub enum Action {
 }
 
 /// An entry of the catalogue.
+///
+/// In a diagnosis an effect adds `Σ c_k · column_k` to the torque that the baseline needs for the measured motion.
+/// The coefficients `c_k` are linear; what is not linear (an order, a radius) is a *shape*: a few starting values to scan, then refined.
 pub trait Effect: Sync {
+    /// What is known about it.
+    fn about(&self) -> &'static About;
+
     /// Its name, a contract: `lostmotion list effects`, model files, reports.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &'static str {
+        self.about().name
+    }
 
     /// Puts it into a machine: alters the model, returns what acts while it moves.
     ///
@@ -84,4 +134,26 @@ pub trait Effect: Sync {
         joint: Option<usize>,
         parameters: &BTreeMap<String, f64>,
     ) -> Result<Vec<Action>>;
+
+    /// Whether the nominal model lacks it on this joint and the recording could show it.
+    fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
+        true
+    }
+
+    /// Shapes to scan; one empty shape where everything is linear.
+    fn shapes(&self, _motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
+        vec![Vec::new()]
+    }
+
+    /// Whether a shape may be refined between the scanned ones.
+    fn refines(&self) -> bool {
+        true
+    }
+
+    /// Torque on a joint [N·m or N] per unit of each coefficient, one value a row: what the motor must add to the baseline.
+    /// For an effect of the whole machine the coefficients are the same on every joint.
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
+
+    /// Its parameters from the coefficients, in the order of [`About::parameters`]; those with a default may be missing at the end.
+    fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64>;
 }

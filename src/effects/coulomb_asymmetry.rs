@@ -1,0 +1,75 @@
+//! Dry friction differs between the two directions.
+//!
+//! `F_C, F_S → F_C (1 ± a), F_S (1 ± a)`: `+` for v > 0, `−` for v < 0.
+//! While the joint moves the motor has to add `a · F_dry(v)` to the symmetric law, with the same sign in both directions;
+//! at rest it has to add nothing. The Stribeck part is asymmetric too, which a constant offset is not.
+//! Left out: a difference between the Stribeck velocities.
+//! Reference: B. Armstrong-Hélouvry (1991), Control of Machines with Friction, ch. 4.
+
+use std::collections::BTreeMap;
+
+use super::parameters::{need_friction, need_joint};
+use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use crate::error::Result;
+use crate::gearhead::FrictionLaw;
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "coulomb_asymmetry",
+    summary: "Dry friction differs between the two directions of motion.",
+    equation: "F_C, F_S → F_C (1 ± a), F_S (1 ± a): + for v > 0, − for v < 0",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[ParameterSpec {
+        name: "asymmetry",
+        symbol: "a",
+        unit: "1",
+        min: -0.95,
+        max: 0.95,
+        default: None,
+        meaning: "relative difference of dry friction from the mean of both directions, positive where it is larger for v > 0",
+    }],
+    signature: "a torque of one sign while the joint moves, the same at all speeds but for the Stribeck part; nothing at rest",
+    look_alikes: &["current_offset", "base_tilt", "cable_spring", "viscous_asymmetry"],
+    separate_by: "record the current while the joint rests unloaded: an offset stays, an asymmetry does not; and move slowly, where the Stribeck part differs",
+    reference: "B. Armstrong-Hélouvry (1991), Control of Machines with Friction, ch. 4",
+};
+
+/// Dry friction differs between the two directions.
+pub struct CoulombAsymmetry;
+
+impl Effect for CoulombAsymmetry {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let a = Parameters::check(&ABOUT, model, given)?.get("asymmetry");
+        let joint = need_joint(&ABOUT, model, joint)?;
+        match &mut need_friction(&ABOUT, model, joint)?.law {
+            FrictionLaw::Exponential(law) => {
+                for (side, sign) in law.iter_mut().zip([1.0, -1.0]) {
+                    side.coulomb *= 1.0 + sign * a;
+                    side.breakaway *= 1.0 + sign * a;
+                }
+            }
+            FrictionLaw::TwoLines(law) => {
+                // The dry part of two lines: both offsets, and of the first slope what it falls below the second.
+                for (side, sign) in law.iter_mut().zip([1.0, -1.0]) {
+                    side.a1 *= 1.0 + sign * a;
+                    side.a2 *= 1.0 + sign * a;
+                    side.b1 = side.b2 + (side.b1 - side.b2) * (1.0 + sign * a);
+                }
+            }
+        }
+        Ok(Vec::new())
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        vec![motion.column(joint, |m, row| m.friction.dry(m.v[row]) * m.direction[row].abs())]
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        vec![coefficients[0]]
+    }
+}

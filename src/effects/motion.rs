@@ -1,0 +1,154 @@
+//! Measured motion of a machine as the diagnosis sees it: smooth, on the joint side, at selected samples ("rows").
+//!
+//! Every row averages the recording around its sample with the kernel
+//! `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`, torque and motion alike; its first and second derivative give velocity and acceleration.
+//! What oscillates along the way, `cos(n θ)` at the order `n`, passes it with the gain
+//! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`.
+
+use crate::robot::{Model, Robot};
+
+/// Joint torques [N·m or N] that a robot needs for `q`, `v`, `a`.
+pub type RigidBody = fn(&Robot, &[f64], &[f64], &[f64]) -> Vec<f64>;
+
+/// Smooth measured motion, one row after the other; sessions follow each other.
+#[derive(Debug, Clone)]
+pub struct Motion<'a> {
+    /// The nominal machine.
+    pub model: &'a Model,
+    /// Inverse dynamics.
+    pub rigid_body: RigidBody,
+    /// Number of sessions.
+    pub sessions: usize,
+    /// Session of each row.
+    pub session: Vec<usize>,
+    /// [s] time of each row.
+    pub time: Vec<f64>,
+    /// `w` [s] half the width of each row's kernel.
+    pub half_width: Vec<f64>,
+    /// One a joint of the model, same order.
+    pub joints: Vec<JointMotion>,
+}
+
+/// Motion and torque of one joint, one value a row.
+#[derive(Debug, Clone, Default)]
+pub struct JointMotion {
+    /// `q` [rad or m] motor position on the joint side.
+    pub q: Vec<f64>,
+    /// `v` [rad/s or m/s].
+    pub v: Vec<f64>,
+    /// `a` [rad/s² or m/s²].
+    pub a: Vec<f64>,
+    /// Direction of motion, averaged like everything else: −1 to 1, 0 at rest.
+    pub direction: Vec<f64>,
+    /// `τ_m` [N·m or N] measured motor torque.
+    pub torque: Vec<f64>,
+    /// `τ̇_m` [N·m/s or N/s].
+    pub torque_rate: Vec<f64>,
+    /// [N·m or N] torque that the nominal rigid body with its rotor needs for this motion.
+    pub rigid: Vec<f64>,
+    /// [N·m or N] torque that the nominal links need of the gear, without any friction.
+    pub link_torque: Vec<f64>,
+    /// Symmetric friction of the baseline, as fitted so far.
+    pub friction: SymmetricFriction,
+    /// Whether a current was measured, rather than a torque.
+    pub has_current: bool,
+}
+
+/// The baseline's law `(F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SymmetricFriction {
+    /// `F_C` [N·m or N].
+    pub coulomb: f64,
+    /// `F_S` [N·m or N].
+    pub breakaway: f64,
+    /// `v_S` [rad/s or m/s] > 0.
+    pub stribeck_velocity: f64,
+    /// `F_V` [N·m·s/rad or N·s/m].
+    pub viscous: f64,
+}
+
+impl Default for SymmetricFriction {
+    fn default() -> Self {
+        Self { coulomb: 0.0, breakaway: 0.0, stribeck_velocity: 1.0, viscous: 0.0 }
+    }
+}
+
+impl SymmetricFriction {
+    /// Dry part [N·m or N] at a velocity, ≥ 0.
+    pub fn dry(&self, velocity: f64) -> f64 {
+        self.coulomb + (self.breakaway - self.coulomb) * (-velocity.abs() / self.stribeck_velocity).exp()
+    }
+}
+
+impl Motion<'_> {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Gain of the kernel of a row for `cos(order · q)` of a joint.
+    pub fn gain(&self, joint: usize, row: usize, order: f64) -> f64 {
+        kernel_gain(order * self.joints[joint].v[row] * self.half_width[row])
+    }
+
+    /// A column: one value for each row of a joint.
+    pub fn column(&self, joint: usize, value: impl Fn(&JointMotion, usize) -> f64) -> Vec<f64> {
+        let motion = &self.joints[joint];
+        (0..self.rows()).map(|row| value(motion, row)).collect()
+    }
+
+    /// The columns `cos(order · q)` and `sin(order · q)` as the kernel passes them, times `amplitude`.
+    pub fn harmonic(&self, joint: usize, order: f64, amplitude: impl Fn(&JointMotion, usize) -> f64) -> [Vec<f64>; 2] {
+        let motion = &self.joints[joint];
+        let mut columns = [Vec::with_capacity(self.rows()), Vec::with_capacity(self.rows())];
+        for row in 0..self.rows() {
+            let (sin, cos) = (order * motion.q[row]).sin_cos();
+            let scale = amplitude(motion, row) * self.gain(joint, row, order);
+            columns[0].push(scale * cos);
+            columns[1].push(scale * sin);
+        }
+        columns
+    }
+
+    /// Distance that a joint covers, largest of its sessions [rad or m].
+    pub fn range(&self, joint: usize) -> f64 {
+        let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); self.sessions];
+        for (session, q) in self.session.iter().zip(&self.joints[joint].q) {
+            let (low, high) = &mut bounds[*session];
+            *low = low.min(*q);
+            *high = high.max(*q);
+        }
+        bounds.iter().map(|(low, high)| high - low).fold(0.0, f64::max)
+    }
+
+    /// Torque of all joints that a robot needs along the measured motion, `torques[joint][row]`;
+    /// at rest (v = a = 0) where `still`.
+    pub fn inverse_dynamics(&self, robot: &Robot, still: bool) -> Vec<Vec<f64>> {
+        let dof = self.joints.len();
+        let mut torques = vec![Vec::with_capacity(self.rows()); dof];
+        let (mut q, mut v, mut a) = (vec![0.0; dof], vec![0.0; dof], vec![0.0; dof]);
+        for row in 0..self.rows() {
+            for (joint, motion) in self.joints.iter().enumerate() {
+                q[joint] = motion.q[row];
+                if !still {
+                    v[joint] = motion.v[row];
+                    a[joint] = motion.a[row];
+                }
+            }
+            let tau = (self.rigid_body)(robot, &q, &v, &a);
+            for (torque, value) in torques.iter_mut().zip(tau.iter()) {
+                torque.push(*value);
+            }
+        }
+        torques
+    }
+}
+
+/// Fourier transform of the kernel at `x = ω w`.
+pub fn kernel_gain(x: f64) -> f64 {
+    let x2 = x * x;
+    if x2 < 0.01 {
+        return 1.0 - x2 / 14.0 + x2 * x2 / 504.0;
+    }
+    15.0 * ((3.0 - x2) * x.sin() - 3.0 * x * x.cos()) / (x2 * x2 * x)
+}

@@ -1,0 +1,77 @@
+//! The numbers of an effect as a model file gives them, checked against its specification.
+
+use std::collections::BTreeMap;
+
+use super::About;
+use crate::error::{Error, Place, Result};
+use crate::robot::Model;
+
+/// Checked parameters of one effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    values: BTreeMap<&'static str, f64>,
+}
+
+impl Parameters {
+    /// Checks names and ranges, and fills in defaults.
+    ///
+    /// # Errors
+    /// A parameter is missing, unknown, not finite or out of its range.
+    pub fn check(about: &About, model: &Model, given: &BTreeMap<String, f64>) -> Result<Self> {
+        let fault = |name: &str, value: String, expected: String| {
+            Err(Error::input(&model.source, Place::File, format!("effects.{}.{name}", about.name), value, expected))
+        };
+        if let Some((name, value)) =
+            given.iter().find(|(name, _)| about.parameters.iter().all(|spec| spec.name != **name))
+        {
+            let known: Vec<_> = about.parameters.iter().map(|spec| spec.name).collect();
+            return fault(name, value.to_string(), format!("one of {}", known.join(", ")));
+        }
+        let mut values = BTreeMap::new();
+        for spec in about.parameters {
+            let Some(value) = given.get(spec.name).copied().or(spec.default) else {
+                return fault(spec.name, String::new(), format!("{} [{}]", spec.meaning, spec.unit));
+            };
+            if !(value >= spec.min && value <= spec.max) {
+                return fault(spec.name, value.to_string(), format!("{} to {} {}", spec.min, spec.max, spec.unit));
+            }
+            values.insert(spec.name, value);
+        }
+        Ok(Self { values })
+    }
+
+    /// The value of a parameter of the specification; 0 for a name that is not in it.
+    pub fn get(&self, name: &str) -> f64 {
+        self.values.get(name).copied().unwrap_or(0.0)
+    }
+}
+
+/// The joint that an effect of one joint needs.
+///
+/// # Errors
+/// No joint is given, or none of that index exists.
+pub fn need_joint(about: &About, model: &Model, joint: Option<usize>) -> Result<usize> {
+    joint.filter(|index| *index < model.joints.len()).ok_or_else(|| {
+        let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let expected = format!("the joint it acts on: {}", names.join(", "));
+        Error::input(&model.source, Place::File, format!("effects.{}.joint", about.name), "", expected)
+    })
+}
+
+/// The friction of a joint, to be altered.
+///
+/// # Errors
+/// The friction of the joint is unknown.
+pub fn need_friction<'m>(
+    about: &About,
+    model: &'m mut Model,
+    joint: usize,
+) -> Result<&'m mut crate::gearhead::Friction> {
+    let Model { source, joints, .. } = model;
+    let joint = &mut joints[joint];
+    let key = format!("joints.{}.friction", joint.name);
+    joint.friction.as_mut().ok_or_else(|| {
+        let expected = format!("the friction that `{}` alters: `lostmotion identify` finds it", about.name);
+        Error::input(source, Place::File, key, "", expected)
+    })
+}

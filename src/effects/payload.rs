@@ -1,0 +1,134 @@
+//! A mass that the model does not know of rides on the last link.
+//!
+//! A point mass `m` at `(x, y, z)` in the frame of the last body. All joints feel it: own acceleration, coupling, Coriolis and
+//! centrifugal terms, and gravity where there is any. The torque is linear in `m` for a given position.
+//! The position is sought along the line from the last joint through the centre of mass of its body; along the joint's axis it is not observable.
+//! Left out: the payload's own extent.
+//! Reference: W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters of industrial manipulators.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use crate::error::Result;
+use crate::robot::{Inertia, Model, Robot};
+use crate::units::JointKind;
+
+static ABOUT: About = About {
+    name: "payload",
+    summary: "A mass that the model does not know of rides on the last link.",
+    equation: "τ = m · Y(q, q̇, q̈, r), a point mass at r = (x, y, z) of the last body",
+    kind: Kind::Physics,
+    scope: Scope::Machine,
+    parameters: &[
+        ParameterSpec {
+            name: "mass",
+            symbol: "m",
+            unit: "kg",
+            min: 0.0,
+            max: f64::INFINITY,
+            default: None,
+            meaning: "mass that the model lacks",
+        },
+        position("x"),
+        position("y"),
+        position("z"),
+    ],
+    signature: "torque in proportion to acceleration and to the Coriolis terms of all joints at once",
+    look_alikes: &["load_dependent_friction", "sensor_delay", "base_tilt"],
+    separate_by: "accelerate one joint while another rests: a payload couples them, a wrong rotor inertia or torque constant does not",
+    reference: "W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters",
+};
+
+const fn position(axis: &'static str) -> ParameterSpec {
+    ParameterSpec {
+        name: axis,
+        symbol: axis,
+        unit: "m",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        default: Some(0.0),
+        meaning: "position in the frame of the last body",
+    }
+}
+
+/// A mass on the last link.
+pub struct Payload;
+
+/// A point mass.
+fn point(mass: f64, position: Vector3<f64>) -> Inertia {
+    Inertia { mass, com: position, tensor: Matrix3::zeros() }
+}
+
+/// Tensor of a point mass at `r`, per kilogram.
+fn steiner(r: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() * r.norm_squared() - r * r.transpose()
+}
+
+/// Both bodies as one.
+fn merged(a: &Inertia, b: &Inertia) -> Inertia {
+    let mass = a.mass + b.mass;
+    if mass <= 0.0 {
+        return *a;
+    }
+    let com = (a.com * a.mass + b.com * b.mass) / mass;
+    let part = |body: &Inertia| body.tensor + steiner(&(body.com - com)) * body.mass;
+    Inertia { mass, com, tensor: part(a) + part(b) }
+}
+
+/// The line along which the payload is sought: unit vector from the last joint through its body's centre of mass, and that distance.
+fn line(robot: &Robot) -> Option<(Vector3<f64>, f64)> {
+    let body = robot.bodies.last()?;
+    if body.joint.kind == JointKind::Prismatic {
+        return None;
+    }
+    let axis = body.joint.axis.into_inner();
+    let across = body.inertia.com - axis * axis.dot(&body.inertia.com);
+    let distance = across.norm();
+    (distance > 1e-9).then(|| (across / distance, distance))
+}
+
+fn place(robot: &Robot, shape: &[f64]) -> Vector3<f64> {
+    match (line(robot), shape.first()) {
+        (Some((direction, _)), Some(radius)) => direction * *radius,
+        _ => Vector3::zeros(),
+    }
+}
+
+impl Effect for Payload {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, _joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let given = Parameters::check(&ABOUT, model, given)?;
+        let position = Vector3::new(given.get("x"), given.get("y"), given.get("z"));
+        if let Some(body) = model.robot.bodies.last_mut() {
+            body.inertia = merged(&body.inertia, &point(given.get("mass"), position));
+        }
+        Ok(Vec::new())
+    }
+
+    fn shapes(&self, motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
+        match line(&motion.model.robot) {
+            Some((_, distance)) => [0.5, 1.0, 1.5, 2.0, 3.0].iter().map(|part| vec![part * distance]).collect(),
+            None => vec![Vec::new()],
+        }
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        let mut robot = motion.model.robot.clone();
+        let position = place(&robot, shape);
+        let last = robot.bodies.len().saturating_sub(1);
+        for (index, body) in robot.bodies.iter_mut().enumerate() {
+            body.inertia = point(if index == last { 1.0 } else { 0.0 }, position);
+        }
+        vec![motion.inverse_dynamics(&robot, false).swap_remove(joint)]
+    }
+
+    fn parameters(&self, motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        let position = place(&motion.model.robot, shape);
+        vec![coefficients[0], position.x, position.y, position.z]
+    }
+}

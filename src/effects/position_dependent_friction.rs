@@ -1,0 +1,102 @@
+//! Dry friction varies with the angle of the joint: a bent shaft, uneven preload, a worn spot.
+//!
+//! `F_dry → F_dry (1 + a cos(n q + φ))`, `q` the joint position on the motor side. Its torque turns its sign with the direction of motion,
+//! which a cogging torque does not.
+//! Left out: maps that are not one harmonic.
+//! Reference: M. Gautier et al. (2013); R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic manipulators with gear transmissions.
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
+
+use super::parameters::need_joint;
+use super::{About, Action, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope};
+use crate::error::Result;
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "position_dependent_friction",
+    summary: "Dry friction varies with the position of the joint.",
+    equation: "F_dry → F_dry (1 + a cos(n q + φ))",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[
+        ParameterSpec {
+            name: "amplitude",
+            symbol: "a",
+            unit: "1",
+            min: 0.0,
+            max: 0.95,
+            default: None,
+            meaning: "relative variation of dry friction",
+        },
+        ParameterSpec {
+            name: "order",
+            symbol: "n",
+            unit: "1/rad",
+            min: 0.0,
+            max: f64::INFINITY,
+            default: None,
+            meaning: "periods in 2π of joint position",
+        },
+        ParameterSpec {
+            name: "phase",
+            symbol: "φ",
+            unit: "rad",
+            min: -TAU,
+            max: TAU,
+            default: Some(0.0),
+            meaning: "phase at q = 0",
+        },
+    ],
+    signature: "a torque that varies with the position and turns its sign with the direction of motion",
+    look_alikes: &["cogging", "load_dependent_friction", "cable_spring"],
+    separate_by: "pass the same positions slowly in both directions: half the difference of the torques is friction, half the sum is not",
+    reference: "R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic manipulators with gear transmissions",
+};
+
+/// Dry friction varies with the position of the joint.
+pub struct PositionDependentFriction;
+
+struct Map {
+    a: f64,
+    n: f64,
+    phi: f64,
+}
+
+impl JointAction for Map {
+    fn dry_friction(&self, state: &JointState, level: f64) -> f64 {
+        level * (1.0 + self.a * (self.n * state.motor_position + self.phi).cos())
+    }
+}
+
+impl Effect for PositionDependentFriction {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let given = Parameters::check(&ABOUT, model, given)?;
+        let map = Map { a: given.get("amplitude"), n: given.get("order"), phi: given.get("phase") };
+        Ok(vec![Action::Joint(need_joint(&ABOUT, model, joint)?, Box::new(map))])
+    }
+
+    fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
+        let range = motion.range(joint);
+        // Two orders that differ by π/range are half a period apart over the whole range; a third of that loses nothing.
+        // The highest: three periods a motor turn.
+        let step = PI / (3.0 * range.max(1e-9));
+        let highest = 3.2 * motion.model.joints[joint].gear_ratio;
+        let lowest = TAU * 0.8 / range.max(1e-9);
+        let count = (((highest - lowest) / step) as usize).min(2000);
+        (0..count).map(|index| vec![lowest + step * index as f64]).collect()
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        motion.harmonic(joint, shape[0], |m, row| m.friction.dry(m.v[row]) * m.direction[row]).into()
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        // a cos(n q + φ) = a cos φ · cos n q − a sin φ · sin n q
+        vec![coefficients[0].hypot(coefficients[1]), shape[0], (-coefficients[1]).atan2(coefficients[0])]
+    }
+}

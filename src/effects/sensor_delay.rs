@@ -1,0 +1,113 @@
+//! One channel is recorded late against the others.
+//!
+//! A current that is late by `T` reads `i(t − T) ≈ i − T di/dt`; a position (and velocity) late by `T` is the same as a current early by `T`.
+//! `T` is the same on all joints: one recorder, one bus.
+//! Left out: delays that vary (jitter), and a controller's own delay.
+//! Reference: seen on the KUKA KR300 data of J. Weigand et al. as 2.8 to 3.1 ms between encoder channels.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Reading, Scope, SensorAction};
+use crate::error::Result;
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "sensor_delay",
+    summary: "The current, or position and velocity, are recorded late.",
+    equation: "x(t) → x(t − T) for one channel",
+    kind: Kind::Measurement,
+    scope: Scope::Machine,
+    parameters: &[
+        ParameterSpec {
+            name: "current_delay",
+            symbol: "T_i",
+            unit: "s",
+            min: 0.0,
+            max: 0.1,
+            default: Some(0.0),
+            meaning: "how late the current is recorded",
+        },
+        ParameterSpec {
+            name: "position_delay",
+            symbol: "T_q",
+            unit: "s",
+            min: 0.0,
+            max: 0.1,
+            default: Some(0.0),
+            meaning: "how late position and velocity are recorded",
+        },
+    ],
+    signature: "a residual proportional to the rate of the torque, with one delay for all joints",
+    look_alikes: &["viscous_asymmetry", "payload", "load_dependent_friction"],
+    separate_by: "fast motion of axes of different inertia and stiffness: a delay is the same on all of them",
+    reference: "J. Weigand et al. (2022), KUKA KR300 data set: 2.8 to 3.1 ms between encoder channels",
+};
+
+/// One channel is recorded late.
+pub struct SensorDelay;
+
+/// Readings of the last `delays`, interpolated.
+struct Late {
+    current_delay: f64,
+    position_delay: f64,
+    history: VecDeque<(f64, Reading)>,
+}
+
+impl Late {
+    fn at(&self, time: f64) -> Reading {
+        let next = self.history.partition_point(|(sampled, _)| *sampled <= time);
+        let after = self.history.get(next).or_else(|| self.history.back());
+        let before = next.checked_sub(1).and_then(|index| self.history.get(index)).or(after);
+        match (before, after) {
+            (Some((t0, a)), Some((t1, b))) if t1 > t0 => {
+                let part = ((time - t0) / (t1 - t0)).clamp(0.0, 1.0);
+                let mix = |x: f64, y: f64| x + part * (y - x);
+                Reading {
+                    position: mix(a.position, b.position),
+                    velocity: mix(a.velocity, b.velocity),
+                    current: mix(a.current, b.current),
+                }
+            }
+            (Some((_, reading)), _) => *reading,
+            _ => Reading::default(),
+        }
+    }
+}
+
+impl SensorAction for Late {
+    fn alter(&mut self, time: f64, reading: &mut Reading) {
+        self.history.push_back((time, *reading));
+        let oldest = time - self.current_delay.max(self.position_delay);
+        while self.history.len() > 2 && self.history[1].0 <= oldest {
+            self.history.pop_front();
+        }
+        let moved = self.at(time - self.position_delay);
+        reading.position = moved.position;
+        reading.velocity = moved.velocity;
+        reading.current = self.at(time - self.current_delay).current;
+    }
+}
+
+impl Effect for SensorDelay {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, _joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let given = Parameters::check(&ABOUT, model, given)?;
+        let late = |joint| {
+            let history = VecDeque::new();
+            let (current_delay, position_delay) = (given.get("current_delay"), given.get("position_delay"));
+            Action::Sensor(joint, Box::new(Late { current_delay, position_delay, history }))
+        };
+        Ok((0..model.joints.len()).map(late).collect())
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        vec![motion.column(joint, |m, row| -m.torque_rate[row])]
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        vec![coefficients[0].max(0.0), (-coefficients[0]).max(0.0)]
+    }
+}

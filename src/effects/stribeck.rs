@@ -1,0 +1,100 @@
+//! Friction falls with speed before it rises: what a Coulomb and viscous law lacks.
+//!
+//! `F(v) = (F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v`, equation 6; the nominal law has `F_S = F_C`.
+//! A candidate only where the model file gives a law without it; where friction is unknown it is part of the baseline.
+//! Left out: the lag of friction behind velocity (presliding).
+//! Reference: L. Márton, B. Lantos (2009), equation 6.
+
+use std::collections::BTreeMap;
+
+use super::parameters::{need_friction, need_joint};
+use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use crate::error::{Error, Place, Result};
+use crate::gearhead::FrictionLaw;
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "stribeck",
+    summary: "Friction falls with speed before it rises, which the nominal law lacks.",
+    equation: "F(v) = (F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[
+        ParameterSpec {
+            name: "breakaway",
+            symbol: "F_S",
+            unit: "N·m",
+            min: 0.0,
+            max: f64::INFINITY,
+            default: None,
+            meaning: "friction at the onset of motion",
+        },
+        ParameterSpec {
+            name: "stribeck_velocity",
+            symbol: "v_S",
+            unit: "rad/s",
+            min: 1e-9,
+            max: f64::INFINITY,
+            default: None,
+            meaning: "speed over which friction falls from F_S towards F_C",
+        },
+    ],
+    signature: "a peak of friction below a low speed, in both directions alike",
+    look_alikes: &["viscous_asymmetry", "load_dependent_friction"],
+    separate_by: "slow constant speeds, several below the Stribeck velocity",
+    reference: "L. Márton, B. Lantos (2009), equation 6",
+};
+
+/// The falling part of the friction law.
+pub struct Stribeck;
+
+impl Effect for Stribeck {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let given = Parameters::check(&ABOUT, model, given)?;
+        let joint = need_joint(&ABOUT, model, joint)?;
+        let source = model.source.clone();
+        match &mut need_friction(&ABOUT, model, joint)?.law {
+            FrictionLaw::Exponential(law) => {
+                for side in law {
+                    side.breakaway = given.get("breakaway");
+                    side.stribeck_velocity = given.get("stribeck_velocity");
+                }
+                Ok(Vec::new())
+            }
+            FrictionLaw::TwoLines(_) => Err(Error::input(
+                &source,
+                Place::File,
+                "effects.stribeck",
+                "two lines",
+                "the friction law of equation 6: two lines hold the falling part already",
+            )),
+        }
+    }
+
+    fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        match motion.model.joints[joint].friction.map(|friction| friction.law) {
+            // A law without the falling part has F_S = F_C to rounding.
+            Some(FrictionLaw::Exponential(law)) => law.iter().all(|side| side.breakaway <= side.coulomb * (1.0 + 1e-9)),
+            Some(FrictionLaw::TwoLines(_)) | None => false,
+        }
+    }
+
+    fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
+        let fastest = motion.joints[joint].v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        // From a thousandth to a fifth of the largest speed, a factor of 1.5 apart.
+        (0..14).map(|step| vec![fastest * 1e-3 * 1.5_f64.powi(step)]).collect()
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        let v_s = shape[0].abs().max(1e-12);
+        vec![motion.column(joint, |m, row| m.direction[row] * (-m.v[row].abs() / v_s).exp())]
+    }
+
+    fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        vec![motion.joints[joint].friction.coulomb + coefficients[0], shape[0].abs()]
+    }
+}
