@@ -73,3 +73,41 @@ fn property_toml_values_set_by_assignment_replace_those_of_the_file() {
     );
     refused(parse("").set("kp"), "model.toml: kp: expected an assignment KEY=VALUE");
 }
+
+mod machines {
+    use super::*;
+    use lostmotion::robot::Model;
+    use lostmotion::units::JointKind;
+
+    fn load(name: &str) -> Model {
+        Model::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(name).join("model.toml")).unwrap()
+    }
+
+    #[test]
+    fn published_emps_mass_and_drive_gain_are_those_of_its_paper() {
+        let model = load("emps");
+        let joint = &model.joints[0];
+        assert_eq!(joint.kind, JointKind::Prismatic);
+        let mass = joint.reflected_inertia() + model.robot.bodies[0].inertia.mass;
+        // The model file gives seven digits of the rotor inertia.
+        assert!((mass - 95.1089).abs() < 1e-4, "M = {mass} kg");
+        assert!((joint.torque_per_ampere() - 35.150_651_882).abs() < 1e-8, "gtau = {} N/V", joint.torque_per_ampere());
+        assert!((joint.encoder_step() - 5e-8).abs() < 1e-15);
+        assert!(joint.friction.is_none() && joint.backlash.is_none());
+    }
+
+    #[test]
+    fn analytic_elbow_merges_its_tool_with_steiner() {
+        let model = load("elbow");
+        let forearm = &model.robot.bodies[1];
+        assert_eq!(forearm.parent, Some(0));
+        assert_eq!(forearm.inertia.mass, 2.6);
+        let com = -(1.8 * 0.15 + 0.8 * 0.35) / 2.6;
+        assert!((forearm.inertia.com.z - com).abs() < 1e-15);
+        let moment = 0.019 + 1.8 * 0.15 * 0.15 + 0.0006 + 0.8 * 0.35 * 0.35;
+        let about_joint = forearm.inertia.tensor_about(&Default::default());
+        assert!((about_joint[(1, 1)] - moment).abs() < 1e-15);
+        assert_eq!(forearm.shapes.len(), 2);
+        assert_eq!(model.held, Vec::<String>::new());
+    }
+}

@@ -1,7 +1,14 @@
 //! What the machine is: kinematic tree, inertias, collision shapes, and the model file. No engine types.
 
+mod inertia;
+mod mesh;
 pub mod model;
+mod read;
 pub mod tree;
+mod urdf;
+mod urdf_text;
+mod write;
 
 pub use model::{EffectEntry, JointModel, Model};
-pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape};
+pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape, UnreadShape};
+pub use urdf::STANDARD_GRAVITY;

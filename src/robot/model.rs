@@ -17,6 +17,8 @@ pub struct Model {
     pub source: PathBuf,
     /// The URDF file.
     pub urdf: PathBuf,
+    /// Text of the URDF.
+    pub urdf_text: String,
     /// The tree of the movable joints that the model lists; all others are held at zero.
     pub robot: Robot,
     /// One a body of the tree, same order.

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use crate::units::JointKind;
 
 /// A robot on a fixed base. Body `i` is moved by joint `i`; parents stand before their children.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
     /// Name in the URDF.
     pub name: String,
@@ -13,12 +13,14 @@ pub struct Robot {
     pub gravity: Vector3<f64>,
     /// Collision shapes that do not move, with the base frame as their frame.
     pub base_shapes: Vec<Shape>,
+    /// Collision shapes whose mesh file could not be read; a planned motion cannot be checked then.
+    pub unread_shapes: Vec<UnreadShape>,
     /// The movable bodies.
     pub bodies: Vec<Body>,
 }
 
 /// A rigid body and the joint that moves it. Its frame is the joint's frame after the motion.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Name of the URDF link that the joint moves.
     pub name: String,
@@ -33,7 +35,7 @@ pub struct Body {
 }
 
 /// A revolute or prismatic joint.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Name in the URDF.
     pub name: String,
@@ -84,6 +86,15 @@ pub struct Shape {
     pub pose: Isometry3<f64>,
     /// What it is.
     pub geometry: Geometry,
+}
+
+/// A collision shape that is not known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnreadShape {
+    /// URDF link it belongs to.
+    pub link: String,
+    /// The mesh file and why it was not read.
+    pub reason: String,
 }
 
 /// Geometry of a collision shape, as URDF has it.

@@ -1,0 +1,77 @@
+//! Points of a collision mesh, STL or OBJ; the shape taken from them is their convex hull.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Vector3;
+
+/// Meshes with more points are made for the eye, not for collisions.
+const MAX_POINTS: usize = 200_000;
+
+/// The points of a mesh file that a URDF names, scaled; or why there are none.
+pub(super) fn points(urdf: &Path, name: &str, scale: &Vector3<f64>) -> Result<Vec<Vector3<f64>>, String> {
+    let file = resolve(urdf, name).ok_or_else(|| format!("{name}: no folder of that package above the URDF"))?;
+    let refuse = |reason: String| format!("{}: {reason}", file.display());
+    let bytes = std::fs::read(&file).map_err(|error| refuse(error.to_string()))?;
+    let extension = file.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
+    let points = match extension.as_str() {
+        "stl" if !is_text_stl(&bytes) => binary_stl(&bytes),
+        "stl" => text_points(&bytes, "vertex"),
+        "obj" => text_points(&bytes, "v"),
+        _ => return Err(refuse("only STL and OBJ are read".to_owned())),
+    };
+    let points = points.ok_or_else(|| refuse("broken mesh".to_owned()))?;
+    match points.len() {
+        0..4 => Err(refuse(format!("{} points, at least 4 needed", points.len()))),
+        count if count > MAX_POINTS => {
+            Err(refuse(format!("{count} points, at most {MAX_POINTS} for a collision shape")))
+        }
+        _ if points.iter().any(|point| !point.iter().all(|x| x.is_finite())) => {
+            Err(refuse("a point that is no number".into()))
+        }
+        _ => Ok(points.iter().map(|point| point.component_mul(scale)).collect()),
+    }
+}
+
+/// The file: absolute, beside the URDF, or `package://NAME/...` with a folder NAME above the URDF.
+fn resolve(urdf: &Path, name: &str) -> Option<PathBuf> {
+    let folder = urdf.parent().unwrap_or(Path::new(""));
+    let Some(path) = name.strip_prefix("package://") else {
+        return Some(folder.join(name.strip_prefix("file://").unwrap_or(name)));
+    };
+    let (package, rest) = path.split_once('/')?;
+    let above = folder.ancestors().find(|folder| folder.file_name().is_some_and(|name| name == package))?;
+    Some(above.join(rest))
+}
+
+/// Many binary files begin with "solid" as text ones do; their size, from the count of triangles, gives them away.
+fn is_text_stl(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"solid") && triangles(bytes).is_none()
+}
+
+/// The triangles of a binary STL: 80 bytes of header, their count, 50 bytes each.
+fn triangles(bytes: &[u8]) -> Option<std::slice::ChunksExact<'_, u8>> {
+    let count = u32::from_le_bytes(bytes.get(80..84)?.try_into().ok()?);
+    let body = bytes.get(84..)?;
+    (body.len() as u64 == 50 * u64::from(count)).then(|| body.chunks_exact(50))
+}
+
+fn binary_stl(bytes: &[u8]) -> Option<Vec<Vector3<f64>>> {
+    let float = |bytes: &[u8]| f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
+    // 12 bytes of normal, three corners of 12 bytes, 2 bytes of attributes.
+    let corners = triangles(bytes)?.flat_map(|triangle| triangle[12..48].chunks_exact(12));
+    Some(corners.map(|corner| Vector3::new(float(&corner[..4]), float(&corner[4..8]), float(&corner[8..]))).collect())
+}
+
+/// Lines `KEYWORD x y z` of a text.
+fn text_points(bytes: &[u8], keyword: &str) -> Option<Vec<Vector3<f64>>> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let mut points = Vec::new();
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        if words.next() == Some(keyword) {
+            let mut number = || words.next()?.parse::<f64>().ok();
+            points.push(Vector3::new(number()?, number()?, number()?));
+        }
+    }
+    Some(points)
+}

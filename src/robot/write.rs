@@ -1,0 +1,167 @@
+//! Writing a model file that reads back as the same model.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::model::{JointModel, Model};
+use super::read::SCHEMA;
+use super::urdf::STANDARD_GRAVITY;
+use crate::drive::{Sensing, VelocitySensor};
+use crate::error::Result;
+use crate::gearhead::{Friction, FrictionLaw};
+use crate::toml_input::{write_atomically, written_key, written_number, written_text};
+use crate::units::JointKind;
+
+impl Model {
+    /// Writes a complete model file, whole or not at all. A URDF below the file's folder is named relative to it, another
+    /// one by its absolute path; one that is no file (an embedded model) is written beside it.
+    ///
+    /// What was altered in [`Model::robot`] after reading is not written: the URDF is its record.
+    ///
+    /// # Errors
+    /// The operating system refuses a file.
+    pub fn save(&self, file: &Path) -> Result<()> {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let urdf = match self.urdf.canonicalize() {
+            Ok(urdf) => named_from(folder, urdf),
+            Err(_) => {
+                let name = PathBuf::from(self.urdf.file_name().unwrap_or("robot.urdf".as_ref()));
+                write_atomically(&folder.join(&name), &self.urdf_text)?;
+                name
+            }
+        };
+        write_atomically(file, &self.to_toml(&urdf))
+    }
+
+    /// The text of the model file, with this path of its URDF.
+    pub fn to_toml(&self, urdf: &Path) -> String {
+        let mut out = String::new();
+        line(&mut out, "schema", &written_text(SCHEMA), "");
+        line(&mut out, "name", &written_text(&self.name), "");
+        line(&mut out, "urdf", &written_text(&urdf.to_string_lossy()), "");
+        if self.robot.gravity != STANDARD_GRAVITY {
+            let gravity: Vec<String> = self.robot.gravity.iter().copied().map(written_number).collect();
+            line(&mut out, "gravity", &format!("[{}]", gravity.join(", ")), "[m/s²] seen from the base");
+        }
+        for joint in &self.joints {
+            write_joint(&mut out, joint);
+        }
+        for effect in &self.effects {
+            out.push_str("\n[[effects]]\n");
+            line(&mut out, "effect", &written_text(&effect.effect), "");
+            if let Some(joint) = &effect.joint {
+                line(&mut out, "joint", &written_text(joint), "");
+            }
+            for (name, value) in &effect.parameters {
+                number(&mut out, name, *value, "");
+            }
+        }
+        out
+    }
+}
+
+/// A path relative to the folder where it lies below it.
+fn named_from(folder: &Path, file: PathBuf) -> PathBuf {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let below = folder.canonicalize().ok().and_then(|folder| file.strip_prefix(folder).ok().map(Path::to_owned));
+    below.unwrap_or(file)
+}
+
+fn line(out: &mut String, key: &str, value: &str, comment: &str) {
+    // Writing to a String cannot fail.
+    let _ = match comment {
+        "" => writeln!(out, "{} = {value}", written_key(key)),
+        _ => writeln!(out, "{} = {value}  # {comment}", written_key(key)),
+    };
+}
+
+fn number(out: &mut String, key: &str, value: f64, comment: &str) {
+    line(out, key, &written_number(value), comment);
+}
+
+/// A number that is only written where it is known and finite.
+fn known(out: &mut String, key: &str, value: Option<f64>, comment: &str) {
+    if let Some(value) = value.filter(|value| value.is_finite()) {
+        number(out, key, value, comment);
+    }
+}
+
+fn pair(out: &mut String, key: &str, [positive, negative]: [f64; 2], comment: &str) {
+    line(out, key, &format!("[{}, {}]", written_number(positive), written_number(negative)), comment);
+}
+
+fn write_joint(out: &mut String, joint: &JointModel) {
+    let (position, stiffness, damping) = match joint.kind {
+        JointKind::Revolute => ("[rad] total gap", "[N·m/rad] at the joint, outside the gap", "[N·m·s/rad]"),
+        JointKind::Prismatic => ("[m] total gap", "[N/m] at the joint, outside the gap", "[N·s/m]"),
+    };
+    let name = written_key(&joint.name);
+    let section = |out: &mut String, part: &str| {
+        let _ = writeln!(out, "\n[joints.{name}{part}]");
+    };
+    section(out, "");
+    number(out, "gear_ratio", joint.gear_ratio, "motor turns [rad] per joint motion");
+    number(out, "rotor_inertia", joint.rotor_inertia, "[kg·m²] at the motor shaft");
+    number(out, "gear_stiffness", joint.gear_stiffness, stiffness);
+    number(out, "gear_damping", joint.gear_damping, damping);
+    known(out, "backlash", joint.backlash, position);
+
+    section(out, ".motor");
+    number(out, "torque_constant", joint.motor.torque_constant, "[N·m/A]");
+    known(out, "resistance", joint.motor.resistance, "[Ω]");
+    known(out, "inductance", joint.motor.inductance, "[H]");
+
+    section(out, ".drive");
+    known(out, "voltage_limit", Some(joint.amplifier.voltage_limit), "[V]");
+    known(out, "current_limit", Some(joint.amplifier.current_limit), "[A]");
+    number(out, "current_time_constant", joint.amplifier.current_time_constant, "[s]");
+
+    if let Some(encoder) = &joint.encoder {
+        section(out, ".encoder");
+        number(out, "counts_per_turn", encoder.counts_per_turn, "motor shaft, after quadrature");
+    }
+    if let Some(sensor) = &joint.velocity_sensor {
+        section(out, ".velocity_sensor");
+        match sensor {
+            VelocitySensor::LowPass(time) => number(out, "low_pass_time_constant", *time, "[s]"),
+            VelocitySensor::PulsePeriod => line(out, "method", "\"pulse_period\"", ""),
+        }
+    }
+    if let Some(sensor) = &joint.current_sensor {
+        section(out, ".current_sensor");
+        number(out, "noise", sensor.noise, "[A] standard deviation");
+        number(out, "resolution", sensor.resolution, "[A]");
+        let word = match sensor.sensing {
+            Sensing::Signed => "\"signed\"",
+            Sensing::Absolute => "\"absolute\"",
+        };
+        line(out, "sensing", word, "");
+    }
+    if let Some(friction) = &joint.friction {
+        section(out, ".friction");
+        write_friction(out, friction, joint.kind);
+    }
+}
+
+fn write_friction(out: &mut String, friction: &Friction, kind: JointKind) {
+    let (level, slope, speed) = match kind {
+        JointKind::Revolute => ("[N·m] positive, negative direction", "[N·m·s/rad]", "[rad/s]"),
+        JointKind::Prismatic => ("[N] positive, negative direction", "[N·s/m]", "[m/s]"),
+    };
+    match &friction.law {
+        FrictionLaw::Exponential(law) => {
+            pair(out, "coulomb", law.map(|law| law.coulomb), level);
+            pair(out, "breakaway", law.map(|law| law.breakaway), level);
+            pair(out, "stribeck_velocity", law.map(|law| law.stribeck_velocity), speed);
+            pair(out, "viscous", law.map(|law| law.viscous), slope);
+        }
+        FrictionLaw::TwoLines(lines) => {
+            line(out, "law", "\"two_lines\"", "");
+            pair(out, "a1", lines.map(|line| line.a1), level);
+            pair(out, "b1", lines.map(|line| line.b1), slope);
+            pair(out, "a2", lines.map(|line| line.a2), level);
+            pair(out, "b2", lines.map(|line| line.b2), slope);
+        }
+    }
+    number(out, "link_share", friction.link_share, "part of it on the link side of the gap");
+}
