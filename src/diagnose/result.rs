@@ -1,0 +1,275 @@
+//! What a diagnosis returns: the content of `report.json`, the extended model, and the series that a plot needs.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::effects::Kind;
+use crate::robot::Model;
+use crate::units::JointKind;
+
+/// What the simulation gets wrong, and why.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    /// Always [`SCHEMA`](Self::SCHEMA).
+    pub schema: &'static str,
+    /// Versions of what made it.
+    pub versions: BTreeMap<&'static str, &'static str>,
+    /// The answer in one word.
+    pub verdict: Verdict,
+    /// What was found, strongest first.
+    pub effects: Vec<FoundEffect>,
+    /// Torque errors before and after, per joint and part of the data.
+    pub fit: Vec<FitError>,
+    /// Errors of simulations beside the data, per joint and channel; empty until they have been replayed.
+    pub replay: Vec<ReplayError>,
+    /// Free parameters of the nominal model as fitted, by joint.
+    pub baseline: BTreeMap<String, BaselineEstimate>,
+    /// Structure that remains and no effect of the catalogue explains.
+    pub unexplained: Vec<Unexplained>,
+    /// Every candidate that was tried, and what became of it.
+    pub candidates: Vec<CandidateRecord>,
+    /// How the data were read: filter, zones, held-out part.
+    pub method: Method,
+    /// Maps of the residual against what may explain it, per joint.
+    pub maps: Vec<ResidualMap>,
+    /// Amplitude of the residual against the order of the motor angle, per joint.
+    pub order_spectrum: Vec<OrderSpectrum>,
+    /// The nominal model with the fitted baseline and the effects found: every command accepts it.
+    #[serde(skip)]
+    pub extended_model: Model,
+    /// The nominal model with the fitted baseline alone.
+    #[serde(skip)]
+    pub baseline_model: Model,
+    /// Residuals sample by sample, one for each session and joint.
+    #[serde(skip)]
+    pub series: Vec<ResidualSeries>,
+}
+
+impl Diagnosis {
+    /// Version of the report's layout.
+    pub const SCHEMA: &'static str = "lostmotion/diagnosis/1";
+}
+
+/// The answer in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Effects of the catalogue explain what the nominal model gets wrong.
+    EffectsFound,
+    /// The nominal model explains the data.
+    NothingFound,
+    /// Structure remains, and no effect of the catalogue explains it.
+    Unexplained,
+}
+
+/// A value with its uncertainty and unit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Measured {
+    /// Estimate, SI.
+    pub value: f64,
+    /// Standard error, same unit, the autocorrelation of the residual counted.
+    pub std_error: f64,
+    /// Unit.
+    pub unit: &'static str,
+}
+
+/// An effect that the evidence supports.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoundEffect {
+    /// Name of the catalogue.
+    pub effect: String,
+    /// Joints it acts on; all for an effect of the machine.
+    pub joints: Vec<String>,
+    /// Machine or measurement.
+    pub kind: Kind,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<String, Measured>,
+    /// Probability that it is what is named, 0 to 1.
+    pub probability: f64,
+    /// [%] by which it lowers the RMS torque error of its joints on data held out.
+    pub gain_percent: f64,
+    /// Effects that explain the data almost as well.
+    pub confusable_with: Vec<String>,
+    /// The experiment that would separate them.
+    pub separate_by: String,
+}
+
+/// Part of the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Split {
+    /// Used for the fit.
+    Train,
+    /// Kept away from it.
+    HeldOut,
+}
+
+/// RMS torque error of one joint over its rigid zone.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FitError {
+    /// The joint.
+    pub joint: String,
+    /// `torque` or `force`.
+    pub quantity: &'static str,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// Part of the data.
+    pub split: Split,
+    /// RMS error of the nominal model with its free parameters fitted.
+    pub before: f64,
+    /// RMS error of the extended model.
+    pub after: f64,
+    /// RMS error that sensor noise and quantisation alone would leave.
+    pub floor: f64,
+    /// [%] `before` relative to the RMS of the measured torque.
+    pub before_percent: f64,
+    /// [%] `after` relative to the RMS of the measured torque.
+    pub after_percent: f64,
+}
+
+/// Error of a simulation beside the data.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ReplayError {
+    /// The joint.
+    pub joint: String,
+    /// The channel: `position`, `velocity`, `current`, `force`.
+    pub quantity: &'static str,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// Part of the data.
+    pub split: Split,
+    /// RMS error of the nominal model.
+    pub before: f64,
+    /// RMS error of the extended model.
+    pub after: f64,
+}
+
+/// Free parameters of the nominal model of one joint.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BaselineEstimate {
+    /// `coulomb`, `breakaway`, `stribeck_velocity`, `viscous`.
+    pub friction: BTreeMap<&'static str, Measured>,
+    /// Total gap at the joint; `None` where the data could not tell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backlash: Option<Measured>,
+    /// Constant of the torque channel per session, where a torque rather than a current was recorded.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub torque_offset: BTreeMap<String, Measured>,
+}
+
+/// Structure that no effect explains.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unexplained {
+    /// The joint.
+    pub joint: String,
+    /// Its shape in words and numbers.
+    pub pattern: String,
+}
+
+/// What became of a candidate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CandidateRecord {
+    /// Name of the catalogue.
+    pub effect: String,
+    /// Joints it was tried on.
+    pub joints: Vec<String>,
+    /// [%] by which it alone lowers the squared residual of the baseline, cross-validated.
+    pub gain_percent: f64,
+    /// The gain at which clean data would name it once in a hundred [%].
+    pub threshold_percent: f64,
+    /// Whether it was named.
+    pub named: bool,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// How the data were read.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Method {
+    /// The kernel that torque and motion pass.
+    pub filter: String,
+    /// [s] smallest and largest half width of the kernel.
+    pub half_width: [f64; 2],
+    /// What of each session was left out, and why.
+    pub zones: String,
+    /// What the baseline frees.
+    pub baseline: String,
+    /// What was held out.
+    pub held_out: String,
+}
+
+/// What a residual is plotted against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// [rad/s or m/s]
+    Velocity,
+    /// [rad or m]
+    Position,
+    /// [rad] angle of the motor shaft within a turn.
+    MotorAngle,
+    /// [N·m or N] torque through the gear.
+    Load,
+}
+
+/// Mean residual in bins of one quantity.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResidualMap {
+    /// The joint.
+    pub joint: String,
+    /// What the bins are of.
+    pub axis: Axis,
+    /// Centre of each bin.
+    pub centre: Vec<f64>,
+    /// Samples in each bin.
+    pub count: Vec<usize>,
+    /// Mean residual of the nominal model, motion in the positive direction; NaN-free: bins without samples are left out.
+    pub before: Vec<f64>,
+    /// Mean residual of the extended model.
+    pub after: Vec<f64>,
+}
+
+/// Amplitude against the order of the motor angle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OrderSpectrum {
+    /// The joint.
+    pub joint: String,
+    /// Periods per turn of the motor.
+    pub order: Vec<f64>,
+    /// [N·m or N] amplitude in the residual of the nominal model.
+    pub before: Vec<f64>,
+    /// [N·m or N] amplitude in the residual of the extended model.
+    pub after: Vec<f64>,
+}
+
+/// Residual of one joint in one session, one value a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResidualSeries {
+    /// Name of the session.
+    pub session: String,
+    /// The joint.
+    pub joint: String,
+    /// Turning or sliding.
+    pub kind: JointKind,
+    /// Part of the data.
+    pub split: Split,
+    /// [s]
+    pub time: Vec<f64>,
+    /// [rad or m] smooth motor position on the joint side.
+    pub position: Vec<f64>,
+    /// [rad/s or m/s]
+    pub velocity: Vec<f64>,
+    /// [rad] angle of the motor shaft.
+    pub motor_angle: Vec<f64>,
+    /// [N·m or N] torque through the gear.
+    pub load: Vec<f64>,
+    /// [N·m or N] measured motor torque, smooth.
+    pub torque: Vec<f64>,
+    /// [N·m or N] measured minus nominal.
+    pub before: Vec<f64>,
+    /// [N·m or N] measured minus extended.
+    pub after: Vec<f64>,
+    /// Whether the row lies in the rigid zone, where the errors are judged.
+    pub rigid: Vec<bool>,
+}
