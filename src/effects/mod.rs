@@ -71,8 +71,10 @@ pub struct JointState {
 
 /// What an effect does to a joint while it moves. Every method defaults to nothing.
 pub trait JointAction: Send + Sync {
-    /// Dry friction level [N·m or N] (≥ 0) of the whole joint in the direction that the state moves or is about to move,
-    /// given the level that the law and earlier effects yield. Acts on rotor and link in the law's shares.
+    /// Friction level [N·m or N] (≥ 0) of the whole joint in the direction that the state moves or is about to move, given
+    /// the level, viscous part included, that the law and earlier effects yield. Acts on rotor and link in the law's shares;
+    /// both velocities of the state are that of the side in question. A side at rest has the smallest velocity there is
+    /// in the direction in which it is about to move, so that the sign of a velocity always tells the direction.
     fn dry_friction(&self, _state: &JointState, level: f64) -> f64 {
         level
     }
@@ -156,4 +158,12 @@ pub trait Effect: Sync {
 
     /// Its parameters from the coefficients, in the order of [`About::parameters`]; those with a default may be missing at the end.
     fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64>;
+}
+
+/// All effects there are.
+pub const CATALOGUE: &[&dyn Effect] = &[];
+
+/// The effect of a name.
+pub fn find(name: &str) -> Option<&'static dyn Effect> {
+    CATALOGUE.iter().copied().find(|effect| effect.name() == name)
 }

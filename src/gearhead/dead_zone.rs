@@ -9,6 +9,7 @@
 //!                                                      /   −b/2  b/2
 //! ```
 //!
+//! Without a gap (`b = 0`) both flanks touch under preload and nothing is one-sided: `T = k x + d ẋ`.
 //! Left out: tooth mesh stiffness that changes with angle, and hysteresis of the material.
 //! Reference: Modelica Standard Library, `Rotational.Components.ElastoBacklash`; the dead zone is equations 2 and 3 of
 //! L. Márton, B. Lantos (2009) with a compliance.
@@ -28,7 +29,9 @@ impl DeadZone {
     /// `T(x, ẋ)` [N·m or N], positive when it drives the link positively.
     pub fn torque(&self, x: f64, x_dot: f64) -> f64 {
         let half = 0.5 * self.backlash;
-        if x > half {
+        if self.backlash == 0.0 {
+            self.stiffness * x + self.damping * x_dot
+        } else if x > half {
             (self.stiffness * (x - half) + self.damping * x_dot).max(0.0)
         } else if x < -half {
             (self.stiffness * (x + half) + self.damping * x_dot).min(0.0)

@@ -1,0 +1,178 @@
+//! All joints together: accelerations of the links under their loads, and the friction that holds those that stick.
+//!
+//! ```text
+//!   v̇ = W (load + λ) − a₀,   λ_i = −F_i holds v̇_i = 0 on the set S of links that stick, λ = 0 elsewhere:
+//!   W_SS λ_S = −(W load − a₀)_S
+//! ```
+//! Which links stick is decided all at once: among the links at rest, Murty's least-index rule exchanges one link that
+//! violates its condition (`|F_i|` within its level while it sticks, acceleration along its slip while it slips) until none
+//! does; `W` is positive definite, so it ends, and the answer is unique.
+
+use super::joint::{Flow, JointLaws, Phase, Power};
+use super::mobility::Response;
+use super::mode::{Margins, Mode, Slip};
+
+/// The joints' laws, and room to work.
+pub struct Coupled {
+    /// One a joint.
+    pub laws: Vec<JointLaws>,
+    /// What the laws say, at the last evaluated state.
+    pub flows: Vec<Flow>,
+    /// `F_i` of the links that stick, at the last evaluated state.
+    pub holds: Vec<f64>,
+    stuck: Vec<usize>,
+    factor: Vec<f64>,
+    hold: Vec<f64>,
+}
+
+impl Coupled {
+    /// Joins the laws of all joints.
+    pub fn new(laws: Vec<JointLaws>) -> Self {
+        let n = laws.len();
+        Self {
+            laws,
+            flows: vec![Flow::default(); n],
+            holds: vec![0.0; n],
+            stuck: Vec::with_capacity(n),
+            factor: vec![0.0; n * n],
+            hold: vec![0.0; n],
+        }
+    }
+
+    /// Writes the derivative of the state within a mode; returns the power that flows.
+    #[inline]
+    pub fn derivative(
+        &mut self,
+        time: f64,
+        y: &[Phase],
+        modes: &[Mode],
+        commands: &[f64],
+        response: &Response,
+        rate: &mut [Phase],
+    ) -> Power {
+        let mut power = Power::default();
+        self.stuck.clear();
+        for (i, law) in self.laws.iter().enumerate() {
+            let flow = law.flow(time, &y[i], &modes[i], commands[i]);
+            power.work += flow.power.work;
+            power.dissipated += flow.power.dissipated;
+            rate[i] = Phase {
+                theta: y[i].omega,
+                omega: flow.rotor_acceleration,
+                q: y[i].v,
+                v: 0.0,
+                current: flow.current_rate,
+            };
+            if modes[i].link == Slip::Stuck {
+                self.stuck.push(i);
+            }
+            self.flows[i] = flow;
+        }
+        for (i, rate) in rate.iter_mut().enumerate() {
+            let row = response.row(i);
+            rate.v = row.iter().zip(&self.flows).map(|(w, flow)| w * flow.link_load).sum::<f64>() - response.free(i);
+        }
+        if !self.stuck.is_empty() {
+            self.hold_links(response, rate);
+        }
+        power
+    }
+
+    /// Finds `λ` of the links that stick and adds what it does.
+    fn hold_links(&mut self, response: &Response, rate: &mut [Phase]) {
+        let Self { stuck, factor, hold, holds, .. } = self;
+        let m = stuck.len();
+        for a in 0..m {
+            for b in 0..=a {
+                let dot: f64 = (0..b).map(|k| factor[a * m + k] * factor[b * m + k]).sum();
+                let rest = response.w(stuck[a], stuck[b]) - dot;
+                factor[a * m + b] = if a == b { rest.max(f64::MIN_POSITIVE).sqrt() } else { rest / factor[b * m + b] };
+            }
+            let dot: f64 = (0..a).map(|k| factor[a * m + k] * hold[k]).sum();
+            hold[a] = (-rate[stuck[a]].v - dot) / factor[a * m + a];
+        }
+        for a in (0..m).rev() {
+            let dot: f64 = (a + 1..m).map(|k| factor[k * m + a] * hold[k]).sum();
+            hold[a] = (hold[a] - dot) / factor[a * m + a];
+        }
+        for (i, rate) in rate.iter_mut().enumerate() {
+            let row = response.row(i);
+            rate.v += stuck.iter().zip(&hold[..m]).map(|(&s, lambda)| row[s] * lambda).sum::<f64>();
+        }
+        for (&s, lambda) in stuck.iter().zip(&hold[..m]) {
+            rate[s].v = 0.0;
+            holds[s] = -lambda;
+        }
+    }
+
+    /// Distances from the ends of the modes, at the state of the last call of [`Coupled::derivative`].
+    pub fn margins(&self, time: f64, y: &[Phase], modes: &[Mode], commands: &[f64], margins: &mut [Margins]) {
+        for (i, law) in self.laws.iter().enumerate() {
+            margins[i] = law.margins(time, &y[i], &modes[i], commands[i], &self.flows[i], self.holds[i]);
+        }
+    }
+
+    /// Decides saturation and friction of everything that rests, at a state where the command may have jumped.
+    pub fn settle(
+        &mut self,
+        time: f64,
+        y: &[Phase],
+        modes: &mut [Mode],
+        commands: &[f64],
+        response: &Response,
+        rate: &mut [Phase],
+    ) {
+        for (i, law) in self.laws.iter().enumerate() {
+            modes[i].saturation = law.power.saturation(law.power.demand(commands[i], y[i].current, y[i].omega));
+            if y[i].omega == 0.0 && modes[i].rotor != Slip::Free {
+                modes[i].rotor = Slip::Stuck;
+                let flow = law.flow(time, &y[i], &modes[i], commands[i]);
+                if law.margins(time, &y[i], &modes[i], commands[i], &flow, 0.0).0[1] < 0.0 {
+                    modes[i].rotor = Slip::towards(flow.rotor_drive);
+                }
+            }
+        }
+        self.settle_links(time, y, modes, commands, response, rate);
+    }
+
+    /// Decides which of the links at rest stick.
+    pub fn settle_links(
+        &mut self,
+        time: f64,
+        y: &[Phase],
+        modes: &mut [Mode],
+        commands: &[f64],
+        response: &Response,
+        rate: &mut [Phase],
+    ) {
+        let n = self.laws.len();
+        // Least-index exchange visits no set twice: 3ⁿ bounds it; in practice a few exchanges do.
+        for _ in 0..3_usize.saturating_pow(n as u32).min(1000) {
+            self.derivative(time, y, modes, commands, response, rate);
+            let violated = (0..n).find(|&i| {
+                y[i].v == 0.0
+                    && match modes[i].link {
+                        Slip::Free => false,
+                        Slip::Stuck => {
+                            let margins = self.laws[i].margins(
+                                time,
+                                &y[i],
+                                &modes[i],
+                                commands[i],
+                                &self.flows[i],
+                                self.holds[i],
+                            );
+                            margins.0[2] < 0.0
+                        }
+                        Slip::Positive => rate[i].v < 0.0,
+                        Slip::Negative => rate[i].v > 0.0,
+                    }
+            });
+            let Some(i) = violated else { return };
+            modes[i].link = match modes[i].link {
+                Slip::Stuck => Slip::towards(self.holds[i]),
+                _ => Slip::Stuck,
+            };
+        }
+    }
+}

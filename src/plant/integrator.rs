@@ -1,0 +1,389 @@
+//! Runge-Kutta 4 between located events.
+//!
+//! A step is taken within the modes that hold at its start. Where a margin has turned negative at its end, the earliest root
+//! of the margins along the step's cubic Hermite interpolant is found, the step is taken again up to there, and the mode
+//! changes: a flank is touched or left, a rotor or link comes to rest or breaks away, the voltage limit is met or left.
+//! Without that every method is of first order.
+
+use nalgebra::DMatrix;
+
+use super::coupled::Coupled;
+use super::joint::{Phase, Power};
+use super::mobility::{Mobility, Response};
+use super::mode::{Change, Margins, Mode, Slip};
+use super::rigid_body::RigidBody;
+
+/// Where `W` and `a₀` come from during a stretch of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// From the engine, at every stage.
+    Engine,
+    /// From the polynomial through evaluations.
+    Polynomial,
+}
+
+/// The state of a machine at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// `t` [s].
+    pub time: f64,
+    /// One a joint.
+    pub joints: Vec<Phase>,
+    /// One a joint.
+    pub modes: Vec<Mode>,
+    /// [J] done and dissipated since the start.
+    pub done: Power,
+}
+
+impl State {
+    /// Takes over another state without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.time = other.time;
+        self.joints.copy_from_slice(&other.joints);
+        self.modes.copy_from_slice(&other.modes);
+        self.done = other.done;
+    }
+}
+
+/// A step or the part of it up to an event.
+pub struct Step<'a> {
+    /// [s] start and end.
+    pub time: [f64; 2],
+    /// State at start and end, one a joint.
+    pub joints: [&'a [Phase]; 2],
+}
+
+/// The stepper with its room to work.
+pub struct Integrator {
+    /// The machine's laws.
+    pub coupled: Coupled,
+    /// The links.
+    pub links: Box<dyn RigidBody>,
+    /// Their response between evaluations.
+    pub mobility: Mobility,
+    response: Response,
+    mass: DMatrix<f64>,
+    bias: Vec<f64>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    rates: [Vec<Phase>; 4],
+    end_rate: Vec<Phase>,
+    stage: Vec<Phase>,
+    end: Vec<Phase>,
+    probe: Vec<Phase>,
+    probe_rate: Vec<Phase>,
+    margins: [Vec<Margins>; 2],
+    probe_margins: Vec<Margins>,
+}
+
+/// Events in a row without time passing, after which time is made to pass.
+const MAX_EVENTS_AT_ONCE: usize = 40;
+
+impl Integrator {
+    /// For a machine with these laws and links.
+    pub fn new(coupled: Coupled, links: Box<dyn RigidBody>) -> Self {
+        let n = coupled.laws.len();
+        let phases = || vec![Phase::default(); n];
+        let margins = || vec![Margins([f64::INFINITY; 4]); n];
+        Self {
+            coupled,
+            links,
+            mobility: Mobility::new(n),
+            response: Response::new(n),
+            mass: DMatrix::zeros(n, n),
+            bias: vec![0.0; n],
+            q: vec![0.0; n],
+            v: vec![0.0; n],
+            rates: [phases(), phases(), phases(), phases()],
+            end_rate: phases(),
+            stage: phases(),
+            end: phases(),
+            probe: phases(),
+            probe_rate: phases(),
+            margins: [margins(), margins()],
+            probe_margins: margins(),
+        }
+    }
+
+    /// Asks the engine at a state.
+    fn evaluate(&mut self, y: &[Phase]) {
+        for (i, phase) in y.iter().enumerate() {
+            self.q[i] = phase.q;
+            self.v[i] = phase.v;
+        }
+        self.links.evaluate(&self.q, &self.v, &mut self.mass, &mut self.bias);
+    }
+
+    /// Asks the engine at a state and adds the answer to the polynomial's nodes.
+    pub fn push_node(&mut self, time: f64, y: &[Phase]) {
+        self.evaluate(y);
+        self.mobility.push(time, &self.mass, &self.bias);
+    }
+
+    fn respond(&mut self, source: Source, time: f64, y: &[Phase]) {
+        match source {
+            Source::Polynomial => self.mobility.at(time, &mut self.response),
+            Source::Engine => {
+                self.evaluate(y);
+                self.mobility.exact(&self.mass, &self.bias, &mut self.response);
+            }
+        }
+    }
+
+    /// Decides the modes of everything that rests, after the command may have jumped.
+    pub fn settle(&mut self, state: &mut State, commands: &[f64], source: Source) {
+        self.respond(source, state.time, &state.joints);
+        let rate = &mut self.end_rate;
+        self.coupled.settle(state.time, &state.joints, &mut state.modes, commands, &self.response, rate);
+    }
+
+    /// Integrates to a time under a constant command; `watch` sees every stretch between events.
+    pub fn advance(
+        &mut self,
+        state: &mut State,
+        commands: &[f64],
+        until: f64,
+        substeps: usize,
+        source: Source,
+        mut watch: impl FnMut(&Step),
+    ) {
+        let start = state.time;
+        let length = (until - start) / substeps as f64;
+        self.begin(state, commands, source);
+        let mut events_at_once = 0;
+        for k in 1..=substeps {
+            let target = if k == substeps { until } else { start + k as f64 * length };
+            while state.time < target {
+                let h = target - state.time;
+                let work = self.step(state, commands, h, source);
+                self.end_derivative(state, target, commands, source);
+                let forced = events_at_once > MAX_EVENTS_AT_ONCE;
+                let event = if forced { None } else { self.earliest(state, commands, h, source) };
+                let Some((joint, change, share)) = event else {
+                    events_at_once = 0;
+                    self.accept(state, target, work, &mut watch);
+                    std::mem::swap(&mut self.rates[0], &mut self.end_rate);
+                    let [before, after] = &mut self.margins;
+                    std::mem::swap(before, after);
+                    continue;
+                };
+                if share * h > 0.0 && state.time + share * h > state.time {
+                    let work = self.step(state, commands, share * h, source);
+                    self.accept(state, state.time + share * h, work, &mut watch);
+                    events_at_once = 0;
+                }
+                events_at_once += 1;
+                self.change(state, commands, joint, change, source);
+                self.begin(state, commands, source);
+            }
+        }
+    }
+
+    /// Derivative and margins at the start of a step.
+    fn begin(&mut self, state: &State, commands: &[f64], source: Source) {
+        self.respond(source, state.time, &state.joints);
+        let Self { coupled, response, rates, margins, .. } = self;
+        coupled.derivative(state.time, &state.joints, &state.modes, commands, response, &mut rates[0]);
+        coupled.margins(state.time, &state.joints, &state.modes, commands, &mut margins[0]);
+    }
+
+    /// A step of length `h` from the state, into `self.end`; its first rate is there already. Returns work and heat.
+    fn step(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Power {
+        let t = state.time;
+        // Power at the start is evaluated anew: it is not kept with the rate.
+        let mut power = [Power::default(); 4];
+        let mut stages = std::mem::take(&mut self.stage);
+        for (k, (share, time)) in
+            [(0.0, t), (0.5, t + 0.5 * h), (0.5, t + 0.5 * h), (1.0, t + h)].into_iter().enumerate()
+        {
+            if k == 0 {
+                stages.copy_from_slice(&state.joints);
+            } else {
+                for (i, stage) in stages.iter_mut().enumerate() {
+                    *stage = state.joints[i].step(share * h, &self.rates[k - 1][i]);
+                }
+            }
+            if k != 2 || source == Source::Engine {
+                self.respond(source, time, &stages);
+            }
+            let Self { coupled, response, rates, .. } = self;
+            power[k] = coupled.derivative(time, &stages, &state.modes, commands, response, &mut rates[k]);
+        }
+        self.stage = stages;
+        let [k1, k2, k3, k4] = &self.rates;
+        let sixth = h / 6.0;
+        for (i, end) in self.end.iter_mut().enumerate() {
+            let y = &state.joints[i];
+            let sum = |f: fn(&Phase) -> f64| f(&k1[i]) + 2.0 * (f(&k2[i]) + f(&k3[i])) + f(&k4[i]);
+            *end = Phase {
+                theta: y.theta + sixth * sum(|p| p.theta),
+                omega: y.omega + sixth * sum(|p| p.omega),
+                q: y.q + sixth * sum(|p| p.q),
+                v: y.v + sixth * sum(|p| p.v),
+                current: y.current + sixth * sum(|p| p.current),
+            };
+        }
+        let [p1, p2, p3, p4] = power;
+        Power {
+            work: sixth * (p1.work + 2.0 * (p2.work + p3.work) + p4.work),
+            dissipated: sixth * (p1.dissipated + 2.0 * (p2.dissipated + p3.dissipated) + p4.dissipated),
+        }
+    }
+
+    /// Derivative and margins at the end of a step.
+    fn end_derivative(&mut self, state: &State, time: f64, commands: &[f64], source: Source) {
+        let end = std::mem::take(&mut self.end);
+        self.respond(source, time, &end);
+        let Self { coupled, response, end_rate, margins, .. } = self;
+        coupled.derivative(time, &end, &state.modes, commands, response, end_rate);
+        coupled.margins(time, &end, &state.modes, commands, &mut margins[1]);
+        self.end = end;
+    }
+
+    fn accept(&mut self, state: &mut State, time: f64, work: Power, watch: &mut impl FnMut(&Step)) {
+        watch(&Step { time: [state.time, time], joints: [&state.joints, &self.end] });
+        state.joints.copy_from_slice(&self.end);
+        state.time = time;
+        state.done.work += work.work;
+        state.done.dissipated += work.dissipated;
+    }
+
+    /// The event that comes first in a step: joint, kind, and the share of the step before it.
+    fn earliest(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Option<(usize, Change, f64)> {
+        let mut first: Option<(usize, Change, f64)> = None;
+        for joint in 0..state.joints.len() {
+            for (kind, change) in Change::ALL.into_iter().enumerate() {
+                let (from, to) = (self.margins[0][joint].0[kind], self.margins[1][joint].0[kind]);
+                if to < 0.0 {
+                    let share = if from <= 0.0 {
+                        0.0
+                    } else {
+                        self.root(state, commands, h, source, (joint, kind), [from, to])
+                    };
+                    if first.is_none_or(|(_, _, earliest)| share < earliest) {
+                        first = Some((joint, change, share));
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// Share of the step at which a margin is zero, by the Illinois rule along the step's interpolant.
+    fn root(
+        &mut self,
+        state: &State,
+        commands: &[f64],
+        h: f64,
+        source: Source,
+        (joint, kind): (usize, usize),
+        ends: [f64; 2],
+    ) -> f64 {
+        let (mut a, mut b) = (0.0, 1.0);
+        let [mut fa, mut fb] = ends;
+        let mut side = 0;
+        for _ in 0..50 {
+            let s = (a * fb - b * fa) / (fb - fa);
+            let f = self.margin_at(state, commands, h, source, (joint, kind), s);
+            if (b - a) < 1e-12 || f == 0.0 {
+                return s;
+            }
+            if f > 0.0 {
+                if (s - a).abs() < 1e-13 {
+                    return s;
+                }
+                (a, fa) = (s, f);
+                if side == 1 {
+                    fb *= 0.5;
+                }
+                side = 1;
+            } else {
+                if (b - s).abs() < 1e-13 {
+                    return s;
+                }
+                (b, fb) = (s, f);
+                if side == -1 {
+                    fa *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        0.5 * (a + b)
+    }
+
+    /// A margin inside a step.
+    fn margin_at(
+        &mut self,
+        state: &State,
+        commands: &[f64],
+        h: f64,
+        source: Source,
+        (joint, kind): (usize, usize),
+        s: f64,
+    ) -> f64 {
+        let mut probe = std::mem::take(&mut self.probe);
+        for (i, phase) in probe.iter_mut().enumerate() {
+            *phase = hermite(&state.joints[i], &self.rates[0][i], &self.end[i], &self.end_rate[i], h, s);
+        }
+        let time = state.time + s * h;
+        self.respond(source, time, &probe);
+        let Self { coupled, response, probe_rate, probe_margins, .. } = self;
+        coupled.derivative(time, &probe, &state.modes, commands, response, probe_rate);
+        coupled.margins(time, &probe, &state.modes, commands, probe_margins);
+        self.probe = probe;
+        self.probe_margins[joint].0[kind]
+    }
+
+    /// Changes a mode at the state.
+    fn change(&mut self, state: &mut State, commands: &[f64], joint: usize, change: Change, source: Source) {
+        let law = &self.coupled.laws[joint];
+        let (y, mode) = (&mut state.joints[joint], &mut state.modes[joint]);
+        match change {
+            Change::Contact => {
+                let before = law.elastic_energy(y, mode.contact);
+                mode.contact = if mode.contact == 0 { law.nearer_flank(y) } else { 0 };
+                // Compression that remains when a tooth leaves relaxes in its own damper.
+                state.done.dissipated += before - law.elastic_energy(y, mode.contact);
+            }
+            Change::Saturation => {
+                let demand = law.power.demand(commands[joint], y.current, y.omega);
+                mode.saturation = if mode.saturation == 0 { if demand > 0.0 { 1 } else { -1 } } else { 0 };
+            }
+            Change::Rotor if mode.rotor == Slip::Stuck => {
+                let flow = law.flow(state.time, y, mode, commands[joint]);
+                mode.rotor = Slip::towards(flow.rotor_drive);
+            }
+            Change::Rotor => {
+                y.omega = 0.0;
+                mode.rotor = Slip::Stuck;
+                let flow = law.flow(state.time, y, mode, commands[joint]);
+                if law.margins(state.time, y, mode, commands[joint], &flow, 0.0).0[1] < 0.0 {
+                    mode.rotor = Slip::towards(flow.rotor_drive);
+                }
+            }
+            Change::Link if mode.link == Slip::Stuck => {
+                self.respond(source, state.time, &state.joints);
+                let Self { coupled, response, probe_rate, .. } = self;
+                coupled.derivative(state.time, &state.joints, &state.modes, commands, response, probe_rate);
+                state.modes[joint].link = Slip::towards(coupled.holds[joint]);
+            }
+            Change::Link => {
+                y.v = 0.0;
+                mode.link = Slip::Stuck;
+                self.respond(source, state.time, &state.joints);
+                let Self { coupled, response, probe_rate, .. } = self;
+                let modes = &mut state.modes;
+                coupled.settle_links(state.time, &state.joints, modes, commands, response, probe_rate);
+            }
+        }
+    }
+}
+
+/// Cubic through two states and their rates, at a share of the step between them.
+fn hermite(y0: &Phase, r0: &Phase, y1: &Phase, r1: &Phase, h: f64, s: f64) -> Phase {
+    let (s2, s3) = (s * s, s * s * s);
+    let (a, b) = (3.0 * s2 - 2.0 * s3, s - 2.0 * s2 + s3);
+    let c = s3 - s2;
+    let at = |f: fn(&Phase) -> f64| f(y0) + a * (f(y1) - f(y0)) + h * (b * f(r0) + c * f(r1));
+    Phase { theta: at(|p| p.theta), omega: at(|p| p.omega), q: at(|p| p.q), v: at(|p| p.v), current: at(|p| p.current) }
+}

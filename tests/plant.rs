@@ -1,0 +1,91 @@
+//! The simulated machine against closed forms, an independent reference, and its own books.
+
+#[path = "support/machines.rs"]
+mod machines;
+
+use lostmotion::effects::JointState;
+use lostmotion::plant::{Options, Plant, RigidBody, World};
+use lostmotion::robot::JointModel;
+use machines::*;
+use nalgebra::DMatrix;
+
+fn ideal() -> Options {
+    Options { ideal_sensors: true, ..Options::default() }
+}
+
+#[test]
+fn analytic_planar_arm_mass_and_bias_of_rapier() {
+    let mut world = World::new(&planar_arm());
+    let (mut mass, mut h) = (DMatrix::zeros(2, 2), vec![0.0; 2]);
+    let a = I1 + M1 * C1 * C1 + M2 * L1 * L1;
+    let b = I2 + M2 * C2 * C2;
+    let c = M2 * L1 * C2;
+    for (q, v) in [([0.3, -1.2], [2.0, -3.0]), ([-2.0, 2.5], [0.5, 7.0]), ([0.0, 0.0], [0.0, 0.0])] {
+        world.evaluate(&q, &v, &mut mass, &mut h);
+        let (cos, sin) = (q[1].cos(), q[1].sin());
+        let m = [[a + b + 2.0 * c * cos, b + c * cos], [b + c * cos, b]];
+        let bias = [-c * sin * (2.0 * v[0] * v[1] + v[1] * v[1]), c * sin * v[0] * v[0]];
+        for i in 0..2 {
+            for j in 0..2 {
+                // 1e-12: rounding of a dozen products of order one.
+                assert!((mass[(i, j)] - m[i][j]).abs() < 1e-12, "M[{i}][{j}] = {}, {}", mass[(i, j)], m[i][j]);
+            }
+            // 1e-9: the oracle's step of 1e-12 s moves the machine by v dt, and divides rounding by nothing.
+            assert!((h[i] - bias[i]).abs() < 1e-9, "h[{i}] = {}, {}", h[i], bias[i]);
+        }
+    }
+}
+
+#[test]
+fn analytic_two_masses_on_a_spring() {
+    let (j, link, k) = (0.02, 0.05, 3000.0);
+    let joint = JointModel { rotor_inertia: j, gear_stiffness: k, gear_damping: 0.0, ..plain_joint("joint1") };
+    let mut plant = Plant::new(&model(turntable(link), vec![joint]), &ideal()).unwrap();
+    plant.launch(&[JointState { motor_velocity: 1.0, ..JointState::default() }]);
+    let omega = (k * (1.0 / j + 1.0 / link)).sqrt();
+    let mean = j / (j + link);
+    let mut worst = 0.0_f64;
+    for step in 1..=2000 {
+        plant.advance(&[0.0], 1e-3);
+        let t = f64::from(step) * 1e-3;
+        let state = plant.states()[0];
+        let theta = mean * t + (1.0 - mean) * (omega * t).sin() / omega;
+        let q = mean * t - mean * (omega * t).sin() / omega;
+        worst = worst.max((state.motor_position - theta).abs()).max((state.link_position - q).abs());
+    }
+    // Runge-Kutta 4 at h = 0.2 ms: phase error (ωh)⁵/120 a step, 10⁴ steps, amplitude 1/ω = 2.2 mrad.
+    assert!(worst < 2e-6, "{worst:e}");
+}
+
+#[test]
+fn property_energy_closes_with_everything_on() {
+    let mut plant = Plant::new(&scara(), &ideal()).unwrap();
+    plant.place(&[0.3, -0.5]);
+    let start = plant.energy();
+    for k in 0..5000 {
+        let t = f64::from(k) * 1e-3;
+        plant.advance(&[6.0 * (3.0 * t).sin(), 4.0 * (5.0 * t + 1.0).sin()], 1e-3);
+    }
+    let end = plant.energy();
+    let gap = end.work - end.dissipated - (end.stored - start.stored);
+    println!("{end:?} gap {gap:e}");
+    assert!(gap.abs() < 1e-4 * end.work, "{gap:e} of {}", end.work);
+}
+
+#[test]
+fn analytic_rotor_breaks_away_at_its_level() {
+    let level = 0.187;
+    let joint = JointModel {
+        friction: Some(friction(0.173, level, 0.04, 0.2, 0.0)),
+        backlash: Some(0.01),
+        ..plain_joint("joint1")
+    };
+    let mut plant = Plant::new(&model(turntable(0.05), vec![joint]), &ideal()).unwrap();
+    // A ramp of 0.1 % of the level a millisecond.
+    let mut torque = 0.0;
+    while plant.states()[0].motor_velocity == 0.0 && torque < 2.0 * level {
+        torque += 1e-3 * level;
+        plant.advance(&[torque], 1e-3);
+    }
+    assert!((torque / level - 1.0).abs() < 1.5e-3, "{torque}");
+}
