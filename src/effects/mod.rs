@@ -159,11 +159,3 @@ pub trait Effect: Sync {
     /// Its parameters from the coefficients, in the order of [`About::parameters`]; those with a default may be missing at the end.
     fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64>;
 }
-
-/// All effects there are.
-pub const CATALOGUE: &[&dyn Effect] = &[];
-
-/// The effect of a name.
-pub fn find(name: &str) -> Option<&'static dyn Effect> {
-    CATALOGUE.iter().copied().find(|effect| effect.name() == name)
-}
