@@ -59,6 +59,7 @@ pub fn planar_arm() -> Robot {
         name: "planar".to_owned(),
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base_shapes: Vec::new(),
+        unread_shapes: Vec::new(),
         bodies: vec![
             body("joint1", None, JointKind::Revolute, Isometry3::identity(), Vector3::z(), inertia(M1, C1, I1)),
             body(
@@ -79,6 +80,7 @@ pub fn turntable(inertia: f64) -> Robot {
         name: "turntable".to_owned(),
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base_shapes: Vec::new(),
+        unread_shapes: Vec::new(),
         bodies: vec![body(
             "joint1",
             None,
@@ -96,6 +98,7 @@ pub fn pendulum(mass: f64, length: f64) -> Robot {
         name: "pendulum".to_owned(),
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base_shapes: Vec::new(),
+        unread_shapes: Vec::new(),
         bodies: vec![body(
             "joint1",
             None,
@@ -140,6 +143,7 @@ pub fn model(robot: Robot, joints: Vec<JointModel>) -> Model {
         name: robot.name.clone(),
         source: PathBuf::new(),
         urdf: PathBuf::new(),
+        urdf_text: String::new(),
         robot,
         joints,
         held: Vec::new(),
@@ -202,7 +206,13 @@ pub fn random_tree(mut uniform: impl FnMut() -> f64, joints: usize) -> Robot {
             Inertia { mass: 0.5 + 2.0 * uniform(), com, tensor },
         ));
     }
-    Robot { name: "tree".to_owned(), gravity: Vector3::new(1.0, -2.0, -9.0), base_shapes: Vec::new(), bodies }
+    Robot {
+        name: "tree".to_owned(),
+        gravity: Vector3::new(1.0, -2.0, -9.0),
+        base_shapes: Vec::new(),
+        unread_shapes: Vec::new(),
+        bodies,
+    }
 }
 
 pub fn no_parameters() -> BTreeMap<String, f64> {
