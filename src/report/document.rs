@@ -1,0 +1,67 @@
+//! A result as a reader meets it: one content, rendered on the terminal, as HTML and as a recording.
+
+use super::plot::Plot;
+use super::table::Table;
+
+/// Title, verdict, and sections of text, tables and plots.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Document {
+    /// What was done with which machine.
+    pub title: String,
+    /// The result in one or two sentences.
+    pub verdict: String,
+    /// What the reader must know before trusting it.
+    pub warnings: Vec<String>,
+    /// The rest, most important first.
+    pub sections: Vec<Section>,
+}
+
+/// A part of a document.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Section {
+    /// Heading.
+    pub title: String,
+    /// Plain paragraphs.
+    pub text: Vec<String>,
+    /// Tables.
+    pub tables: Vec<Table>,
+    /// Plots; not on the terminal.
+    pub plots: Vec<Plot>,
+}
+
+impl Section {
+    /// An empty section.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..Self::default() }
+    }
+}
+
+impl Document {
+    /// What the terminal shows: title, verdict, texts and tables.
+    pub fn to_text(&self) -> String {
+        let mut text = format!("{}\n\n{}\n", self.title, self.verdict);
+        for section in self.sections.iter().filter(|section| !section.text.is_empty() || !section.tables.is_empty()) {
+            text += &format!("\n{}\n", section.title);
+            section.text.iter().for_each(|paragraph| text += &format!("{paragraph}\n"));
+            section.tables.iter().for_each(|table| text += &format!("\n{}", table.to_text()));
+        }
+        text
+    }
+
+    /// Title, verdict, texts and tables as Markdown.
+    pub fn to_markdown(&self) -> String {
+        let mut text = format!("# {}\n\n**{}**\n\n", self.title, self.verdict);
+        self.warnings.iter().for_each(|warning| text += &format!("> {warning}\n\n"));
+        for section in self.sections.iter().filter(|section| !section.text.is_empty() || !section.tables.is_empty()) {
+            text += &format!("## {}\n\n", section.title);
+            section.text.iter().for_each(|paragraph| text += &format!("{paragraph}\n\n"));
+            section.tables.iter().for_each(|table| text += &table.to_markdown());
+        }
+        text
+    }
+
+    /// Every plot, with the heading it stands under.
+    pub fn plots(&self) -> impl Iterator<Item = (&str, &Plot)> {
+        self.sections.iter().flat_map(|section| section.plots.iter().map(|plot| (section.title.as_str(), plot)))
+    }
+}
