@@ -42,6 +42,14 @@ pub enum Error {
         /// What to record or change instead.
         advice: &'static str,
     },
+    /// A recording for the viewer could not be made.
+    #[error("recording: {entity} was refused")]
+    Recording {
+        /// Path of the entity in the recording.
+        entity: String,
+        /// The reason that the recorder gives.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// A numerical method did not reach its goal.
     #[error("{method} did not converge in {iterations} iterations (last change {change:.3e})")]
     NotConverged {

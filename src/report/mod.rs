@@ -8,6 +8,8 @@ pub mod html;
 pub mod number;
 /// What plots show.
 pub mod plot;
+/// Recordings for the Rerun viewer.
+pub mod recording;
 /// Plots as SVG.
 pub mod svg;
 /// Tables.

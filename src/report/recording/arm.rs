@@ -1,0 +1,136 @@
+//! The arm in three dimensions: its shapes, moved by the poses of its links.
+
+use nalgebra::Isometry3;
+use rerun::RecordingStream;
+use rerun::components::FillMode;
+
+use super::Motion;
+use super::stream::{failed, log_static, times};
+use crate::error::Result;
+use crate::robot::{Geometry, Robot, Shape};
+use crate::timeseries::Channel;
+use crate::units::JointKind;
+
+/// Most poses of a motion.
+const FRAMES: usize = 1500;
+/// Colours of the links, from the base outwards.
+const LINKS: [[u8; 3]; 6] =
+    [[120, 124, 130], [90, 160, 255], [240, 160, 60], [60, 200, 160], [220, 130, 180], [200, 200, 90]];
+
+/// Shapes below `arm/<link>`, and the motion of their links from `start` [s] on.
+pub fn log(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<()> {
+    let robot = motion.robot;
+    for (index, shape) in robot.base_shapes.iter().enumerate() {
+        log_shape(stream, &format!("arm/base/{index}"), shape, LINKS[0])?;
+    }
+    for (number, body) in robot.bodies.iter().enumerate() {
+        let colour = LINKS[1 + number % (LINKS.len() - 1)];
+        for (index, shape) in body.shapes.iter().enumerate() {
+            log_shape(stream, &format!("arm/{}/{index}", body.name), shape, colour)?;
+        }
+    }
+    log_motion(stream, motion, start)
+}
+
+/// One transform a link and frame.
+fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<()> {
+    let session = motion.session;
+    let step = session.len().div_ceil(FRAMES).max(1);
+    let frames: Vec<usize> = (0..session.len()).step_by(step).collect();
+    let positions: Vec<Option<&[f64]>> = motion
+        .robot
+        .bodies
+        .iter()
+        .map(|body| {
+            let joint = session.joint(&body.joint.name)?;
+            let link = joint.get(Channel::TrueLinkPosition).or_else(|| joint.get(Channel::LinkPosition));
+            link.or_else(|| joint.get(Channel::Position))
+        })
+        .collect();
+    let poses: Vec<Vec<Isometry3<f64>>> = frames
+        .iter()
+        .map(|&frame| {
+            let q: Vec<f64> = positions.iter().map(|values| values.map_or(0.0, |values| values[frame])).collect();
+            poses(motion.robot, &q)
+        })
+        .collect();
+    for (index, body) in motion.robot.bodies.iter().enumerate() {
+        let path = format!("arm/{}", body.name);
+        let transforms = rerun::Transform3D::update_fields()
+            .with_many_translation(poses.iter().map(|poses| translation(&poses[index])))
+            .with_many_quaternion(poses.iter().map(|poses| quaternion(&poses[index])));
+        let columns = transforms.columns_of_unit_batches().map_err(|source| failed(&path, source))?;
+        let time = times(frames.iter().map(|&frame| session.time[frame]), start);
+        stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))?;
+    }
+    Ok(())
+}
+
+/// Pose of every body in the base frame.
+fn poses(robot: &Robot, q: &[f64]) -> Vec<Isometry3<f64>> {
+    let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(robot.dof());
+    for (body, &q) in robot.bodies.iter().zip(q) {
+        let parent = body.parent.map_or_else(Isometry3::identity, |parent| poses[parent]);
+        let along = body.joint.axis.into_inner() * q;
+        let motion = match body.joint.kind {
+            JointKind::Revolute => Isometry3::rotation(along),
+            JointKind::Prismatic => Isometry3::translation(along.x, along.y, along.z),
+        };
+        poses.push(parent * body.joint.origin * motion);
+    }
+    poses
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the viewer works in single precision")]
+const fn single(value: f64) -> f32 {
+    value as f32
+}
+
+fn translation(pose: &Isometry3<f64>) -> [f32; 3] {
+    pose.translation.vector.map(single).into()
+}
+
+fn quaternion(pose: &Isometry3<f64>) -> rerun::Quaternion {
+    rerun::Quaternion::from_xyzw(pose.rotation.coords.map(single).into())
+}
+
+fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3]) -> Result<()> {
+    let centre = [translation(&shape.pose)];
+    let turn = [quaternion(&shape.pose)];
+    match &shape.geometry {
+        Geometry::Box(sides) => {
+            let boxes = rerun::Boxes3D::from_centers_and_sizes(centre, [<[f32; 3]>::from(sides.map(single))]);
+            log_static(
+                stream,
+                path,
+                &boxes.with_quaternions(turn).with_colors([colour]).with_fill_mode(FillMode::Solid),
+            )
+        }
+        Geometry::Cylinder(radius, length) => {
+            let cylinders = rerun::Cylinders3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
+            let cylinders = cylinders.with_centers(centre).with_quaternions(turn);
+            log_static(stream, path, &cylinders.with_colors([colour]).with_fill_mode(FillMode::Solid))
+        }
+        Geometry::Capsule(radius, length) => {
+            // The archetype's capsule starts at the centre of its lower cap; ours is centred.
+            let lower = shape.pose * nalgebra::Point3::new(0.0, 0.0, -0.5 * length);
+            let capsules = rerun::Capsules3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
+            let capsules = capsules.with_translations([<[f32; 3]>::from(lower.coords.map(single))]);
+            log_static(
+                stream,
+                path,
+                &capsules.with_quaternions(turn).with_colors([colour]).with_fill_mode(FillMode::Solid),
+            )
+        }
+        Geometry::Sphere(radius) => {
+            let spheres = rerun::Ellipsoids3D::from_centers_and_radii(centre, [single(*radius)]);
+            log_static(stream, path, &spheres.with_colors([colour]).with_fill_mode(FillMode::Solid))
+        }
+        Geometry::ConvexHull(corners) => {
+            let points = corners
+                .iter()
+                .map(|corner| <[f32; 3]>::from((shape.pose * nalgebra::Point3::from(*corner)).coords.map(single)));
+            log_static(stream, path, &rerun::Points3D::new(points).with_colors([colour]))
+        }
+    }
+}

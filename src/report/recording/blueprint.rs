@@ -1,0 +1,209 @@
+//! How the viewer arranges a recording when it is opened: the arm and the result on the left, traces of a joint in the middle, plots on the right.
+
+use rerun::external::re_log_types::BlueprintActivationCommand;
+use rerun::external::re_sdk_types::blueprint::{archetypes as blueprint, components};
+use rerun::log::LogMsg;
+use rerun::{AsComponents, RecordingStream, RecordingStreamBuilder, datatypes};
+
+use super::canvas;
+use super::stream::{APPLICATION, failed};
+use crate::error::Result;
+
+/// Panels of a joint in the order they are stacked.
+const PANELS: [&str; 7] = ["residual", "velocity", "position", "gap", "current", "torque", "contact"];
+/// Plots that are shown at once; all others are behind tabs.
+const PLOTS_AT_ONCE: usize = 3;
+/// [s] A recording is played in about this time.
+const PLAYED_IN: f64 = 40.0;
+
+/// What there is to arrange.
+#[derive(Debug, Default)]
+pub struct Layout {
+    /// Joint and panel, in the order of their first trace.
+    panels: Vec<(String, &'static str)>,
+    /// Path and title.
+    plots: Vec<(String, String)>,
+}
+
+impl Layout {
+    /// There is a panel of that joint.
+    pub fn panel(&mut self, joint: &str, panel: &'static str) {
+        if !self.panels.iter().any(|(known, name)| known == joint && *name == panel) {
+            self.panels.push((joint.to_owned(), panel));
+        }
+    }
+
+    /// There is a plot at that path.
+    pub fn plot(&mut self, path: &str, title: &str) {
+        self.plots.push((path.to_owned(), title.to_owned()));
+    }
+
+    /// Writes the arrangement into the recording, for a motion of `duration` [s] if there is an arm.
+    pub fn send(&self, stream: &RecordingStream, arm: bool, duration: f64) -> Result<()> {
+        let fail = |source| failed("blueprint", source);
+        let (recording, storage) = RecordingStreamBuilder::new(APPLICATION)
+            .recording_id("lostmotion")
+            .recording_started(rerun::components::Timestamp(0.into()))
+            .blueprint()
+            .memory()
+            .map_err(fail)?;
+        recording.set_time_sequence("blueprint", 0);
+        let mut writer = Writer { recording: &recording, nodes: 0 };
+        let root = self.root(&mut writer, arm)?;
+        let viewport = blueprint::ViewportBlueprint::new()
+            .with_root_container(components::RootContainer(datatypes::Uuid { bytes: root.id }))
+            .with_auto_layout(components::AutoLayout(false.into()))
+            .with_auto_views(components::AutoViews(false.into()));
+        writer.log("viewport", &viewport)?;
+        let hidden = blueprint::PanelBlueprint::new().with_state(components::PanelState::Collapsed);
+        writer.log("blueprint_panel", &hidden)?;
+        writer.log("selection_panel", &hidden)?;
+        let time = blueprint::TimePanelBlueprint::new()
+            .with_state(components::PanelState::Collapsed)
+            .with_timeline("time")
+            .with_playback_speed((duration / PLAYED_IN).max(1.0));
+        writer.log("time_panel", &time)?;
+        let messages = storage.take();
+        let id = messages.iter().find_map(|message| match message {
+            LogMsg::SetStoreInfo(info) => Some(info.info.store_id.clone()),
+            _ => None,
+        });
+        let id = id.ok_or_else(|| failed("blueprint", "nothing was logged"))?;
+        stream.send_blueprint(messages, BlueprintActivationCommand::make_active(id));
+        Ok(())
+    }
+
+    fn root(&self, writer: &mut Writer<'_>, arm: bool) -> Result<Node> {
+        let mut columns = Vec::new();
+        let result = writer.view("TextDocument", "Result", "result", &[])?;
+        if arm {
+            let arm = writer.arm()?;
+            columns
+                .push((writer.container(components::ContainerKind::Vertical, "", &[(arm, 1.2), (result, 1.0)])?, 1.0));
+        } else {
+            columns.push((result, 1.0));
+        }
+        if !self.panels.is_empty() {
+            columns.push((self.traces(writer)?, 1.1));
+        }
+        if !self.plots.is_empty() {
+            columns.push((self.plots(writer)?, 1.1));
+        }
+        writer.container(components::ContainerKind::Horizontal, "", &columns)
+    }
+
+    /// A tab for each joint, its panels below each other.
+    fn traces(&self, writer: &mut Writer<'_>) -> Result<Node> {
+        let mut joints: Vec<&str> = self.panels.iter().map(|(joint, _)| joint.as_str()).collect();
+        joints.dedup();
+        let mut seen = Vec::new();
+        for joint in joints {
+            if !seen.contains(&joint) {
+                seen.push(joint);
+            }
+        }
+        let mut tabs = Vec::new();
+        for joint in seen {
+            let mut panels = Vec::new();
+            for panel in PANELS {
+                if self.panels.iter().any(|(known, name)| known == joint && *name == panel) {
+                    let origin = format!("joints/{joint}/{panel}");
+                    panels.push((writer.view("TimeSeries", &format!("{joint}: {panel}"), &origin, &[])?, 1.0));
+                }
+            }
+            tabs.push((writer.container(components::ContainerKind::Vertical, joint, &panels)?, 1.0));
+        }
+        writer.container(components::ContainerKind::Tabs, "Joints", &tabs)
+    }
+
+    /// The first plots below each other, the others behind tabs in the last place.
+    fn plots(&self, writer: &mut Writer<'_>) -> Result<Node> {
+        let mut views = Vec::new();
+        for (path, title) in &self.plots {
+            views.push((writer.canvas(path, title)?, 1.0));
+        }
+        if views.len() > PLOTS_AT_ONCE {
+            let rest = views.split_off(PLOTS_AT_ONCE - 1);
+            views.push((writer.container(components::ContainerKind::Tabs, "Plots", &rest)?, 1.0));
+        }
+        writer.container(components::ContainerKind::Vertical, "Plots", &views)
+    }
+}
+
+/// A view or a container in the blueprint.
+#[derive(Debug, Clone)]
+struct Node {
+    id: [u8; 16],
+    path: String,
+}
+
+/// A property of a view: the name of its archetype and its value.
+type Property<'a> = (&'a str, &'a dyn AsComponents);
+
+/// Logs views and containers under identifiers that are counted, so that equal runs give equal files.
+struct Writer<'a> {
+    recording: &'a RecordingStream,
+    nodes: u32,
+}
+
+impl Writer<'_> {
+    fn log(&self, path: &str, value: &dyn AsComponents) -> Result<()> {
+        self.recording
+            .log_serialized_batches(path, false, value.as_serialized_batches())
+            .map_err(|source| failed(path, source))
+    }
+
+    fn node(&mut self, kind: &str) -> Node {
+        self.nodes += 1;
+        let mut id = [0; 16];
+        id[12..].copy_from_slice(&self.nodes.to_be_bytes());
+        Node { id, path: format!("{kind}/00000000-0000-0000-0000-{:012x}", self.nodes) }
+    }
+
+    fn view(&mut self, class: &str, name: &str, origin: &str, properties: &[Property<'_>]) -> Result<Node> {
+        let node = self.node("view");
+        let contents = blueprint::ViewContents::new([components::QueryExpression("$origin/**".into())]);
+        self.log(&format!("{}/ViewContents", node.path), &contents)?;
+        let view = blueprint::ViewBlueprint::new(components::ViewClass(class.into()))
+            .with_display_name(rerun::components::Name(name.into()))
+            .with_space_origin(origin.to_owned());
+        self.log(&node.path, &view)?;
+        for (property, value) in properties {
+            self.log(&format!("{}/{property}", node.path), *value)?;
+        }
+        Ok(node)
+    }
+
+    /// The arm, seen from the front and above, on a plain ground.
+    fn arm(&mut self) -> Result<Node> {
+        let grid = blueprint::LineGrid3D::new().with_visible(true);
+        self.view("3D", "Arm", "arm", &[("LineGrid3D", &grid)])
+    }
+
+    fn canvas(&mut self, path: &str, title: &str) -> Result<Node> {
+        let [width, height] = canvas::SIZE;
+        let bounds = datatypes::Range2D { x_range: [0.0, width].into(), y_range: [0.0, height].into() };
+        let bounds = blueprint::VisualBounds2D::new(components::VisualBounds2D(bounds));
+        self.view("2D", title, path, &[("VisualBounds2D", &bounds)])
+    }
+
+    fn container(&mut self, kind: components::ContainerKind, name: &str, parts: &[(Node, f32)]) -> Result<Node> {
+        let node = self.node("container");
+        let contents = parts.iter().map(|(part, _)| components::IncludedContent(part.path.clone().into()));
+        let shares = parts.iter().map(|(_, share)| *share);
+        let container = blueprint::ContainerBlueprint::new(kind).with_contents(contents);
+        let container =
+            if name.is_empty() { container } else { container.with_display_name(rerun::components::Name(name.into())) };
+        let container = match kind {
+            components::ContainerKind::Horizontal => {
+                container.with_col_shares(shares.map(|share| components::ColumnShare(share.into())))
+            }
+            components::ContainerKind::Vertical => {
+                container.with_row_shares(shares.map(|share| components::RowShare(share.into())))
+            }
+            _ => container,
+        };
+        self.log(&node.path, &container)?;
+        Ok(node)
+    }
+}

@@ -1,0 +1,104 @@
+//! The recording as a whole: what is logged where, and how it ends up in memory.
+
+use rerun::sink::BinaryStreamStorage;
+use rerun::{RecordingStream, RecordingStreamBuilder, TimeColumn};
+
+use super::blueprint::Layout;
+use super::traces::{self, Trace};
+use super::{Motion, arm, canvas};
+use crate::error::{Error, Result};
+use crate::report::document::Document;
+use crate::report::plot::{Mark, Plot, Role};
+
+/// Name that the viewer groups recordings and layouts by.
+pub const APPLICATION: &str = "lostmotion";
+/// Name of the time line.
+const TIME: &str = "time";
+/// Stretches of a trace, of which lowest and highest sample are kept.
+const BUCKETS: usize = 2500;
+/// [s] Pause between two motions.
+const PAUSE: f64 = 1.0;
+
+/// The bytes of the recording.
+pub fn encode(document: &Document, motions: &[Motion<'_>]) -> Result<Vec<u8>> {
+    let stream = RecordingStreamBuilder::new(APPLICATION)
+        .recording_id(document.title.as_str())
+        .recording_name(document.title.as_str())
+        .recording_started(rerun::components::Timestamp(0.into()))
+        .buffered()
+        .map_err(|source| failed("the recording", source))?;
+    let storage: BinaryStreamStorage = stream.binary_stream();
+    log_static(&stream, "result", &rerun::TextDocument::from_markdown(document.to_markdown()))?;
+
+    let mut layout = Layout::default();
+    let mut start = 0.0;
+    for motion in motions {
+        arm::log(&stream, motion, start)?;
+        for trace in traces::of_session(motion.session).iter().chain(&motion.traces) {
+            log_trace(&stream, trace, start)?;
+            layout.panel(&trace.joint, trace.panel);
+        }
+        start += motion.session.time.last().copied().unwrap_or(0.0) + PAUSE;
+    }
+    for (index, plot) in document.plots().map(|(_, plot)| plot).filter(|plot| !plot.is_empty()).enumerate() {
+        canvas::log(&stream, &path_of_plot(index), plot)?;
+        layout.plot(&path_of_plot(index), &plot.title);
+    }
+    layout.send(&stream, !motions.is_empty(), start)?;
+    storage.flush(std::time::Duration::MAX).map_err(|source| failed("the recording", source))?;
+    storage.read().ok_or_else(|| failed("the recording", "nothing was logged"))
+}
+
+/// `plots/0`, `plots/1`, …
+fn path_of_plot(index: usize) -> String {
+    format!("plots/{index}")
+}
+
+/// A value that holds at all times.
+pub fn log_static(stream: &RecordingStream, path: &str, value: &impl rerun::AsComponents) -> Result<()> {
+    stream.log_static(path, value).map_err(|source| failed(path, source))
+}
+
+/// The time line's column, shifted by `start` [s].
+pub fn times(times: impl IntoIterator<Item = f64>, start: f64) -> TimeColumn {
+    TimeColumn::new_duration_secs(TIME, times.into_iter().map(|time| start + time))
+}
+
+/// Colours on the viewer's dark ground.
+pub const fn colour(role: Role) -> [u8; 3] {
+    match role {
+        Role::Truth => [235, 235, 235],
+        Role::Fit => [90, 160, 255],
+        Role::Before => [240, 120, 40],
+        Role::After => [40, 200, 150],
+        other => other.colour(),
+    }
+}
+
+/// One curve over time below `joints/<joint>/<panel>/`.
+fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> {
+    let path = format!("joints/{}/{}/{}", trace.joint, trace.panel, trace.label);
+    let name = trace.label.replace('_', " ");
+    let style = rerun::SeriesLines::new().with_names([name]).with_colors([colour(trace.role)]).with_widths([1.5]);
+    log_static(stream, &path, &style)?;
+    let kept = traces::thinned(&trace.values, BUCKETS);
+    let time = times(kept.iter().filter_map(|&index| trace.time.get(index).copied()), start);
+    let values = rerun::Scalars::new(kept.iter().map(|&index| trace.values[index]));
+    let columns = values.columns_of_unit_batches().map_err(|source| failed(&path, source))?;
+    stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))
+}
+
+/// The error of an entity that the recording refuses.
+pub fn failed(entity: &str, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
+    Error::Recording { entity: entity.to_owned(), source: source.into() }
+}
+
+/// Whether a plot's layer is a line.
+pub const fn is_line(mark: Mark) -> bool {
+    matches!(mark, Mark::Line | Mark::Dashed)
+}
+
+/// Unused layers are not logged.
+pub fn layers(plot: &Plot) -> impl Iterator<Item = &crate::report::plot::Layer> {
+    plot.layers.iter().filter(|layer| !layer.points.is_empty())
+}

@@ -1,0 +1,82 @@
+//! What is drawn over time: the channels of a session, sorted into panels, and thinned.
+
+use crate::report::plot::Role;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// A curve over time of one joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The joint.
+    pub joint: String,
+    /// Curves of the same panel share an axis: "velocity", "residual".
+    pub panel: &'static str,
+    /// What it is; also the last part of its path in the recording.
+    pub label: &'static str,
+    /// Decides its colour.
+    pub role: Role,
+    /// [s] Sample times.
+    pub time: Vec<f64>,
+    /// Values, in the unit of the panel.
+    pub values: Vec<f64>,
+}
+
+/// Channels that are drawn as they are: panel, label, role.
+const DRAWN: [(Channel, &str, &str, Role); 13] = [
+    (Channel::ReferencePosition, "position", "reference", Role::Reference),
+    (Channel::Position, "position", "motor", Role::Measured),
+    (Channel::LinkPosition, "position", "link_encoder", Role::Link),
+    (Channel::TrueLinkPosition, "position", "link", Role::Link),
+    (Channel::Velocity, "velocity", "measured", Role::Measured),
+    (Channel::TrueLinkVelocity, "velocity", "link", Role::Link),
+    (Channel::TrueMotorVelocity, "velocity", "motor", Role::Fit),
+    (Channel::ReferenceVelocity, "velocity", "reference", Role::Reference),
+    (Channel::Current, "current", "measured", Role::Measured),
+    (Channel::CommandCurrent, "current", "command", Role::Reference),
+    (Channel::Torque, "torque", "motor", Role::Measured),
+    (Channel::GearTorque, "torque", "gear", Role::Link),
+    (Channel::Contact, "contact", "flank", Role::Fit),
+];
+
+/// The traces of a session: every channel that is drawn, and the travel in the gap where both sides of it are known.
+pub fn of_session(session: &TimeSeries) -> Vec<Trace> {
+    let mut traces = Vec::new();
+    for joint in &session.joints {
+        let mut add = |panel, label, role, values| {
+            traces.push(Trace { joint: joint.name.clone(), panel, label, role, time: session.time.clone(), values });
+        };
+        for (channel, panel, label, role) in DRAWN {
+            if let Some(values) = joint.get(channel) {
+                add(panel, label, role, values.to_vec());
+            }
+        }
+        if let (Some(motor), Some(link)) = (joint.get(Channel::TrueMotorPosition), joint.get(Channel::TrueLinkPosition))
+        {
+            add(
+                "gap",
+                "motor_minus_link",
+                Role::Link,
+                motor.iter().zip(link).map(|(motor, link)| motor - link).collect(),
+            );
+        }
+    }
+    traces
+}
+
+/// Indices of the samples that are kept: lowest and highest of each of `buckets` equal stretches.
+pub fn thinned(values: &[f64], buckets: usize) -> Vec<usize> {
+    let size = values.len().div_ceil(buckets.max(1)).max(1);
+    if size <= 2 {
+        return (0..values.len()).collect();
+    }
+    let mut kept = Vec::new();
+    for (bucket, chunk) in values.chunks(size).enumerate() {
+        let by_value = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
+        let low = chunk.iter().enumerate().min_by(by_value).map_or(0, |(index, _)| index);
+        let high = chunk.iter().enumerate().max_by(by_value).map_or(0, |(index, _)| index);
+        kept.push(bucket * size + low.min(high));
+        if low != high {
+            kept.push(bucket * size + low.max(high));
+        }
+    }
+    kept
+}
