@@ -7,6 +7,16 @@ pub mod points;
 /// What an identification returns.
 pub mod result;
 
+mod fit;
+mod law;
+mod least_squares;
+mod lines;
+mod rigid_body;
+mod signals;
+mod statistics;
+mod summary;
+mod windows;
+
 pub use backlash::BacklashIdentification;
 pub use points::Point;
 pub use result::{
@@ -14,7 +24,10 @@ pub use result::{
     PerDirection, Quantity,
 };
 
-use crate::error::Result;
+use rigid_body::RigidBody;
+
+use crate::error::{Error, Result};
+use crate::gearhead::Friction;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
@@ -35,16 +48,90 @@ impl Default for Options {
     }
 }
 
-/// Identifies friction and gap of every joint of the model that the data move.
+/// Points that a joint needs in each direction: a law has four coefficients, and one point must be left to judge it.
+const FEWEST_POINTS: usize = 5;
+
+/// Identifies friction and gap of every joint of the model that the data move at constant velocities.
 ///
 /// # Errors
-/// The data lack a channel that is needed or hold too few steady windows of a joint.
-pub fn identify(model: &Model, data: &[TimeSeries], _options: &Options) -> Result<Identification> {
-    let sessions: Vec<&TimeSeries> = data.iter().collect();
-    for (index, joint) in model.joints.iter().enumerate() {
-        if let Some(friction) = joint.friction {
-            backlash::identify(model, index, &sessions, &friction)?;
+/// The data hold too few steady windows of every joint.
+pub fn identify(model: &Model, data: &[TimeSeries], options: &Options) -> Result<Identification> {
+    let mut joints = Vec::new();
+    let mut first_error = None;
+    for joint in 0..model.joints.len() {
+        match identify_joint(model, joint, data, options) {
+            Ok(found) => joints.push(found),
+            Err(error) => first_error = first_error.or(Some(error)),
         }
     }
-    Ok(Identification { joints: Vec::new() })
+    match first_error {
+        Some(error) if joints.is_empty() => Err(error),
+        _ => Ok(Identification { joints }),
+    }
+}
+
+/// Identifies friction and gap of the joint of this index.
+///
+/// # Errors
+/// The data hold too few steady windows of it.
+pub fn identify_joint(
+    model: &Model,
+    joint: usize,
+    data: &[TimeSeries],
+    options: &Options,
+) -> Result<JointIdentification> {
+    let mut notes = Vec::new();
+    let points = measurement_points(model, joint, data, options)?;
+    let (lines, exponential) = both_laws(&points).ok_or_else(|| too_few(model, joint, &points))?;
+    let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &lines, &exponential);
+    let backlash = if options.backlash {
+        let sessions: Vec<&TimeSeries> = data.iter().collect();
+        let link_share = model.joints[joint].friction.map_or(0.0, |friction| friction.link_share);
+        match backlash::identify(model, joint, &sessions, &Friction { law: friction.preferred_law(), link_share }) {
+            Ok(found) => Some(found),
+            Err(error) => {
+                notes.push(error.to_string());
+                None
+            }
+        }
+    } else {
+        None
+    };
+    let (joint, kind) = (model.joints[joint].name.clone(), model.joints[joint].kind);
+    Ok(JointIdentification { joint, kind, friction, centrifugal, backlash, points, notes })
+}
+
+/// The measurement points of a joint in all sessions.
+fn measurement_points(model: &Model, joint: usize, data: &[TimeSeries], options: &Options) -> Result<Vec<Point>> {
+    let mut points = Vec::new();
+    for (session, signals) in signals::of_sessions(model, joint, data)? {
+        let rigid = RigidBody::new(model, joint, &data[session]);
+        for window in windows::find(&signals, options) {
+            points.push(Point::of(session, &signals, &rigid, window));
+        }
+    }
+    let forward = points.iter().filter(|point| point.velocity > 0.0).count();
+    if forward.min(points.len() - forward) < FEWEST_POINTS {
+        return Err(too_few(model, joint, &points));
+    }
+    Ok(points)
+}
+
+/// Lines and exponential law of the points.
+fn both_laws(points: &[Point]) -> Option<(fit::LawFit, fit::LawFit)> {
+    let lines = fit::first_lines(points)?;
+    Some((fit::to_points(LawKind::TwoLines, points, &lines)?, fit::to_points(LawKind::Exponential, points, &lines)?))
+}
+
+/// The error of a joint that was not moved at enough velocities.
+fn too_few(model: &Model, joint: usize, points: &[Point]) -> Error {
+    let forward = points.iter().filter(|point| point.velocity > 0.0).count();
+    Error::TooLittleData {
+        quantity: "friction",
+        joint: model.joints[joint].name.clone(),
+        found: forward.min(points.len() - forward),
+        unit: "steady windows a direction",
+        needed: FEWEST_POINTS,
+        advice: "move the joint at several constant velocities in both directions, as the staircase does",
+    }
 }

@@ -142,6 +142,8 @@ pub struct FrictionIdentification {
     pub lines: PerDirection<LinesEstimate>,
     /// Equation 6.
     pub exponential: PerDirection<ExponentialEstimate>,
+    /// [rad/s or m/s] smallest and largest speed measured: where the laws hold, and where they are compared with a truth.
+    pub speeds: [f64; 2],
 }
 
 impl FrictionIdentification {

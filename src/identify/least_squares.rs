@@ -1,0 +1,129 @@
+//! Weighted least squares, linear and non-linear.
+//!
+//! `min_θ Σ r_k(θ)²`, residuals already divided by their standard errors. Non-linear: Levenberg and Marquardt with Marquardt's
+//! scaling, `(JᵀJ + μ diag JᵀJ) δ = −Jᵀ r`, central differences for `J`. Reference: K. Madsen, H. B. Nielsen, O. Tingleff (2004).
+
+use nalgebra::{DMatrix, DVector};
+
+/// Result of a least-squares fit.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// `θ` estimated parameters.
+    pub parameters: Vec<f64>,
+    /// `(JᵀJ)⁻¹` covariance if the residuals have unit variance.
+    pub covariance: DMatrix<f64>,
+    /// `Σ r²` at the minimum.
+    pub chi_squared: f64,
+    /// Residuals less parameters.
+    pub degrees_of_freedom: usize,
+    /// Iterations done, 0 for a linear fit.
+    pub iterations: usize,
+}
+
+impl Fit {
+    /// `max(1, χ²/ν)`: what the covariance is multiplied with where the residuals are larger than their errors say.
+    pub fn inflation(&self) -> f64 {
+        (self.chi_squared / self.degrees_of_freedom.max(1) as f64).max(1.0)
+    }
+
+    /// Standard error of a parameter, inflated.
+    pub fn std_error(&self, index: usize) -> f64 {
+        (self.covariance[(index, index)] * self.inflation()).sqrt()
+    }
+}
+
+/// Linear fit `min |X θ − y|²` of rows already divided by their errors; `None` where the columns depend on each other.
+pub fn linear(x: &DMatrix<f64>, y: &DVector<f64>) -> Option<Fit> {
+    let normal = x.transpose() * x;
+    let covariance = scaled_inverse(&normal)?;
+    let parameters = &covariance * (x.transpose() * y);
+    let chi_squared = (x * &parameters - y).norm_squared();
+    Some(Fit {
+        parameters: parameters.as_slice().to_vec(),
+        covariance,
+        chi_squared,
+        degrees_of_freedom: y.len().saturating_sub(x.ncols()),
+        iterations: 0,
+    })
+}
+
+/// Inverse of a symmetric positive matrix whose diagonal spans many orders of magnitude.
+fn scaled_inverse(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = normal.diagonal().map(f64::sqrt);
+    if scale.iter().any(|&s| s <= 0.0 || !s.is_finite()) {
+        return None;
+    }
+    let unit = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| normal[(i, j)] / (scale[i] * scale[j]));
+    let inverse = unit.cholesky()?.inverse();
+    Some(DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| inverse[(i, j)] / (scale[i] * scale[j])))
+}
+
+/// Largest number of iterations of a non-linear fit.
+const ITERATIONS: usize = 60;
+
+/// Non-linear fit from `start`. `step[k]` is the size of parameter `k` over which the residuals bend little: differences are taken
+/// over a fraction of it. `residuals` yields `None` where the parameters are not allowed.
+/// Returns `None` where the start is not allowed or the residuals do not tell the parameters apart.
+pub fn levenberg_marquardt(start: &[f64], step: &[f64], residuals: impl Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Fit> {
+    let mut parameters = start.to_vec();
+    let mut r = DVector::from_vec(residuals(&parameters)?);
+    let mut damping = 1e-3;
+    let mut iterations = 0;
+    while iterations < ITERATIONS {
+        iterations += 1;
+        let j = jacobian(&parameters, step, &residuals, r.len())?;
+        let normal = j.transpose() * &j;
+        let gradient = j.transpose() * &r;
+        let mut gain = None;
+        while damping < 1e10 {
+            let mut damped = normal.clone();
+            for k in 0..parameters.len() {
+                damped[(k, k)] *= 1.0 + damping;
+            }
+            let trial = damped.cholesky().map(|factor| factor.solve(&-&gradient)).and_then(|delta| {
+                let next: Vec<f64> = parameters.iter().zip(delta.iter()).map(|(p, d)| p + d).collect();
+                let after = DVector::from_vec(residuals(&next)?);
+                (after.norm_squared() < r.norm_squared()).then_some((next, after))
+            });
+            match trial {
+                Some((next, after)) => {
+                    gain = Some(r.norm_squared() - after.norm_squared());
+                    (parameters, r) = (next, after);
+                    damping = (damping / 9.0).max(1e-12);
+                    break;
+                }
+                None => damping *= 11.0,
+            }
+        }
+        if gain.is_none_or(|gain| gain <= 1e-9 * r.norm_squared() + 1e-15) {
+            break;
+        }
+    }
+    let j = jacobian(&parameters, step, &residuals, r.len())?;
+    let covariance = scaled_inverse(&(j.transpose() * &j))?;
+    let degrees_of_freedom = r.len().saturating_sub(parameters.len());
+    Some(Fit { parameters, covariance, chi_squared: r.norm_squared(), degrees_of_freedom, iterations })
+}
+
+/// Central differences over a thousandth of each parameter's step.
+fn jacobian(
+    at: &[f64],
+    step: &[f64],
+    residuals: &impl Fn(&[f64]) -> Option<Vec<f64>>,
+    rows: usize,
+) -> Option<DMatrix<f64>> {
+    let mut j = DMatrix::zeros(rows, at.len());
+    let mut p = at.to_vec();
+    for (k, &size) in step.iter().enumerate() {
+        let h = 1e-3 * size;
+        p[k] = at[k] + h;
+        let above = residuals(&p)?;
+        p[k] = at[k] - h;
+        let below = residuals(&p)?;
+        p[k] = at[k];
+        for i in 0..rows {
+            j[(i, k)] = (above[i] - below[i]) / (2.0 * h);
+        }
+    }
+    Some(j)
+}

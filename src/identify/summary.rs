@@ -1,0 +1,154 @@
+//! Fitted coefficients into the quantities of the report, with units, standard errors and intervals.
+
+use super::fit::LawFit;
+use super::law::{CENTRIFUGAL, PER_DIRECTION};
+use super::points::Point;
+use super::result::{ExponentialEstimate, FrictionIdentification, LawKind, LinesEstimate, PerDirection, Quantity};
+use super::statistics::t_quantile_975;
+use crate::gearhead::FrictionLaw;
+use crate::robot::Model;
+use crate::units::JointKind;
+
+/// Friction of a joint and `C_ii`, from the fits of both laws.
+pub fn friction(
+    kind: JointKind,
+    points: &[Point],
+    lines: &LawFit,
+    exponential: &LawFit,
+) -> (FrictionIdentification, Quantity) {
+    let (effort, position) = (kind.effort_unit(), kind.position_unit());
+    let preferred = if lines.fit.chi_squared < exponential.fit.chi_squared { lines } else { exponential };
+    let centrifugal = quantity(preferred, CENTRIFUGAL, format!("{effort}·s²/{position}²"));
+    let found = FrictionIdentification {
+        preferred: preferred.kind,
+        lines: PerDirection { positive: lines_of(kind, lines, 0), negative: lines_of(kind, lines, 1) },
+        exponential: PerDirection {
+            positive: exponential_of(kind, exponential, 0),
+            negative: exponential_of(kind, exponential, 1),
+        },
+        speeds: fastest_and_slowest(points),
+    };
+    (found, centrifugal)
+}
+
+/// Smallest and largest speed of the points.
+fn fastest_and_slowest(points: &[Point]) -> [f64; 2] {
+    points.iter().fold([f64::INFINITY, 0.0], |[low, high], point| {
+        let speed = point.velocity.abs();
+        [low.min(speed), high.max(speed)]
+    })
+}
+
+/// One coefficient.
+fn quantity(fit: &LawFit, index: usize, unit: String) -> Quantity {
+    let t = t_quantile_975(fit.fit.degrees_of_freedom);
+    Quantity::new(fit.fit.parameters[index], fit.fit.std_error(index), t, unit)
+}
+
+/// Equation 9 in the direction of index `k`.
+fn lines_of(kind: JointKind, fit: &LawFit, k: usize) -> LinesEstimate {
+    let (effort, position) = (kind.effort_unit(), kind.position_unit());
+    let at = |index: usize, unit: String| quantity(fit, k * PER_DIRECTION + index, unit);
+    LinesEstimate {
+        a1: at(0, effort.into()),
+        b1: at(1, format!("{effort}·s/{position}")),
+        a2: at(2, effort.into()),
+        b2: at(3, format!("{effort}·s/{position}")),
+        switch_velocity: switch_velocity(fit, k, format!("{position}/s")),
+        curve_error_percent: None,
+    }
+}
+
+/// Equation 8 and its standard error to first order in the coefficients' errors.
+fn switch_velocity(fit: &LawFit, k: usize, unit: String) -> Quantity {
+    let at = k * PER_DIRECTION;
+    let p = &fit.fit.parameters[at..at + PER_DIRECTION];
+    let slope = p[3] - p[1];
+    let value = (p[0] - p[2]) / slope;
+    let gradient = [1.0 / slope, value / slope, -1.0 / slope, -value / slope];
+    let mut variance = 0.0;
+    for i in 0..PER_DIRECTION {
+        for j in 0..PER_DIRECTION {
+            variance += gradient[i] * gradient[j] * fit.fit.covariance[(at + i, at + j)];
+        }
+    }
+    let std_error = (variance * fit.fit.inflation()).sqrt();
+    Quantity::new(value, std_error, t_quantile_975(fit.fit.degrees_of_freedom), unit)
+}
+
+/// Equation 6 in the direction of index `k`.
+fn exponential_of(kind: JointKind, fit: &LawFit, k: usize) -> ExponentialEstimate {
+    let (effort, position) = (kind.effort_unit(), kind.position_unit());
+    let at = |index: usize, unit: String| quantity(fit, k * PER_DIRECTION + index, unit);
+    ExponentialEstimate {
+        coulomb: at(0, effort.into()),
+        breakaway: at(1, effort.into()),
+        stribeck_velocity: at(2, format!("{position}/s")),
+        viscous: at(3, format!("{effort}·s/{position}")),
+        curve_error_percent: None,
+    }
+}
+
+/// Speeds that two curves are compared at.
+const COMPARED: usize = 200;
+
+impl FrictionIdentification {
+    /// Writes the truth beside every coefficient of the true law's kind, and the error of both curves.
+    pub fn compare(&mut self, truth: &FrictionLaw) {
+        match truth {
+            FrictionLaw::Exponential(law) => {
+                for (found, law) in
+                    [&mut self.exponential.positive, &mut self.exponential.negative].into_iter().zip(law)
+                {
+                    found.coulomb.compare(law.coulomb);
+                    found.breakaway.compare(law.breakaway);
+                    found.stribeck_velocity.compare(law.stribeck_velocity);
+                    found.viscous.compare(law.viscous);
+                }
+            }
+            FrictionLaw::TwoLines(law) => {
+                for (found, law) in [&mut self.lines.positive, &mut self.lines.negative].into_iter().zip(law) {
+                    found.a1.compare(law.a1);
+                    found.b1.compare(law.b1);
+                    found.a2.compare(law.a2);
+                    found.b2.compare(law.b2);
+                    found.switch_velocity.compare(law.switch_velocity());
+                }
+            }
+        }
+        let [lines, exponential] = [LawKind::TwoLines, LawKind::Exponential].map(|kind| self.law(kind));
+        let errors = |law: &FrictionLaw| [1.0, -1.0].map(|sign| curve_error_percent(law, truth, sign, self.speeds));
+        let (of_lines, of_exponential) = (errors(&lines), errors(&exponential));
+        self.lines.positive.curve_error_percent = Some(of_lines[0]);
+        self.lines.negative.curve_error_percent = Some(of_lines[1]);
+        self.exponential.positive.curve_error_percent = Some(of_exponential[0]);
+        self.exponential.negative.curve_error_percent = Some(of_exponential[1]);
+    }
+}
+
+/// RMS difference of two laws in one direction over the RMS of the second, per cent.
+fn curve_error_percent(found: &FrictionLaw, truth: &FrictionLaw, sign: f64, [low, high]: [f64; 2]) -> f64 {
+    let (mut error, mut size) = (0.0, 0.0);
+    for k in 0..COMPARED {
+        let v = sign * (low + (high - low) * k as f64 / (COMPARED - 1) as f64);
+        error += (found.kinetic(v) - truth.kinetic(v)).powi(2);
+        size += truth.kinetic(v).powi(2);
+    }
+    100.0 * (error / size).sqrt()
+}
+
+impl super::Identification {
+    /// Writes the truth that a model holds beside every estimate that it knows.
+    pub fn compare(&mut self, truth: &Model) {
+        for found in &mut self.joints {
+            let Some(joint) = truth.joints.iter().find(|joint| joint.name == found.joint) else { continue };
+            if let Some(friction) = joint.friction {
+                found.friction.compare(&friction.law);
+                found.centrifugal.compare(0.0);
+            }
+            if let (Some(backlash), Some(gap)) = (&mut found.backlash, joint.backlash) {
+                backlash.compare(gap);
+            }
+        }
+    }
+}
