@@ -1,9 +1,17 @@
 //! Results to JSON, HTML and Rerun recordings.
 
+/// A diagnosis for readers.
+pub mod diagnosis;
+/// Units for readers.
+pub mod display;
 /// One content for terminal, page and recording.
 pub mod document;
+/// What a command leaves behind.
+pub mod files;
 /// Documents as a page.
 pub mod html;
+/// An identification for readers.
+pub mod identification;
 /// How numbers are written.
 pub mod number;
 /// What plots show.
@@ -16,5 +24,6 @@ pub mod svg;
 pub mod table;
 
 pub use document::{Document, Section};
+pub use files::Report;
 pub use plot::{Layer, Mark, Plot, Role};
 pub use table::Table;

@@ -1,0 +1,260 @@
+//! A diagnosis as a reader meets it: what was found, how sure, what it gains, what is left.
+
+use super::display::{self, shown, velocity_unit};
+use super::document::{Document, Section};
+use super::number;
+use super::plot::{Layer, Mark, Plot, Role};
+use super::recording::Trace;
+use super::table::Table;
+use crate::diagnose::{Axis, Diagnosis, FoundEffect, OrderSpectrum, ResidualMap, ResidualSeries, Split, Verdict};
+use crate::effects;
+use crate::units::JointKind;
+
+/// The document of a diagnosis of the machine of that name.
+pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
+    let mut sections = vec![found(diagnosis), errors(diagnosis)];
+    let mut joints: Vec<(&str, JointKind)> = Vec::new();
+    for series in &diagnosis.series {
+        if !joints.iter().any(|(joint, _)| *joint == series.joint) {
+            joints.push((&series.joint, series.kind));
+        }
+    }
+    sections.extend(joints.into_iter().map(|(joint, kind)| residuals(diagnosis, joint, kind)));
+    sections.push(candidates(diagnosis));
+    sections.push(method(diagnosis));
+    Document {
+        title: format!("{name}: what the simulation gets wrong"),
+        verdict: verdict(diagnosis),
+        warnings: Vec::new(),
+        sections,
+    }
+}
+
+/// The answer in sentences.
+fn verdict(diagnosis: &Diagnosis) -> String {
+    match diagnosis.verdict {
+        Verdict::NothingFound => "Nothing found: the nominal model explains the data.".to_owned(),
+        Verdict::Unexplained => format!(
+            "Structure remains that no effect of the catalogue explains ({}).",
+            diagnosis.unexplained.iter().map(|one| one.joint.as_str()).collect::<Vec<_>>().join(", ")
+        ),
+        Verdict::EffectsFound => diagnosis.effects.iter().map(sentence).collect::<Vec<_>>().join("\n"),
+    }
+}
+
+/// One effect in a sentence.
+fn sentence(found: &FoundEffect) -> String {
+    format!(
+        "{} on {} ({}), {:.0} % sure; it lowers the error on data held out by {:.0} %.",
+        found.effect,
+        found.joints.join(", "),
+        parameters(found),
+        100.0 * found.probability,
+        found.gain_percent
+    )
+}
+
+fn parameters(found: &FoundEffect) -> String {
+    let one = |(name, value): (&String, &crate::diagnose::Measured)| {
+        format!("{name} = {}", display::estimate(value.value, value.std_error, value.unit))
+    };
+    found.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+fn found(diagnosis: &Diagnosis) -> Section {
+    let mut section = Section::new("What was found");
+    let mut table = Table::new("", &["effect", "joints", "kind", "parameters", "probability", "gain held out"]);
+    for found in &diagnosis.effects {
+        let kind = match found.kind {
+            effects::Kind::Physics => "physics",
+            effects::Kind::Measurement => "measurement",
+        };
+        table.row([
+            found.effect.clone(),
+            found.joints.join(", "),
+            kind.to_owned(),
+            parameters(found),
+            format!("{:.2}", found.probability),
+            format!("{:.0} %", found.gain_percent),
+        ]);
+        if let Some(effect) = effects::find(&found.effect) {
+            section.text.push(format!("{}: {}", found.effect, effect.about().summary));
+        }
+        if !found.confusable_with.is_empty() {
+            let others = found.confusable_with.join(", ");
+            section.text.push(format!(
+                "{} looks like {others} in these data. To separate them: {}",
+                found.effect, found.separate_by
+            ));
+        }
+    }
+    if !table.rows.is_empty() {
+        section.tables.push(table);
+    }
+    for unexplained in &diagnosis.unexplained {
+        section.text.push(format!("Unexplained on {}: {}", unexplained.joint, unexplained.pattern));
+    }
+    section
+}
+
+const fn split(split: Split) -> &'static str {
+    match split {
+        Split::Train => "train",
+        Split::HeldOut => "held out",
+    }
+}
+
+/// Torque errors and replay errors, nominal against extended.
+fn errors(diagnosis: &Diagnosis) -> Section {
+    let mut fit = Table::new(
+        "RMS torque error along the measured motion",
+        &["joint", "data", "nominal", "extended", "sensor floor", "unit", "nominal", "extended", "gain"],
+    );
+    for error in &diagnosis.fit {
+        fit.row([
+            error.joint.clone(),
+            split(error.split).to_owned(),
+            number::significant(error.before, 3),
+            number::significant(error.after, 3),
+            number::significant(error.floor, 2),
+            error.unit.to_owned(),
+            format!("{:.2} %", error.before_percent),
+            format!("{:.2} %", error.after_percent),
+            gain(error.before, error.after),
+        ]);
+    }
+    let mut replay = Table::new(
+        "RMS error of the simulation beside the data",
+        &["joint", "channel", "data", "nominal", "extended", "unit", "gain"],
+    );
+    for error in &diagnosis.replay {
+        let (unit, factor) = shown(error.unit);
+        replay.row([
+            error.joint.clone(),
+            error.quantity.to_owned(),
+            split(error.split).to_owned(),
+            number::significant(error.before * factor, 3),
+            number::significant(error.after * factor, 3),
+            unit.to_owned(),
+            gain(error.before, error.after),
+        ]);
+    }
+    let tables = [fit, replay].into_iter().filter(|table| !table.rows.is_empty()).collect();
+    Section { tables, ..Section::new("The gain") }
+}
+
+fn gain(before: f64, after: f64) -> String {
+    if before > 0.0 { format!("{:.0} %", 100.0 * (1.0 - after / before)) } else { String::new() }
+}
+
+/// Baseline and plots of a joint.
+fn residuals(diagnosis: &Diagnosis, joint: &str, kind: JointKind) -> Section {
+    let mut section = Section::new(joint);
+    if let Some(baseline) = diagnosis.baseline.get(joint) {
+        let mut table = Table::new("Baseline as fitted", &["", "value", "unit"]);
+        let mut row = |name: &str, found: &crate::diagnose::Measured| {
+            let (unit, factor) = shown(found.unit);
+            let (value, std_error) = number::with_error(found.value * factor, found.std_error * factor);
+            table.row([name.to_owned(), format!("{value} ± {std_error}"), unit.to_owned()]);
+        };
+        baseline.friction.iter().for_each(|(name, found)| row(name, found));
+        baseline.backlash.iter().for_each(|found| row("backlash", found));
+        baseline.torque_offset.iter().for_each(|(session, found)| row(&format!("offset, {session}"), found));
+        section.tables.push(table);
+    }
+    let of_joint = |series: &&ResidualSeries| series.joint == joint;
+    section.plots.extend(diagnosis.series.iter().filter(of_joint).map(|series| over_time(series, kind)));
+    section.plots.extend(diagnosis.maps.iter().filter(|map| map.joint == joint).map(|map| over_axis(map, kind)));
+    section.plots.extend(
+        diagnosis.order_spectrum.iter().filter(|found| found.joint == joint).map(|found| over_order(found, kind)),
+    );
+    section
+}
+
+/// Only where the errors are judged; the line is interrupted elsewhere.
+fn judged(series: &ResidualSeries, values: &[f64]) -> Vec<[f64; 2]> {
+    let rows = series.time.iter().zip(values).zip(&series.rigid);
+    rows.map(|((time, value), rigid)| [*time, if *rigid { *value } else { f64::NAN }]).collect()
+}
+
+fn over_time(series: &ResidualSeries, kind: JointKind) -> Plot {
+    Plot::new(
+        format!("{}, {} ({}): torque residual", series.joint, series.session, split(series.split)),
+        "time [s]",
+        format!("measured − model [{}]", kind.effort_unit()),
+    )
+    .with(Layer::new("nominal", Mark::Line, Role::Before, judged(series, &series.before)))
+    .with(Layer::new("extended", Mark::Line, Role::After, judged(series, &series.after)))
+}
+
+fn over_axis(map: &ResidualMap, kind: JointKind) -> Plot {
+    let (name, si) = match map.axis {
+        Axis::Velocity => ("velocity", velocity_unit(kind)),
+        Axis::Position => ("position", kind.position_unit()),
+        Axis::MotorAngle => ("motor angle", "rad"),
+        Axis::Load => ("gear torque", kind.effort_unit()),
+    };
+    let (unit, factor) = shown(si);
+    let points = |values: &[f64]| map.centre.iter().zip(values).map(|(x, y)| [x * factor, *y]).collect();
+    Plot::new(
+        format!("{}: mean residual against {name}", map.joint),
+        format!("{name} [{unit}]"),
+        format!("measured − model [{}]", kind.effort_unit()),
+    )
+    .with(Layer::new("nominal", Mark::Points, Role::Before, points(&map.before)))
+    .with(Layer::new("extended", Mark::Points, Role::After, points(&map.after)))
+}
+
+fn over_order(spectrum: &OrderSpectrum, kind: JointKind) -> Plot {
+    let points = |values: &[f64]| spectrum.order.iter().zip(values).map(|(x, y)| [*x, *y]).collect();
+    Plot::new(
+        format!("{}: residual by order of the motor", spectrum.joint),
+        "periods per motor turn",
+        format!("amplitude [{}]", kind.effort_unit()),
+    )
+    .with(Layer::new("nominal", Mark::Line, Role::Before, points(&spectrum.before)))
+    .with(Layer::new("extended", Mark::Line, Role::After, points(&spectrum.after)))
+}
+
+fn candidates(diagnosis: &Diagnosis) -> Section {
+    let mut table = Table::new("", &["candidate", "joints", "alone gains", "needed", "named", "why"]);
+    for candidate in &diagnosis.candidates {
+        table.row([
+            candidate.effect.clone(),
+            candidate.joints.join(", "),
+            format!("{:.1} %", candidate.gain_percent),
+            format!("{:.1} %", candidate.threshold_percent),
+            if candidate.named { "yes" } else { "no" }.to_owned(),
+            candidate.reason.clone(),
+        ]);
+    }
+    Section { tables: if table.rows.is_empty() { Vec::new() } else { vec![table] }, ..Section::new("What was tried") }
+}
+
+fn method(diagnosis: &Diagnosis) -> Section {
+    let method = &diagnosis.method;
+    let [narrow, wide] = method.half_width.map(|width| 1000.0 * width);
+    let text = vec![
+        format!("Filter: {}, half width {narrow:.0} to {wide:.0} ms.", method.filter),
+        format!("Zones: {}", method.zones),
+        format!("Baseline: {}", method.baseline),
+        format!("Held out: {}", method.held_out),
+    ];
+    Section { text, ..Section::new("How the data were read") }
+}
+
+/// Residuals over time for the recording.
+pub fn traces(diagnosis: &Diagnosis, session: &str) -> Vec<Trace> {
+    let mut traces = Vec::new();
+    for series in diagnosis.series.iter().filter(|series| series.session == session) {
+        for (label, role, values) in
+            [("nominal", Role::Before, &series.before), ("extended", Role::After, &series.after)]
+        {
+            let shown =
+                values.iter().zip(&series.rigid).map(|(value, rigid)| if *rigid { *value } else { 0.0 }).collect();
+            let (joint, time) = (series.joint.clone(), series.time.clone());
+            traces.push(Trace { joint, panel: "residual", label, role, time, values: shown });
+        }
+    }
+    traces
+}

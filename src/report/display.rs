@@ -1,0 +1,48 @@
+//! Units for readers: files hold SI and radians, people read degrees.
+
+use crate::units::{DEG, JointKind};
+
+use super::number;
+
+/// The unit in which a quantity of that SI unit is shown, and the factor from SI to it.
+pub fn shown(unit: &str) -> (&str, f64) {
+    match unit {
+        "rad" => ("deg", 1.0 / DEG),
+        "rad/s" => ("deg/s", 1.0 / DEG),
+        "N·m·s/rad" => ("N·m·s/deg", DEG),
+        "N·m/rad" => ("N·m/deg", DEG),
+        "m" => ("mm", 1000.0),
+        "m/s" => ("mm/s", 1000.0),
+        other => (other, 1.0),
+    }
+}
+
+/// A value of that SI unit as readers see it, with four significant digits and the unit.
+pub fn value(value: f64, unit: &str) -> String {
+    let (unit, factor) = shown(unit);
+    join(&number::significant(value * factor, 4), unit)
+}
+
+/// A value and its standard error as readers see them, with the unit.
+pub fn estimate(value: f64, std_error: f64, unit: &str) -> String {
+    let (unit, factor) = shown(unit);
+    let (value, std_error) = number::with_error(value * factor, std_error * factor);
+    join(&format!("{value} ± {std_error}"), unit)
+}
+
+/// A number and its unit; nothing behind a number without one.
+pub fn join(number: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => number.to_owned(),
+        "deg" => format!("{number}°"),
+        unit => format!("{number} {unit}"),
+    }
+}
+
+/// SI unit of velocity.
+pub const fn velocity_unit(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Revolute => "rad/s",
+        JointKind::Prismatic => "m/s",
+    }
+}

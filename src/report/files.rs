@@ -1,0 +1,84 @@
+//! A report as the files of its folder.
+
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::document::Document;
+use super::html;
+use super::recording::{self, Motion};
+use crate::error::Result;
+use crate::robot::Model;
+
+/// Version of the engine, pinned in the manifest: its results change between releases.
+pub const RAPIER_VERSION: &str = "0.36.1";
+
+/// Everything a command leaves behind.
+#[derive(Debug)]
+pub struct Report<'a> {
+    /// For people.
+    pub document: Document,
+    /// For programs: the content of `report.json`.
+    pub json: Value,
+    /// What the recording shows moving.
+    pub motions: Vec<Motion<'a>>,
+    /// The model that `model.toml` will hold.
+    pub model: Option<&'a Model>,
+}
+
+/// Versions of what made a report.
+pub fn versions() -> Value {
+    json!({ "lostmotion": env!("CARGO_PKG_VERSION"), "rapier3d": RAPIER_VERSION })
+}
+
+/// `content` below a head of schema, versions and the machine's name.
+pub fn envelope(schema: &str, name: &str, content: Value) -> Value {
+    let mut all = Map::new();
+    all.insert("schema".into(), schema.into());
+    all.insert("versions".into(), versions());
+    all.insert("name".into(), name.into());
+    if let Value::Object(content) = content {
+        all.extend(content);
+    }
+    Value::Object(all)
+}
+
+impl Report<'_> {
+    /// Name and content of each file.
+    ///
+    /// # Errors
+    /// The recording cannot be made.
+    pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        let mut files = vec![
+            ("report.json".to_owned(), (format!("{:#}\n", self.json)).into_bytes()),
+            ("report.html".to_owned(), html::page(&self.document, &footer()).into_bytes()),
+        ];
+        if let Some(recording) = recording::encode(&self.document, &self.motions)? {
+            files.push(("trace.rrd".to_owned(), recording));
+        }
+        if let Some(model) = self.model {
+            files.extend(model_files(model));
+        }
+        Ok(files)
+    }
+}
+
+fn footer() -> String {
+    format!(
+        "lostmotion {}, rapier {RAPIER_VERSION}. Files hold SI units and radians; this page shows degrees and millimetres.",
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+/// The model and, where it names no meshes by relative paths, a copy of its URDF, so that the folder can be moved.
+fn model_files(model: &Model) -> Vec<(String, Vec<u8>)> {
+    let whole = model.urdf.canonicalize().unwrap_or_else(|_| model.urdf.clone());
+    if model.urdf_text.contains("<mesh") {
+        return vec![("model.toml".to_owned(), model.to_toml(&whole).into_bytes())];
+    }
+    let urdf = model.urdf.file_name().unwrap_or("robot.urdf".as_ref()).to_string_lossy().into_owned();
+    vec![
+        ("model.toml".to_owned(), model.to_toml(Path::new(&urdf)).into_bytes()),
+        (urdf, model.urdf_text.clone().into_bytes()),
+    ]
+}

@@ -1,0 +1,237 @@
+//! An identification as a reader meets it: tables of what was recovered, friction curve, gap of each reversal.
+
+use super::display::{self, shown, velocity_unit};
+use super::document::{Document, Section};
+use super::number;
+use super::plot::{Layer, Mark, Plot, Role};
+use super::table::Table;
+use crate::gearhead::FrictionLaw;
+use crate::identify::{Identification, JointIdentification, LawKind, PerDirection, Quantity};
+use crate::robot::Model;
+
+/// Points of a fitted or true curve in a plot.
+const CURVE: usize = 240;
+
+/// The document of an identification; `truth` holds what was injected, where that is known.
+pub fn document(name: &str, identification: &Identification, truth: Option<&Model>) -> Document {
+    let joints = &identification.joints;
+    Document {
+        title: format!("{name}: identified friction and backlash"),
+        verdict: joints.iter().map(verdict).collect::<Vec<_>>().join("\n"),
+        warnings: joints
+            .iter()
+            .flat_map(|joint| joint.notes.iter().map(|note| format!("{}: {note}", joint.joint)))
+            .collect(),
+        sections: joints.iter().map(|joint| section(joint, true_law(truth, &joint.joint))).collect(),
+    }
+}
+
+fn true_law(truth: Option<&Model>, joint: &str) -> Option<FrictionLaw> {
+    let joint = truth?.joints.iter().find(|known| known.name == joint)?;
+    joint.friction.map(|friction| friction.law)
+}
+
+/// One line: Coulomb level, breakaway and gap.
+fn verdict(joint: &JointIdentification) -> String {
+    let friction = &joint.friction;
+    let (slow, fast) = match friction.preferred {
+        LawKind::Exponential => (
+            friction.exponential.each().map(|one| one.breakaway.value),
+            friction.exponential.each().map(|one| one.coulomb.value),
+        ),
+        LawKind::TwoLines => {
+            (friction.lines.each().map(|one| one.a1.value), friction.lines.each().map(|one| one.a2.value))
+        }
+    };
+    let unit = joint.kind.effort_unit();
+    let pair = |[positive, negative]: [f64; 2]| {
+        format!("{} / {} {unit}", number::significant(positive, 3), number::significant(negative, 3))
+    };
+    let gap = joint.backlash.as_ref().map_or_else(
+        || "backlash not measurable in these data".to_owned(),
+        |gap| {
+            let found = &gap.best.mean;
+            let figure = display::estimate(found.value, found.std_error, &found.unit);
+            if gap.consistent_with_zero() {
+                format!("no backlash that could be told from none ({figure})")
+            } else {
+                format!("backlash {figure}")
+            }
+        },
+    );
+    format!(
+        "{}: friction {} at rest, {} Coulomb (positive / negative direction); {gap}.",
+        joint.joint,
+        pair(slow),
+        pair(fast)
+    )
+}
+
+fn section(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Section {
+    let unit = display::shown(velocity_unit(joint.kind)).0;
+    let [slowest, fastest] = joint.friction.speeds.map(|speed| display::value(speed, velocity_unit(joint.kind)));
+    let preferred = match joint.friction.preferred {
+        LawKind::Exponential => "the exponential law (equation 6)",
+        LawKind::TwoLines => "the two lines (equation 9)",
+    };
+    let text = format!(
+        "{} steady windows from {slowest} to {fastest}; the data prefer {preferred}. Velocities in {unit}.",
+        joint.points.len()
+    );
+    let mut section = Section { text: vec![text], ..Section::new(&joint.joint) };
+    section.tables.push(exponential(joint));
+    section.tables.push(lines(joint));
+    section.tables.extend(gap_table(joint));
+    section.plots = vec![friction_plot(joint, truth), residual_plot(joint)];
+    section.plots.extend(gap_plot(joint));
+    section
+}
+
+fn head(title: &str) -> Table {
+    Table::new(title, &["", "injected", "recovered", "std. error", "error", "95 % interval", "unit"])
+}
+
+/// One row: injected, recovered, standard error, error, interval.
+fn row(table: &mut Table, name: &str, quantity: &Quantity) {
+    let (unit, factor) = shown(&quantity.unit);
+    let (value, std_error) = number::with_error(quantity.value * factor, quantity.std_error * factor);
+    let injected = quantity.truth.map_or_else(String::new, |truth| number::significant(truth * factor, 4));
+    let error = quantity.error_percent.map_or_else(String::new, number::percent);
+    let interval = number::interval(quantity.interval.map(|end| end * factor));
+    table.row([name.to_owned(), injected, value, std_error, error, interval, unit.to_owned()]);
+}
+
+/// Rows of both directions.
+fn rows<T>(table: &mut Table, name: &str, law: &PerDirection<T>, quantity: impl Fn(&T) -> &Quantity) {
+    row(table, &format!("{name} +"), quantity(&law.positive));
+    row(table, &format!("{name} −"), quantity(&law.negative));
+}
+
+fn with_curve_error(title: &str, errors: [Option<f64>; 2]) -> String {
+    match errors {
+        [Some(positive), Some(negative)] => {
+            format!("{title}; curve within {positive:.2} % / {negative:.2} % RMS of the injected one")
+        }
+        _ => title.to_owned(),
+    }
+}
+
+fn exponential(joint: &JointIdentification) -> Table {
+    let law = &joint.friction.exponential;
+    let errors = law.each().map(|one| one.curve_error_percent);
+    let mut table = head(&with_curve_error("Exponential law, equation 6", errors));
+    rows(&mut table, "F_C", law, |one| &one.coulomb);
+    rows(&mut table, "F_S", law, |one| &one.breakaway);
+    rows(&mut table, "v_S", law, |one| &one.stribeck_velocity);
+    rows(&mut table, "F_V", law, |one| &one.viscous);
+    table.trimmed()
+}
+
+fn lines(joint: &JointIdentification) -> Table {
+    let law = &joint.friction.lines;
+    let errors = law.each().map(|one| one.curve_error_percent);
+    let mut table = head(&with_curve_error("Two lines, equations 7 to 9", errors));
+    rows(&mut table, "a1", law, |one| &one.a1);
+    rows(&mut table, "b1", law, |one| &one.b1);
+    rows(&mut table, "a2", law, |one| &one.a2);
+    rows(&mut table, "b2", law, |one| &one.b2);
+    rows(&mut table, "switch", law, |one| &one.switch_velocity);
+    row(&mut table, "C_ii", &joint.centrifugal);
+    table.trimmed()
+}
+
+fn gap_table(joint: &JointIdentification) -> Option<Table> {
+    let gap = joint.backlash.as_ref()?;
+    let mut table = head(&format!(
+        "Backlash, total gap at the joint; paper's mean deviation {:.1} % ({} reversals)",
+        gap.paper.mean_deviation_percent,
+        gap.paper.values.len()
+    ));
+    row(&mut table, &format!("best: {}", gap.best.name), &gap.best.mean);
+    row(&mut table, gap.paper.name, &gap.paper.mean);
+    row(&mut table, gap.paper_literal.name, &gap.paper_literal.mean);
+    if let Some(share) = &gap.link_share {
+        row(&mut table, "share of friction on the link", share);
+    }
+    Some(table.trimmed())
+}
+
+/// A law as a curve over both directions, in the units of the plot.
+fn curve(law: &FrictionLaw, fastest: f64, factor: f64) -> Vec<[f64; 2]> {
+    #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+    let speed = |k: usize| fastest * k as f64 / CURVE as f64;
+    let side = |sign: f64| {
+        (1..=CURVE).map(move |k| {
+            let v = sign * speed(k);
+            [v * factor, law.kinetic(v)]
+        })
+    };
+    let mut points: Vec<[f64; 2]> = side(-1.0).collect();
+    points.reverse();
+    // The law jumps at rest: the line is interrupted there.
+    points.push([f64::NAN, f64::NAN]);
+    points.extend(side(1.0));
+    points
+}
+
+fn friction_plot(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Plot {
+    let (unit, factor) = shown(velocity_unit(joint.kind));
+    let fastest = 1.05 * joint.friction.speeds[1];
+    let measured = joint.points.iter().map(|point| [point.velocity * factor, point.friction]).collect();
+    let mut plot = Plot::new(
+        format!("{}: friction", joint.joint),
+        format!("velocity [{unit}]"),
+        format!("friction [{}]", joint.kind.effort_unit()),
+    );
+    let fit = |kind| curve(&joint.friction.law(kind), fastest, factor);
+    let (other, other_name, name) = match joint.friction.preferred {
+        LawKind::Exponential => (LawKind::TwoLines, "two lines (7 to 9)", "exponential law (6)"),
+        LawKind::TwoLines => (LawKind::Exponential, "exponential law (6)", "two lines (7 to 9)"),
+    };
+    plot = plot.with(Layer::new(other_name, Mark::Dashed, Role::Before, fit(other))).with(Layer::new(
+        name,
+        Mark::Line,
+        Role::Fit,
+        fit(joint.friction.preferred),
+    ));
+    if let Some(law) = truth {
+        plot = plot.with(Layer::new("injected", Mark::Dashed, Role::Truth, curve(&law, fastest, factor)));
+    }
+    plot.with(Layer::new("steady windows", Mark::Points, Role::Measured, measured))
+}
+
+fn residual_plot(joint: &JointIdentification) -> Plot {
+    let (unit, factor) = shown(velocity_unit(joint.kind));
+    let left = joint.points.iter().map(|point| [point.velocity * factor, joint.residual(point)]).collect();
+    Plot::new(
+        format!("{}: friction minus fit", joint.joint),
+        format!("velocity [{unit}]"),
+        format!("residual [{}]", joint.kind.effort_unit()),
+    )
+    .with(Layer::new("", Mark::Points, Role::Fit, left))
+}
+
+fn gap_plot(joint: &JointIdentification) -> Option<Plot> {
+    let gap = joint.backlash.as_ref()?;
+    let (speed_unit, speed) = shown(velocity_unit(joint.kind));
+    let (unit, factor) = shown(joint.kind.position_unit());
+    let values = |values: &[crate::identify::backlash::ReversalGap]| -> Vec<[f64; 2]> {
+        values.iter().map(|one| [one.velocity.abs() * speed, one.gap * factor]).collect()
+    };
+    let level = |value: f64| {
+        let fastest = joint.friction.speeds[1] * speed;
+        vec![[0.0, value * factor], [fastest, value * factor]]
+    };
+    let mut plot = Plot::new(
+        format!("{}: gap of each reversal", joint.joint),
+        format!("speed after the reversal [{speed_unit}]"),
+        format!("gap [{unit}]"),
+    )
+    .with(Layer::new("equation 15", Mark::Points, Role::Before, values(&gap.paper.values)))
+    .with(Layer::new("best, each", Mark::Points, Role::Measured, values(&gap.best.values)))
+    .with(Layer::new("best", Mark::Line, Role::Fit, level(gap.best.mean.value)));
+    if let Some(truth) = gap.best.mean.truth {
+        plot = plot.with(Layer::new("injected", Mark::Dashed, Role::Truth, level(truth)));
+    }
+    Some(plot)
+}
