@@ -8,6 +8,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::error::{Error, Result};
 
 use super::Outcome;
+use super::folder::Folder;
+use crate::report::Report;
 
 /// Options that every command that computes shares.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -43,6 +45,30 @@ pub fn warn(warnings: &[String]) -> Outcome {
         eprintln!("warning: {warning}");
     }
     if warnings.is_empty() { Outcome::Done } else { Outcome::Warned }
+}
+
+/// Writes the report's files into place, prints it, and says where it stands.
+///
+/// # Errors
+/// A file or standard output is refused; then nothing is left behind.
+pub fn finish(report: &Report<'_>, folder: &Folder, options: &OutputOptions) -> Result<Outcome> {
+    let files = report.files()?;
+    folder.write(files.iter().map(|(name, content)| (name.as_str(), content.as_slice())))?;
+    if options.json {
+        print(&format!("{:#}\n", report.json))?;
+    } else if !options.quiet {
+        let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+        print(&format!(
+            "{}\nwritten to {}: {}\n",
+            report.document.to_text(),
+            folder.path().display(),
+            names.join(", ")
+        ))?;
+        if !cfg!(feature = "rerun") {
+            print("no trace.rrd: this build lacks the feature `rerun`\n")?;
+        }
+    }
+    Ok(warn(&report.document.warnings))
 }
 
 /// A progress line on standard error: hidden when quiet or when standard error is no terminal, and wiped when dropped.

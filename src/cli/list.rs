@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
+use crate::effects;
 use crate::error::Result;
 
 use super::{Outcome, catalogue, console};
@@ -26,7 +27,11 @@ impl List {
         let lines = match self.what {
             What::Robots => described("robots", "model.toml"),
             What::Scenarios => described("scenarios", "scenario.toml"),
-            What::Effects => Vec::new(),
+            What::Effects => effects::CATALOGUE
+                .iter()
+                .map(|effect| effect.about())
+                .map(|about| (about.name.to_owned(), about.summary.to_owned()))
+                .collect(),
         };
         console::print(&render(&lines))?;
         Ok(Outcome::Done)

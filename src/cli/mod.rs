@@ -15,6 +15,8 @@ pub mod folder;
 
 mod data;
 mod explain;
+mod identify;
+mod input;
 mod list;
 
 /// Finds why a robot arm and its simulation disagree: friction and backlash identification, and a named cause for what the model lacks.
@@ -30,6 +32,7 @@ enum Verb {
     Data(data::Data),
     List(list::List),
     Explain(explain::Explain),
+    Identify(identify::Identify),
 }
 
 /// How a command that could be carried out ended.
@@ -62,5 +65,6 @@ pub fn run() -> Result<Outcome> {
         Verb::Data(verb) => verb.run(),
         Verb::List(verb) => verb.run(),
         Verb::Explain(verb) => verb.run(),
+        Verb::Identify(verb) => verb.run(),
     }
 }

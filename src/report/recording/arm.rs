@@ -6,10 +6,10 @@ use rerun::components::FillMode;
 
 use super::Motion;
 use super::stream::{failed, log_static, times};
+use crate::dynamics::Dynamics;
 use crate::error::Result;
-use crate::robot::{Geometry, Robot, Shape};
+use crate::robot::{Geometry, Shape};
 use crate::timeseries::Channel;
-use crate::units::JointKind;
 
 /// Most poses of a motion.
 const FRAMES: usize = 1500;
@@ -47,11 +47,12 @@ fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Resu
             link.or_else(|| joint.get(Channel::Position))
         })
         .collect();
+    let mut dynamics = Dynamics::new(motion.robot);
     let poses: Vec<Vec<Isometry3<f64>>> = frames
         .iter()
         .map(|&frame| {
             let q: Vec<f64> = positions.iter().map(|values| values.map_or(0.0, |values| values[frame])).collect();
-            poses(motion.robot, &q)
+            dynamics.poses(&q)
         })
         .collect();
     for (index, body) in motion.robot.bodies.iter().enumerate() {
@@ -64,21 +65,6 @@ fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Resu
         stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))?;
     }
     Ok(())
-}
-
-/// Pose of every body in the base frame.
-fn poses(robot: &Robot, q: &[f64]) -> Vec<Isometry3<f64>> {
-    let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(robot.dof());
-    for (body, &q) in robot.bodies.iter().zip(q) {
-        let parent = body.parent.map_or_else(Isometry3::identity, |parent| poses[parent]);
-        let along = body.joint.axis.into_inner() * q;
-        let motion = match body.joint.kind {
-            JointKind::Revolute => Isometry3::rotation(along),
-            JointKind::Prismatic => Isometry3::translation(along.x, along.y, along.z),
-        };
-        poses.push(parent * body.joint.origin * motion);
-    }
-    poses
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the viewer works in single precision")]

@@ -2,8 +2,6 @@
 //!
 //! The only place that names rerun. Without the feature `rerun` there are no recordings, and [`encode`] returns `None`.
 
-mod traces;
-
 #[cfg(feature = "rerun")]
 mod arm;
 #[cfg(feature = "rerun")]
@@ -12,14 +10,15 @@ mod blueprint;
 mod canvas;
 #[cfg(feature = "rerun")]
 mod stream;
+#[cfg(feature = "rerun")]
+mod traces;
 
 use crate::error::Result;
 use crate::robot::Robot;
 use crate::timeseries::TimeSeries;
 
 use super::document::Document;
-
-pub use traces::Trace;
+use super::plot::Role;
 
 /// A machine in motion.
 #[derive(Debug, Clone)]
@@ -30,6 +29,23 @@ pub struct Motion<'a> {
     pub session: &'a TimeSeries,
     /// What is shown beside the channels of the session: residuals, predictions.
     pub traces: Vec<Trace>,
+}
+
+/// A curve over time of one joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// The joint.
+    pub joint: String,
+    /// Curves of the same panel share an axis: "velocity", "residual".
+    pub panel: &'static str,
+    /// What it is; also the last part of its path in the recording.
+    pub label: &'static str,
+    /// Decides its colour.
+    pub role: Role,
+    /// [s] Sample times.
+    pub time: Vec<f64>,
+    /// Values, in the unit of the panel.
+    pub values: Vec<f64>,
 }
 
 impl<'a> Motion<'a> {

@@ -4,8 +4,7 @@ use rerun::sink::BinaryStreamStorage;
 use rerun::{RecordingStream, RecordingStreamBuilder, TimeColumn};
 
 use super::blueprint::Layout;
-use super::traces::{self, Trace};
-use super::{Motion, arm, canvas};
+use super::{Motion, Trace, arm, canvas, traces};
 use crate::error::{Error, Result};
 use crate::report::document::Document;
 use crate::report::plot::{Mark, Plot, Role};

@@ -1,24 +1,8 @@
 //! What is drawn over time: the channels of a session, sorted into panels, and thinned.
 
+use super::Trace;
 use crate::report::plot::Role;
 use crate::timeseries::{Channel, TimeSeries};
-
-/// A curve over time of one joint.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
-    /// The joint.
-    pub joint: String,
-    /// Curves of the same panel share an axis: "velocity", "residual".
-    pub panel: &'static str,
-    /// What it is; also the last part of its path in the recording.
-    pub label: &'static str,
-    /// Decides its colour.
-    pub role: Role,
-    /// [s] Sample times.
-    pub time: Vec<f64>,
-    /// Values, in the unit of the panel.
-    pub values: Vec<f64>,
-}
 
 /// Channels that are drawn as they are: panel, label, role.
 const DRAWN: [(Channel, &str, &str, Role); 13] = [

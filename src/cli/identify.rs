@@ -1,0 +1,67 @@
+//! `lostmotion identify --model M --data F...`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::error::Result;
+use crate::identify::{self, Identification, Options};
+use crate::report::files::envelope;
+use crate::report::recording::Motion;
+use crate::report::{Report, identification};
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+
+use super::console::{OutputOptions, Progress};
+use super::folder::Folder;
+use super::input::{self, Recordings};
+use super::{Outcome, console};
+
+/// Identify friction and backlash from recorded data: the paper's procedure and the full friction fit
+#[derive(Debug, Args)]
+pub struct Identify {
+    /// Model file, or the name of a robot of the catalogue
+    #[arg(long, value_name = "MODEL")]
+    model: PathBuf,
+    /// Recordings: canonical CSV, or manifests
+    #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
+    data: Vec<PathBuf>,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Identify {
+    /// Reads, identifies, reports.
+    pub fn run(self) -> Result<Outcome> {
+        let model = input::model(&self.model)?;
+        let recordings = Recordings::load(&self.data, &model)?;
+        let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
+        let progress = Progress::start("identifying", self.output.quiet);
+        let found = identify::identify(&model, &recordings.series, &Options::default())?;
+        drop(progress);
+        let identified = found.apply(&model);
+        let mut report = report(&model.name, &found, None, &model, &recordings.series);
+        report.model = Some(&identified);
+        report.document.warnings.extend(recordings.warnings);
+        console::finish(&report, &folder, &self.output)
+    }
+}
+
+/// The report of an identification; `truth` holds what was injected, where that is known.
+pub fn report<'a>(
+    name: &str,
+    found: &Identification,
+    truth: Option<&Model>,
+    model: &'a Model,
+    series: &'a [TimeSeries],
+) -> Report<'a> {
+    let content = serde_json::to_value(found).unwrap_or(Value::Null);
+    let motions = series.iter().map(|session| Motion::new(&model.robot, session)).collect();
+    Report {
+        document: identification::document(name, found, truth),
+        json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),
+        motions,
+        model: None,
+    }
+}
