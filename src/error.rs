@@ -143,6 +143,12 @@ pub enum MotionFault {
     },
 }
 
+impl From<MotionError> for Error {
+    fn from(error: MotionError) -> Self {
+        Self::Motion(Box::new(error))
+    }
+}
+
 impl Error {
     /// An unusable value at a place of a file.
     pub fn input(

@@ -258,3 +258,73 @@ fn analytic_poses_follow_the_joints() {
     let (sin, cos) = (q[0] + q[1]).sin_cos();
     close(tip.coords.as_slice(), &[elbow[0] + cos, 0.0, elbow[2] + sin], ROUNDING);
 }
+
+mod motion {
+    use super::from_urdf;
+    use lostmotion::dynamics::{MotionCheck, STEP};
+    use lostmotion::error::MotionFault;
+
+    /// Two arms of 0.5 m, 4 cm thick, that turn about the vertical in one plane, beside a pillar at (0.3, 0.7).
+    const ARM: &str = r#"<robot name="arm">
+      <link name="floor"><collision><origin xyz="0.3 0.7 0"/><geometry><cylinder radius="0.05" length="1"/></geometry></collision></link>
+      <link name="one"><inertial><origin xyz="0.25 0 0"/><mass value="1"/>
+        <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial>
+        <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.04 0.04"/></geometry></collision></link>
+      <link name="two"><inertial><origin xyz="0.25 0 0"/><mass value="1"/>
+        <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial>
+        <collision><origin xyz="0.25 0 0"/><geometry><box size="0.5 0.04 0.04"/></geometry></collision></link>
+      <link name="hand"><inertial><mass value="0.1"/><inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/></inertial>
+        <collision><geometry><sphere radius="0.03"/></geometry></collision></link>
+      <joint name="a" type="revolute"><parent link="floor"/><child link="one"/><axis xyz="0 0 1"/>
+        <limit lower="-1" upper="2" effort="1" velocity="1"/></joint>
+      <joint name="b" type="revolute"><parent link="one"/><child link="two"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>
+        <limit lower="-3.2" upper="3.2" effort="1" velocity="1"/></joint>
+      <joint name="c" type="prismatic"><parent link="two"/><child link="hand"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>
+        <limit lower="-0.2" upper="0.2" effort="1" velocity="1"/></joint>
+    </robot>"#;
+
+    /// From 0 to the given angles in one second.
+    fn swing(to: [f64; 3], samples: usize) -> Result<(), lostmotion::error::MotionError> {
+        let mut check = MotionCheck::new(&from_urdf(ARM, &["a", "b", "c"])).unwrap();
+        let times: Vec<f64> = (0..samples).map(|k| k as f64 / (samples - 1) as f64).collect();
+        let paths = to.map(|to| times.iter().map(|t| to * t).collect::<Vec<f64>>());
+        check.check(&times, &[&paths[0], &paths[1], &paths[2]])
+    }
+
+    #[test]
+    fn analytic_limit_is_refused_at_the_time_it_is_passed() {
+        let error = swing([0.0, 0.0, 0.4], 1001).unwrap_err();
+        assert!((error.time - 0.501).abs() < 1e-9, "{error}");
+        assert_eq!(
+            error.to_string(),
+            "planned motion refused at t = 0.501 s: c at 0.2004 leaves its range [-0.2000, 0.2000] (rad or m)"
+        );
+        // Up to the limit itself is allowed.
+        assert_eq!(swing([0.0, 0.0, 0.2], 1001), Ok(()));
+    }
+
+    #[test]
+    fn analytic_straight_arm_meets_the_pillar_when_its_edge_reaches_it() {
+        // The pillar stands at atan2(0.7, 0.3) = 1.1659 rad, 0.7616 m out; the straight arm is 4 cm wide, so that they
+        // touch once the distance of the pillar's axis from the arm's is 0.07 m: at 1.1659 − asin(0.07/0.7616) = 1.0738.
+        let expected = 0.7_f64.atan2(0.3) - (0.07 / 0.7_f64.hypot(0.3)).asin();
+        for samples in [2, 40, 2001] {
+            let error = swing([1.5, 0.0, 0.0], samples).unwrap_err();
+            let angle = 1.5 * error.time;
+            assert!(angle >= expected - 1e-6 && angle <= expected + 2.0 * STEP, "{angle} against {expected}");
+            assert_eq!(error.cause, MotionFault::Collision { first: "floor".into(), second: "two".into() });
+        }
+    }
+
+    #[test]
+    fn property_a_motion_that_passes_close_by_is_accepted() {
+        // 4 mm before the arm would touch the pillar.
+        let touch = 0.7_f64.atan2(0.3) - (0.07 / 0.7_f64.hypot(0.3)).asin();
+        assert_eq!(swing([touch - 0.004 / 0.7616, 0.0, 0.0], 500), Ok(()));
+        assert!(swing([touch + 0.004 / 0.7616, 0.0, 0.0], 500).is_err());
+        // Lifted hand, folded arm: the hand passes 2 cm above the first arm, whose neighbour's neighbour it is.
+        assert_eq!(swing([0.0, -3.1, 0.07], 500), Ok(()));
+        let error = swing([0.0, -3.1, 0.04], 500).unwrap_err();
+        assert_eq!(error.cause, MotionFault::Collision { first: "one".into(), second: "hand".into() });
+    }
+}

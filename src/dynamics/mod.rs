@@ -13,6 +13,7 @@
 //! Nothing allocates once a [`Dynamics`] is built. Reference: R. Featherstone (2008), Rigid Body Dynamics Algorithms.
 
 mod aba;
+mod collision;
 mod coriolis;
 mod crba;
 mod energy;
@@ -24,6 +25,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::robot::Robot;
 use crate::units::JointKind;
+
+pub use collision::{MotionCheck, STEP};
 
 /// A robot prepared for computing, with the room that its algorithms work in.
 #[derive(Debug, Clone)]

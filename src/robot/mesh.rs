@@ -7,28 +7,36 @@ use nalgebra::Vector3;
 /// Meshes with more points are made for the eye, not for collisions.
 const MAX_POINTS: usize = 200_000;
 
-/// The points of a mesh file that a URDF names, scaled; or why there are none.
-pub(super) fn points(urdf: &Path, name: &str, scale: &Vector3<f64>) -> Result<Vec<Vector3<f64>>, String> {
-    let file = resolve(urdf, name).ok_or_else(|| format!("{name}: no folder of that package above the URDF"))?;
-    let refuse = |reason: String| format!("{}: {reason}", file.display());
-    let bytes = std::fs::read(&file).map_err(|error| refuse(error.to_string()))?;
+/// A mesh file, and what was expected of it.
+pub(super) type Unread = (PathBuf, String);
+
+/// The points of a mesh file that a URDF names, scaled.
+pub(super) fn points(urdf: &Path, name: &str, scale: &Vector3<f64>) -> Result<Vec<Vector3<f64>>, Unread> {
+    let Some(file) = resolve(urdf, name) else {
+        return Err((PathBuf::from(name), "a package whose folder is above the URDF".to_owned()));
+    };
+    read(&file)
+        .map(|points| points.iter().map(|point| point.component_mul(scale)).collect())
+        .map_err(|expected| (file, expected))
+}
+
+fn read(file: &Path) -> Result<Vec<Vector3<f64>>, String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("a file that can be read ({error})"))?;
     let extension = file.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
     let points = match extension.as_str() {
         "stl" if !is_text_stl(&bytes) => binary_stl(&bytes),
         "stl" => text_points(&bytes, "vertex"),
         "obj" => text_points(&bytes, "v"),
-        _ => return Err(refuse("only STL and OBJ are read".to_owned())),
+        _ => return Err("an STL or OBJ mesh".to_owned()),
     };
-    let points = points.ok_or_else(|| refuse("broken mesh".to_owned()))?;
+    let points = points.ok_or("a whole mesh")?;
     match points.len() {
-        0..4 => Err(refuse(format!("{} points, at least 4 needed", points.len()))),
-        count if count > MAX_POINTS => {
-            Err(refuse(format!("{count} points, at most {MAX_POINTS} for a collision shape")))
-        }
+        0..4 => Err(format!("at least 4 points, not {}", points.len())),
+        count if count > MAX_POINTS => Err(format!("at most {MAX_POINTS} points for a collision shape, not {count}")),
         _ if points.iter().any(|point| !point.iter().all(|x| x.is_finite())) => {
-            Err(refuse("a point that is no number".into()))
+            Err("points that are numbers".to_owned())
         }
-        _ => Ok(points.iter().map(|point| point.component_mul(scale)).collect()),
+        _ => Ok(points),
     }
 }
 

@@ -1,5 +1,7 @@
 //! A tree of rigid bodies, one movable joint each: fixed joints are merged, joints held at zero count as fixed.
 
+use std::path::PathBuf;
+
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
 use crate::units::JointKind;
@@ -93,8 +95,10 @@ pub struct Shape {
 pub struct UnreadShape {
     /// URDF link it belongs to.
     pub link: String,
-    /// The mesh file and why it was not read.
-    pub reason: String,
+    /// The mesh file.
+    pub file: PathBuf,
+    /// What was expected of it, and not found.
+    pub expected: String,
 }
 
 /// Geometry of a collision shape, as URDF has it.

@@ -149,7 +149,9 @@ impl<'a> Urdf<'a> {
             let pose = pose * isometry(&collision.origin);
             match self.geometry(&link.name, &collision.geometry)? {
                 Ok(geometry) => shapes.push(Shape { link: link.name.clone(), pose, geometry }),
-                Err(reason) => tree.unread_shapes.push(UnreadShape { link: link.name.clone(), reason }),
+                Err((file, expected)) => {
+                    tree.unread_shapes.push(UnreadShape { link: link.name.clone(), file, expected });
+                }
             }
         }
         match body {
@@ -163,8 +165,8 @@ impl<'a> Urdf<'a> {
         Ok(())
     }
 
-    /// A collision geometry; the inner error says why a mesh was not read.
-    fn geometry(&self, link: &str, geometry: &urdf_rs::Geometry) -> Result<std::result::Result<Geometry, String>> {
+    /// A collision geometry; the inner error is a mesh that was not read, and what was expected of it.
+    fn geometry(&self, link: &str, geometry: &urdf_rs::Geometry) -> Result<Result<Geometry, mesh::Unread>> {
         let (geometry, sizes) = match geometry {
             urdf_rs::Geometry::Box { size } => (Geometry::Box(Vector3::from(size.0)), size.0.to_vec()),
             urdf_rs::Geometry::Cylinder { radius, length } => {
