@@ -10,7 +10,6 @@
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
 
 pub mod coupled;
-pub mod energy;
 pub mod integrator;
 pub mod joint;
 pub mod mobility;
@@ -28,6 +27,7 @@ use sensors::Sensors;
 pub use world::World;
 
 use crate::drive::PowerStage;
+use crate::dynamics::Dynamics;
 use crate::effects::{self, Action, JointState, Reading};
 use crate::error::{Error, Place, Result};
 use crate::gearhead::DeadZone;
@@ -52,6 +52,8 @@ pub struct Options {
     pub step: f64,
     /// Runge-Kutta steps in such an interval, ≥ 1.
     pub substeps: usize,
+    /// Whether `M` and `h` are evaluated at every stage of every Runge-Kutta step instead: slow, and what the rest is measured by.
+    pub every_stage: bool,
     /// Seed of the encoders' phases and the sensors' noise.
     pub seed: u64,
     /// Whether all sensors are exact.
@@ -60,7 +62,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { engine: Engine::Rapier, step: 1e-3, substeps: 5, seed: 1, ideal_sensors: false }
+        Self { engine: Engine::Rapier, step: 1e-3, substeps: 5, every_stage: false, seed: 1, ideal_sensors: false }
     }
 }
 
@@ -82,6 +84,7 @@ pub struct Plant {
     robot: Robot,
     step: f64,
     substeps: usize,
+    every_stage: bool,
     state: State,
     predicted: State,
     commands: Vec<f64>,
@@ -109,7 +112,8 @@ impl Plant {
             }
         }
         let links: Box<dyn RigidBody> = match options.engine {
-            Engine::Rapier | Engine::Reduced => Box::new(World::new(&model.robot)),
+            Engine::Rapier => Box::new(World::new(&model.robot)),
+            Engine::Reduced => Box::new(Dynamics::new(&model.robot)),
         };
         let n = laws.len();
         let state = State {
@@ -124,6 +128,7 @@ impl Plant {
             robot: model.robot,
             step: options.step,
             substeps: options.substeps.max(1),
+            every_stage: options.every_stage,
             predicted: state.clone(),
             state,
             commands: vec![0.0; n],
@@ -201,13 +206,13 @@ impl Plant {
 
     /// One interval between evaluations: ahead under the extrapolated response, then again under the interpolated one.
     fn advance_piece(&mut self, until: f64) {
-        let Self { integrator, sensors, state, predicted, commands, substeps, .. } = self;
+        let Self { integrator, sensors, state, predicted, commands, substeps, every_stage, .. } = self;
         let mut watch = |step: &Step| {
             for (i, sensors) in sensors.iter_mut().enumerate() {
                 sensors.watch(step.time, &step.joints[0][i], &step.joints[1][i]);
             }
         };
-        if !integrator.mobility.is_full() {
+        if *every_stage || !integrator.mobility.is_full() {
             integrator.settle(state, commands, Source::Engine);
             integrator.advance(state, commands, until, *substeps, Source::Engine, &mut watch);
             integrator.push_node(until, &state.joints);
@@ -257,7 +262,10 @@ impl Plant {
     /// Work, heat and what is stored, for the audit.
     pub fn energy(&self) -> Energy {
         let State { joints, modes, done, .. } = &self.state;
-        let mut stored = energy::of_links(&self.robot, |i| joints[i].q, |i| joints[i].v);
+        let q: Vec<f64> = joints.iter().map(|y| y.q).collect();
+        let v: Vec<f64> = joints.iter().map(|y| y.v).collect();
+        let mut links = Dynamics::new(&self.robot);
+        let mut stored = links.kinetic_energy(&q, &v) + links.potential_energy(&q);
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
             stored += 0.5 * law.rotor_inertia * joints[i].omega * joints[i].omega;
             stored += law.elastic_energy(&joints[i], modes[i].contact);
