@@ -22,6 +22,8 @@ pub mod gearhead;
 pub mod identify;
 /// The simulated machine on rapier.
 pub mod plant;
+/// A model simulated under recorded inputs, beside the recording.
+pub mod replay;
 /// JSON, HTML and Rerun.
 pub mod report;
 /// URDF tree, inertias, model file.

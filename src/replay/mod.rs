@@ -1,0 +1,139 @@
+//! Replay: a model is simulated under recorded inputs, beside the recording.
+//!
+//! Recorded torques in open loop let any model drift away by metres, however good it is. So the machine's controller, or a tracking
+//! one, corrects the recorded torque by what it makes of the difference of the positions ([`feedback`]). Two figures a joint then say
+//! how well the model fits: the RMS difference of position, and of the torque that the motors had to give.
+//! Both sides of every comparison go through the same zero-phase low-pass ([`low_pass`]).
+
+mod compare;
+mod feedback;
+mod inputs;
+mod low_pass;
+
+use feedback::Feedback;
+use inputs::Input;
+pub use low_pass::low_pass;
+
+use crate::dataset::Session;
+use crate::effects::JointState;
+use crate::error::Result;
+use crate::plant::{Engine, Options as PlantOptions, Plant};
+use crate::robot::Model;
+use crate::timeseries::{Channel, JointSeries, TimeSeries};
+
+/// How to replay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Who computes the links' dynamics.
+    pub engine: Engine,
+    /// [Hz] Bandwidth of the tracking controller where the machine's own is not known, > 0.
+    pub bandwidth: f64,
+    /// [Hz] Cut-off of the low-pass on both sides of a comparison, > 0.
+    pub cutoff: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { engine: Engine::Rapier, bandwidth: 5.0, cutoff: 50.0 }
+    }
+}
+
+/// Which signals were compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Motor position, joint side.
+    Position,
+    /// Motor torque, joint side.
+    Torque,
+}
+
+/// How far a simulated signal is from the recorded one.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ChannelError {
+    /// The joint.
+    pub joint: String,
+    /// The signals.
+    pub quantity: Quantity,
+    /// Unit of `rms`.
+    pub unit: &'static str,
+    /// RMS of the difference.
+    pub rms: f64,
+    /// [1] `rms` against the RMS of the recorded signal; 0 where that is 0.
+    pub relative: f64,
+}
+
+/// A simulated session beside a recorded one.
+#[derive(Debug, Clone)]
+pub struct Replay {
+    /// Position, torque and true states of the simulated machine at the recorded times.
+    pub simulated: TimeSeries,
+    /// The same position and torque as recorded: current times `ratio · K_t` where no torque was recorded.
+    pub recorded: TimeSeries,
+    /// The differences, joint by joint.
+    pub errors: Vec<ChannelError>,
+    /// What the reader of the figures should know.
+    pub notes: Vec<String>,
+}
+
+/// Simulates `model` under the inputs of `session`.
+///
+/// # Errors
+/// A joint lacks position or torque and current, or the model's effects do not fit.
+pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
+    let mut notes = Vec::new();
+    let inputs = inputs::inputs(model, session, &mut notes)?;
+    let simulated = simulate(model, session, &inputs, options)?;
+    let recorded = recorded(model, session, &inputs);
+    let errors = compare::compare(model, &inputs, &recorded, &simulated, options.cutoff);
+    Ok(Replay { simulated, recorded, errors, notes })
+}
+
+fn recorded(model: &Model, session: &Session, inputs: &[Input]) -> TimeSeries {
+    let channels =
+        |input: &Input| [(Channel::Position, input.position.clone()), (Channel::Torque, input.torque.clone())].into();
+    let joints = model.joints.iter().zip(inputs);
+    let joints = joints.map(|(joint, input)| JointSeries { name: joint.name.clone(), channels: channels(input) });
+    TimeSeries { name: session.series.name.clone(), time: session.series.time.clone(), joints: joints.collect() }
+}
+
+fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Result<TimeSeries> {
+    let time = &session.series.time;
+    let plant_options = PlantOptions { engine: options.engine, ideal_sensors: true, ..PlantOptions::default() };
+    let mut plant = Plant::new(model, &plant_options)?;
+    let mut feedback = feedback::of_joints(model, session, inputs, options.bandwidth);
+    let start: Vec<JointState> = feedback.iter().map(Feedback::start).collect();
+    plant.launch(&start);
+
+    let n = model.joints.len();
+    let mut joints: Vec<JointSeries> =
+        model.joints.iter().map(|joint| JointSeries { name: joint.name.clone(), ..JointSeries::default() }).collect();
+    let mut commands = vec![0.0; n];
+    for (k, &now) in time.iter().enumerate() {
+        let readings = plant.read().to_vec();
+        for i in 0..n {
+            let torque_per_ampere = model.joints[i].torque_per_ampere();
+            let state = plant.states()[i];
+            // What an effect adds to the readings stands in the recorded current, not in the motor.
+            let added = torque_per_ampere * (readings[i].current - state.current);
+            let asked = inputs[i].forward[k] - added + feedback[i].correction(readings[i].position);
+            commands[i] = asked / torque_per_ampere;
+            let torque = if inputs[i].commanded { asked + added } else { torque_per_ampere * readings[i].current };
+            let samples = [
+                (Channel::Position, readings[i].position),
+                (Channel::Torque, torque),
+                (Channel::TrueMotorPosition, state.motor_position),
+                (Channel::TrueLinkPosition, state.link_position),
+                (Channel::GearTorque, state.gear_torque),
+                (Channel::Contact, f64::from(plant.contact(i))),
+            ];
+            for (channel, value) in samples {
+                joints[i].channels.entry(channel).or_default().push(value);
+            }
+        }
+        if let Some(next) = time.get(k + 1) {
+            plant.advance(&commands, next - now);
+        }
+    }
+    Ok(TimeSeries { name: session.series.name.clone(), time: time.clone(), joints })
+}

@@ -1,0 +1,177 @@
+//! Replay: a model beside a recording, in closed loop.
+
+#[path = "support/machines.rs"]
+mod machines;
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+
+use lostmotion::dataset::{self, Controller, Session};
+use lostmotion::gearhead::{Exponential, Friction, FrictionLaw};
+use lostmotion::plant::{Options as PlantOptions, Plant};
+use lostmotion::replay::{self, Options, Quantity, Replay, low_pass};
+use lostmotion::robot::{EffectEntry, Model};
+use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
+use machines::{friction, model, plain_joint, scara, turntable};
+
+/// Sample interval of the recordings [s].
+const INTERVAL: f64 = 1e-3;
+
+fn controller(velocity_gain: f64, velocity_samples: usize) -> Controller {
+    Controller { position_gain: 10.0, velocity_gain, velocity_samples }
+}
+
+/// Runs a machine under its own controllers along a reference that starts at rest, and records commands or readings.
+fn record(machine: &Model, controllers: &[Controller], samples: usize, commands: bool, ideal_sensors: bool) -> Session {
+    let options = PlantOptions { ideal_sensors, ..PlantOptions::default() };
+    let mut plant = Plant::new(machine, &options).expect("a machine");
+    let n = machine.joints.len();
+    let mut joints: Vec<JointSeries> =
+        machine.joints.iter().map(|joint| JointSeries { name: joint.name.clone(), ..JointSeries::default() }).collect();
+    let mut time = Vec::new();
+    for k in 0..samples {
+        time.push(k as f64 * INTERVAL);
+        let readings = plant.read().to_vec();
+        let mut asked = vec![0.0; n];
+        for i in 0..n {
+            let channels = &mut joints[i].channels;
+            let position = channels.entry(Channel::Position).or_default();
+            position.push(readings[i].position);
+            let Controller { position_gain, velocity_gain, velocity_samples } = controllers[i];
+            let before = position[k.saturating_sub(velocity_samples)];
+            let velocity = (readings[i].position - before) / (velocity_samples as f64 * INTERVAL);
+            // Starts with the square of time: position and velocity are zero then.
+            let reference = 0.6 * (1.0 - (2.0 * PI * (0.4 + 0.15 * i as f64) * time[k]).cos());
+            let torque = velocity_gain * (position_gain * (reference - readings[i].position) - velocity);
+            asked[i] = torque / machine.joints[i].torque_per_ampere();
+            if commands {
+                channels.entry(Channel::Torque).or_default().push(torque);
+            } else {
+                channels.entry(Channel::Current).or_default().push(readings[i].current);
+            }
+        }
+        plant.advance(&asked, INTERVAL);
+    }
+    let series = TimeSeries { name: "made".into(), time, joints };
+    let controllers = controllers.iter().copied().map(Some).collect();
+    Session { series, notes: Vec::new(), source: PathBuf::from("made"), controllers }
+}
+
+fn rms(replay: &Replay, joint: &str, quantity: Quantity) -> f64 {
+    let found = replay.errors.iter().find(|error| error.joint == joint && error.quantity == quantity);
+    found.expect("a figure").rms
+}
+
+#[test]
+fn analytic_low_pass_has_its_gain_and_no_delay() {
+    let cutoff = 20.0;
+    let wave = |frequency: f64| (0..4000).map(move |k| (2.0 * PI * frequency * k as f64 * INTERVAL).sin());
+    for frequency in [2.0, 10.0, 20.0, 40.0] {
+        let samples: Vec<f64> = wave(frequency).collect();
+        let ratio = (PI * frequency * INTERVAL).tan() / (PI * cutoff * INTERVAL).tan();
+        let gain = 1.0 / (1.0 + ratio.powi(4));
+        let filtered = low_pass(&samples, INTERVAL, cutoff);
+        let middle = 1000..3000;
+        let worst = middle.map(|k| (filtered[k] - gain * samples[k]).abs()).fold(0.0, f64::max);
+        // What the ends leave after 1 s has decayed by e^(−2π·20/√2) to nothing; the rest is rounding.
+        assert!(worst < 1e-9, "{frequency} Hz: {worst}");
+    }
+    let line: Vec<f64> = (0..500).map(|k| 3.0 - 0.01 * f64::from(k)).collect();
+    let filtered = low_pass(&line, INTERVAL, cutoff);
+    // Point reflection continues a line: the ends are as good as the middle, up to what the start of the run leaves (e^−18).
+    assert!(line.iter().zip(&filtered).all(|(a, b)| (a - b).abs() < 1e-4));
+}
+
+#[test]
+fn equivalent_the_same_machine_replays_its_own_recording() {
+    let machine = scara();
+    let session = record(&machine, &[controller(4.0, 2), controller(1.2, 2)], 6000, true, true);
+    let replay = replay::replay(&machine, &session, &Options::default()).expect("a replay");
+    assert!(replay.notes.is_empty(), "{:?}", replay.notes);
+    for error in &replay.errors {
+        // Same machine, same start, same commands: rounding, magnified at the reversals by friction and gap.
+        assert!(error.rms < 1e-7, "{error:?}");
+    }
+}
+
+#[test]
+fn analytic_a_missing_asymmetry_shows_as_its_torque() {
+    let mut machine = model(turntable(0.1), vec![plain_joint("joint1")]);
+    machine.joints[0].backlash = Some(0.0);
+    machine.joints[0].friction = Some(friction(0.5, 0.5, 0.01, 0.0, 0.0));
+    let nominal = machine.clone();
+    let parameters = [("asymmetry".to_owned(), 0.2)].into();
+    machine.effects.push(EffectEntry { effect: "coulomb_asymmetry".into(), joint: Some("joint1".into()), parameters });
+    let session = record(&machine, &[controller(4.0, 2)], 10_000, true, true);
+    let replay = replay::replay(&nominal, &session, &Options::default()).expect("a replay");
+    // 0.2 · 0.5 N·m in both directions. The nominal machine moves 0.1/(4·10) rad beside the recording and does not stick at the
+    // same instants, which lowers the figure: 5 % covers five reversals of about 0.1 s in 10 s.
+    let torque = rms(&replay, "joint1", Quantity::Torque);
+    assert!((torque - 0.1).abs() < 0.005, "{torque}");
+    let position = rms(&replay, "joint1", Quantity::Position);
+    assert!((position - 0.1 / 40.0).abs() < 0.05 * 0.1 / 40.0, "{position}");
+}
+
+#[test]
+fn property_unknown_controllers_and_noisy_currents_leave_little_error() {
+    let machine = scara();
+    let mut session = record(&machine, &[controller(4.0, 20), controller(1.2, 20)], 8000, false, false);
+    session.controllers = vec![None, None];
+    let right = replay::replay(&machine, &session, &Options::default()).expect("a replay");
+    let mut wrong = machine.clone();
+    wrong.joints[0].friction = Some(friction(0.3, 0.3, 0.0603, 0.407, 0.4));
+    let wrong = replay::replay(&wrong, &session, &Options::default()).expect("a replay");
+    for joint in ["joint1", "joint2"] {
+        // One encoder count is 0.58 and 0.94 mrad.
+        assert!(rms(&right, joint, Quantity::Position) < 5e-4);
+    }
+    // A third of the Coulomb friction is missing, 0.14 N·m; the right model leaves 0.08 N·m of encoder counts in the feedback.
+    assert!(rms(&wrong, "joint1", Quantity::Torque) > 2.0 * rms(&right, "joint1", Quantity::Torque));
+}
+
+#[test]
+fn property_missing_signals_are_refused_by_name() {
+    let machine = scara();
+    let mut session = record(&machine, &[controller(4.0, 2), controller(1.2, 2)], 10, true, true);
+    session.series.joints[1].channels.remove(&Channel::Torque);
+    let message = replay::replay(&machine, &session, &Options::default()).expect_err("no torque").to_string();
+    assert!(message.contains("joint2.current"), "{message}");
+    session.series.joints.truncate(1);
+    let replay = replay::replay(&machine, &session, &Options::default()).expect("one joint is enough");
+    assert!(replay.notes.iter().any(|note| note.contains("joint2 was not recorded")), "{:?}", replay.notes);
+    session.series.joints.clear();
+    let message = replay::replay(&machine, &session, &Options::default()).expect_err("no joint").to_string();
+    assert!(message.contains("joint1, joint2"), "{message}");
+}
+
+/// The EMPS axis with the published symmetric parameters: mass 95.1089 kg, viscous, Coulomb, offset.
+fn emps() -> Model {
+    let mut model = Model::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/emps/model.toml")).expect("model");
+    let side = Exponential { coulomb: 20.3935, breakaway: 20.3935, stribeck_velocity: 1e-3, viscous: 203.5034 };
+    model.joints[0].friction = Some(Friction { law: FrictionLaw::Exponential([side, side]), link_share: 0.1 });
+    model.joints[0].backlash = Some(0.0);
+    let parameters = [("offset".to_owned(), -3.1648 / model.joints[0].torque_per_ampere())].into();
+    model.effects.push(EffectEntry { effect: "current_offset".into(), joint: Some("carriage".into()), parameters });
+    model
+}
+
+#[test]
+fn published_emps_replays_at_least_as_well_as_the_published_closed_loop_simulation() {
+    if std::env::var_os("LOSTMOTION_DATA").is_none() {
+        eprintln!("skipped: LOSTMOTION_DATA is not set");
+        return;
+    }
+    let model = emps();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/emps/datasets");
+    // Relative errors in percent of the published simulation, unfiltered: position, force.
+    for (name, published) in [("train", [0.0138, 5.85]), ("pulses", [0.0080, 8.94])] {
+        let session = dataset::load(&folder.join(format!("{name}.toml")), &dataset::joints_of(&model)).expect("data");
+        let options = Options { cutoff: 1e6, ..Options::default() };
+        let replay = replay::replay(&model, &session, &options).expect("replay");
+        let relative: Vec<f64> = replay.errors.iter().map(|error| 100.0 * error.relative).collect();
+        println!("{name}: position {:.4} %, force {:.2} %; published {published:?}", relative[0], relative[1]);
+        assert!(relative[0] < published[0] && relative[1] < published[1], "{relative:?}");
+        // Far below the published figure would mean that the force is not simulated but handed through.
+        assert!(relative[1] > 2.0, "{relative:?}");
+    }
+}
