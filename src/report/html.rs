@@ -12,7 +12,7 @@ h1{font-size:1.5rem;margin-bottom:.3rem}h2{font-size:1.15rem;margin-top:2rem;bor
 .warning{border-left:5px solid #d55e00;padding:.3rem 1rem;background:#fdf4ee}\
 table{border-collapse:collapse;margin:1rem 0;font-variant-numeric:tabular-nums}\
 caption{text-align:left;font-weight:600;padding:.2rem 0}\
-th,td{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #e4e4e4}th:first-child,td:first-child{text-align:left;padding-left:0}\
+th,td{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #e4e4e4}.word{text-align:left}th:first-child,td:first-child{padding-left:0}\
 th{border-bottom:2px solid #333}\
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,560px),1fr));gap:1rem}\
 figure{margin:0;break-inside:avoid}svg{width:100%;height:auto}footer{margin-top:3rem;color:#666;font-size:.85rem}\

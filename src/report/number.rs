@@ -3,7 +3,14 @@
 /// `value` with `digits` significant digits, in scientific notation only where it is very large or very small.
 pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {
-        return "–".into();
+        return if value.is_nan() {
+            "–"
+        } else if value > 0.0 {
+            "∞"
+        } else {
+            "−∞"
+        }
+        .into();
     }
     if value == 0.0 {
         return "0".into();

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::html::escape;
 
-/// A table of text cells. The first column is set left, all others right.
+/// A table of text cells. The first column and columns of words are set left, columns of numbers right.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// What it shows; may be empty.
@@ -42,6 +42,12 @@ impl Table {
         self
     }
 
+    /// Whether a column holds words.
+    fn is_left(&self, column: usize) -> bool {
+        let word = |cell: &str| cell.starts_with(|first: char| first.is_alphabetic());
+        column == 0 || self.rows.iter().any(|row| word(&row[column]))
+    }
+
     /// Aligned plain text with a rule below the heads.
     pub fn to_text(&self) -> String {
         let widths: Vec<usize> = (0..self.heads.len())
@@ -53,7 +59,12 @@ impl Table {
         let line = |cells: &[String]| {
             let mut text = String::new();
             for (column, (cell, &width)) in cells.iter().zip(&widths).enumerate() {
-                let _ = if column == 0 { write!(text, "{cell:<width$}") } else { write!(text, "  {cell:>width$}") };
+                let gap = if column == 0 { "" } else { "  " };
+                let _ = if self.is_left(column) {
+                    write!(text, "{gap}{cell:<width$}")
+                } else {
+                    write!(text, "{gap}{cell:>width$}")
+                };
             }
             text.trim_end().to_owned() + "\n"
         };
@@ -68,7 +79,10 @@ impl Table {
     /// An HTML table.
     pub fn to_html(&self) -> String {
         let cells = |tag: &str, cells: &[String]| {
-            cells.iter().fold(String::new(), |row, cell| row + &format!("<{tag}>{}</{tag}>", escape(cell)))
+            cells.iter().enumerate().fold(String::new(), |row, (column, cell)| {
+                let class = if self.is_left(column) { " class=\"word\"" } else { "" };
+                row + &format!("<{tag}{class}>{}</{tag}>", escape(cell))
+            })
         };
         let mut html = String::from("<table>\n");
         if !self.title.is_empty() {
@@ -86,7 +100,7 @@ impl Table {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | ").replace('\n', " "));
         let mut text = if self.title.is_empty() { String::new() } else { format!("**{}**\n\n", self.title) };
         text += &line(&self.heads);
-        text += &"|:--".chars().chain("|--:".repeat(self.heads.len().saturating_sub(1)).chars()).collect::<String>();
+        (0..self.heads.len()).for_each(|column| text += if self.is_left(column) { "|:--" } else { "|--:" });
         text += "|\n";
         self.rows.iter().for_each(|row| text += &line(row));
         text + "\n"

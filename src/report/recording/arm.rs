@@ -1,6 +1,6 @@
 //! The arm in three dimensions: its shapes, moved by the poses of its links.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3, Vector3};
 use rerun::RecordingStream;
 use rerun::components::FillMode;
 
@@ -8,7 +8,7 @@ use super::Motion;
 use super::stream::{failed, log_static, times};
 use crate::dynamics::Dynamics;
 use crate::error::Result;
-use crate::robot::{Geometry, Shape};
+use crate::robot::{Geometry, Robot, Shape};
 use crate::timeseries::Channel;
 
 /// Most poses of a motion.
@@ -29,7 +29,29 @@ pub fn log(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<
             log_shape(stream, &format!("arm/{}/{index}", body.name), shape, colour)?;
         }
     }
+    if extent_of_shapes(robot).is_none() {
+        log_skeleton(stream, robot)?;
+    }
     log_motion(stream, motion, start)
+}
+
+/// Lines from each joint to the next and to the centre of mass, for a robot without shapes.
+fn log_skeleton(stream: &RecordingStream, robot: &Robot) -> Result<()> {
+    for (number, body) in robot.bodies.iter().enumerate() {
+        let origin = Vector3::zeros();
+        let children = robot.bodies.iter().filter(|child| child.parent == Some(number));
+        let mut ends: Vec<Vector3<f64>> = children.map(|child| child.joint.origin.translation.vector).collect();
+        if ends.is_empty() {
+            ends.push(2.0 * body.inertia.com);
+        }
+        let lines = ends.iter().map(|end| [origin, *end].map(|point| <[f32; 3]>::from(point.map(single))));
+        let lines =
+            rerun::LineStrips3D::new(lines).with_colors([LINKS[1 + number % (LINKS.len() - 1)]]).with_radii([0.012]);
+        log_static(stream, &format!("arm/{}/line", body.name), &lines)?;
+        let joint = rerun::Points3D::new([[0.0, 0.0, 0.0]]).with_colors([LINKS[0]]).with_radii([0.025]);
+        log_static(stream, &format!("arm/{}/joint", body.name), &joint)?;
+    }
+    Ok(())
 }
 
 /// One transform a link and frame.
@@ -67,8 +89,49 @@ fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Resu
     Ok(())
 }
 
+/// Centre and radius [m] of what the arm fills in its zero position.
+pub fn extent(robot: &Robot) -> (Vector3<f64>, f64) {
+    let (low, high) = extent_of_shapes(robot).unwrap_or_else(|| {
+        let reach: f64 = robot.bodies.iter().map(|body| body.joint.origin.translation.vector.norm()).sum();
+        let reach = Vector3::repeat(reach.max(0.1));
+        (-reach, reach)
+    });
+    (0.5 * (low + high), (0.5 * (high - low).norm()).max(1e-3))
+}
+
+/// Lowest and highest corner [m] of what the shapes fill in the zero position; `None` without shapes.
+fn extent_of_shapes(robot: &Robot) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    let poses = Dynamics::new(robot).poses(&vec![0.0; robot.dof()]);
+    let moved =
+        robot.bodies.iter().zip(&poses).flat_map(|(body, pose)| body.shapes.iter().map(move |shape| (pose, shape)));
+    let fixed = Isometry3::identity();
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    for (pose, shape) in robot.base_shapes.iter().map(|shape| (&fixed, shape)).chain(moved) {
+        let (centre, radius) = ball(&shape.geometry);
+        let centre = (pose * shape.pose * Point3::from(centre)).coords;
+        low = low.inf(&centre.add_scalar(-radius));
+        high = high.sup(&centre.add_scalar(radius));
+    }
+    (low.x <= high.x).then_some((low, high))
+}
+
+/// A ball around a shape: its centre in the shape's frame and its radius [m].
+fn ball(geometry: &Geometry) -> (Vector3<f64>, f64) {
+    match geometry {
+        Geometry::Box(sides) => (Vector3::zeros(), 0.5 * sides.norm()),
+        Geometry::Cylinder(radius, length) => (Vector3::zeros(), radius.hypot(0.5 * length)),
+        Geometry::Capsule(radius, length) => (Vector3::zeros(), radius + 0.5 * length),
+        Geometry::Sphere(radius) => (Vector3::zeros(), *radius),
+        Geometry::ConvexHull(corners) => {
+            #[expect(clippy::cast_precision_loss, reason = "a count of corners")]
+            let centre = corners.iter().sum::<Vector3<f64>>() / corners.len().max(1) as f64;
+            (centre, corners.iter().map(|corner| (corner - centre).norm()).fold(0.0, f64::max))
+        }
+    }
+}
+
 #[expect(clippy::cast_possible_truncation, reason = "the viewer works in single precision")]
-const fn single(value: f64) -> f32 {
+pub const fn single(value: f64) -> f32 {
     value as f32
 }
 
@@ -99,7 +162,7 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
         }
         Geometry::Capsule(radius, length) => {
             // The archetype's capsule starts at the centre of its lower cap; ours is centred.
-            let lower = shape.pose * nalgebra::Point3::new(0.0, 0.0, -0.5 * length);
+            let lower = shape.pose * Point3::new(0.0, 0.0, -0.5 * length);
             let capsules = rerun::Capsules3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
             let capsules = capsules.with_translations([<[f32; 3]>::from(lower.coords.map(single))]);
             log_static(
@@ -113,9 +176,8 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
             log_static(stream, path, &spheres.with_colors([colour]).with_fill_mode(FillMode::Solid))
         }
         Geometry::ConvexHull(corners) => {
-            let points = corners
-                .iter()
-                .map(|corner| <[f32; 3]>::from((shape.pose * nalgebra::Point3::from(*corner)).coords.map(single)));
+            let points =
+                corners.iter().map(|corner| <[f32; 3]>::from((shape.pose * Point3::from(*corner)).coords.map(single)));
             log_static(stream, path, &rerun::Points3D::new(points).with_colors([colour]))
         }
     }

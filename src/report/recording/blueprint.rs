@@ -1,12 +1,13 @@
 //! How the viewer arranges a recording when it is opened: the arm and the result on the left, traces of a joint in the middle, plots on the right.
 
+use nalgebra::Vector3;
 use rerun::external::re_log_types::BlueprintActivationCommand;
 use rerun::external::re_sdk_types::blueprint::{archetypes as blueprint, components};
 use rerun::log::LogMsg;
 use rerun::{AsComponents, RecordingStream, RecordingStreamBuilder, datatypes};
 
-use super::canvas;
 use super::stream::{APPLICATION, failed};
+use super::{arm, canvas};
 use crate::error::Result;
 
 /// Panels of a joint in the order they are stacked.
@@ -17,8 +18,14 @@ const PLOTS_AT_ONCE: usize = 3;
 const PLAYED_IN: f64 = 40.0;
 
 /// What there is to arrange.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Layout {
+    /// Title of the recording.
+    title: String,
+    /// [m] Centre and radius of the arm, where there is one.
+    robot: Option<(Vector3<f64>, f64)>,
+    /// [s] Length of the recording.
+    duration: f64,
     /// Joint and panel, in the order of their first trace.
     panels: Vec<(String, &'static str)>,
     /// Path and title.
@@ -26,6 +33,11 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// Nothing but a result, and an arm where there is one.
+    pub fn new(title: &str, robot: Option<(Vector3<f64>, f64)>, duration: f64) -> Self {
+        Self { title: title.to_owned(), robot, duration, panels: Vec::new(), plots: Vec::new() }
+    }
+
     /// There is a panel of that joint.
     pub fn panel(&mut self, joint: &str, panel: &'static str) {
         if !self.panels.iter().any(|(known, name)| known == joint && *name == panel) {
@@ -38,18 +50,18 @@ impl Layout {
         self.plots.push((path.to_owned(), title.to_owned()));
     }
 
-    /// Writes the arrangement into the recording, for a motion of `duration` [s] if there is an arm.
-    pub fn send(&self, stream: &RecordingStream, arm: bool, duration: f64) -> Result<()> {
+    /// Writes the arrangement into the recording.
+    pub fn send(&self, stream: &RecordingStream) -> Result<()> {
         let fail = |source| failed("blueprint", source);
         let (recording, storage) = RecordingStreamBuilder::new(APPLICATION)
-            .recording_id("lostmotion")
+            .recording_id(format!("layout of {}", self.title))
             .recording_started(rerun::components::Timestamp(0.into()))
             .blueprint()
             .memory()
             .map_err(fail)?;
         recording.set_time_sequence("blueprint", 0);
         let mut writer = Writer { recording: &recording, nodes: 0 };
-        let root = self.root(&mut writer, arm)?;
+        let root = self.root(&mut writer)?;
         let viewport = blueprint::ViewportBlueprint::new()
             .with_root_container(components::RootContainer(datatypes::Uuid { bytes: root.id }))
             .with_auto_layout(components::AutoLayout(false.into()))
@@ -61,7 +73,7 @@ impl Layout {
         let time = blueprint::TimePanelBlueprint::new()
             .with_state(components::PanelState::Collapsed)
             .with_timeline("time")
-            .with_playback_speed((duration / PLAYED_IN).max(1.0));
+            .with_playback_speed((self.duration / PLAYED_IN).max(1.0));
         writer.log("time_panel", &time)?;
         let messages = storage.take();
         let id = messages.iter().find_map(|message| match message {
@@ -73,11 +85,11 @@ impl Layout {
         Ok(())
     }
 
-    fn root(&self, writer: &mut Writer<'_>, arm: bool) -> Result<Node> {
+    fn root(&self, writer: &mut Writer<'_>) -> Result<Node> {
         let mut columns = Vec::new();
         let result = writer.view("TextDocument", "Result", "result", &[])?;
-        if arm {
-            let arm = writer.arm()?;
+        if let Some((centre, radius)) = self.robot {
+            let arm = writer.arm(centre, radius)?;
             columns
                 .push((writer.container(components::ContainerKind::Vertical, "", &[(arm, 1.2), (result, 1.0)])?, 1.0));
         } else {
@@ -108,7 +120,7 @@ impl Layout {
             for panel in PANELS {
                 if self.panels.iter().any(|(known, name)| known == joint && *name == panel) {
                     let origin = format!("joints/{joint}/{panel}");
-                    panels.push((writer.view("TimeSeries", &format!("{joint}: {panel}"), &origin, &[])?, 1.0));
+                    panels.push((writer.over_time(&format!("{joint}: {panel}"), &origin, self.duration)?, 1.0));
                 }
             }
             tabs.push((writer.container(components::ContainerKind::Vertical, joint, &panels)?, 1.0));
@@ -174,15 +186,33 @@ impl Writer<'_> {
         Ok(node)
     }
 
-    /// The arm, seen from the front and above, on a plain ground.
-    fn arm(&mut self) -> Result<Node> {
-        let grid = blueprint::LineGrid3D::new().with_visible(true);
-        self.view("3D", "Arm", "arm", &[("LineGrid3D", &grid)])
+    /// The arm, seen from the front, the side and above, so that all of it is in view.
+    fn arm(&mut self, centre: Vector3<f64>, radius: f64) -> Result<Node> {
+        let eye = centre + 2.1 * radius * Vector3::new(0.75, -0.75, 0.55);
+        let eye = blueprint::EyeControls3D::new()
+            .with_kind(components::Eye3DKind::Orbital)
+            .with_position(<[f32; 3]>::from(eye.map(arm::single)))
+            .with_look_target(<[f32; 3]>::from(centre.map(arm::single)))
+            .with_eye_up([0.0, 0.0, 1.0]);
+        let ground = blueprint::Background::new(components::BackgroundKind::SolidColor).with_color([24, 26, 30]);
+        self.view("3D", "Arm", "arm", &[("EyeControls3D", &eye), ("Background", &ground)])
+    }
+
+    /// Curves over the whole recording.
+    fn over_time(&mut self, name: &str, origin: &str, duration: f64) -> Result<Node> {
+        #[expect(clippy::cast_possible_truncation, reason = "nanoseconds of a recording stay far below 2⁶³")]
+        let end = (duration * 1e9) as i64;
+        let range = datatypes::TimeRange {
+            start: datatypes::TimeRangeBoundary::Absolute(0.into()),
+            end: datatypes::TimeRangeBoundary::Absolute(end.into()),
+        };
+        let axis = blueprint::TimeAxis::new().with_view_range(range);
+        self.view("TimeSeries", name, origin, &[("TimeAxis", &axis)])
     }
 
     fn canvas(&mut self, path: &str, title: &str) -> Result<Node> {
         let [width, height] = canvas::SIZE;
-        let bounds = datatypes::Range2D { x_range: [0.0, width].into(), y_range: [0.0, height].into() };
+        let bounds = datatypes::Range2D { x_range: [0.0, width].into(), y_range: [-12.0, height + 12.0].into() };
         let bounds = blueprint::VisualBounds2D::new(components::VisualBounds2D(bounds));
         self.view("2D", title, path, &[("VisualBounds2D", &bounds)])
     }

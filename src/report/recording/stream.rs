@@ -27,25 +27,40 @@ pub fn encode(document: &Document, motions: &[Motion<'_>]) -> Result<Vec<u8>> {
         .buffered()
         .map_err(|source| failed("the recording", source))?;
     let storage: BinaryStreamStorage = stream.binary_stream();
-    log_static(&stream, "result", &rerun::TextDocument::from_markdown(document.to_markdown()))?;
+    let plots: Vec<&Plot> = document.plots().map(|(_, plot)| plot).filter(|plot| !plot.is_empty()).collect();
+    let traces: Vec<Vec<Trace>> = motions.iter().map(traces_of).collect();
+    layout(document, motions, &traces, &plots).send(&stream)?;
 
-    let mut layout = Layout::default();
+    log_static(&stream, "result", &rerun::TextDocument::from_markdown(document.to_markdown()))?;
     let mut start = 0.0;
-    for motion in motions {
+    for (motion, traces) in motions.iter().zip(&traces) {
         arm::log(&stream, motion, start)?;
-        for trace in traces::of_session(motion.session).iter().chain(&motion.traces) {
-            log_trace(&stream, trace, start)?;
-            layout.panel(&trace.joint, trace.panel);
-        }
-        start += motion.session.time.last().copied().unwrap_or(0.0) + PAUSE;
+        traces.iter().try_for_each(|trace| log_trace(&stream, trace, start))?;
+        start += duration(motion) + PAUSE;
     }
-    for (index, plot) in document.plots().map(|(_, plot)| plot).filter(|plot| !plot.is_empty()).enumerate() {
+    for (index, plot) in plots.iter().enumerate() {
         canvas::log(&stream, &path_of_plot(index), plot)?;
-        layout.plot(&path_of_plot(index), &plot.title);
     }
-    layout.send(&stream, !motions.is_empty(), start)?;
     storage.flush(std::time::Duration::MAX).map_err(|source| failed("the recording", source))?;
     storage.read().ok_or_else(|| failed("the recording", "nothing was logged"))
+}
+
+fn duration(motion: &Motion<'_>) -> f64 {
+    motion.session.time.last().copied().unwrap_or(0.0)
+}
+
+/// The session's own channels, then what is shown beside them.
+fn traces_of(motion: &Motion<'_>) -> Vec<Trace> {
+    traces::of_session(motion.session).into_iter().chain(motion.traces.iter().cloned()).collect()
+}
+
+/// What there is to arrange.
+fn layout(document: &Document, motions: &[Motion<'_>], traces: &[Vec<Trace>], plots: &[&Plot]) -> Layout {
+    let robot = motions.first().map(|motion| arm::extent(motion.robot));
+    let mut layout = Layout::new(&document.title, robot, motions.iter().map(|motion| duration(motion) + PAUSE).sum());
+    traces.iter().flatten().for_each(|trace| layout.panel(&trace.joint, trace.panel));
+    plots.iter().enumerate().for_each(|(index, plot)| layout.plot(&path_of_plot(index), &plot.title));
+    layout
 }
 
 /// `plots/0`, `plots/1`, …
