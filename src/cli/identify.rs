@@ -15,7 +15,7 @@ use crate::timeseries::TimeSeries;
 
 use super::console::{OutputOptions, Progress};
 use super::folder::Folder;
-use super::input::{self, Recordings};
+use super::input;
 use super::{Outcome, console};
 
 /// Identify friction and backlash from recorded data: the paper's procedure and the full friction fit
@@ -35,15 +35,17 @@ impl Identify {
     /// Reads, identifies, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let recordings = Recordings::load(&self.data, &model)?;
+        let sessions = input::sessions(&self.data, &model)?;
         let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
         let progress = Progress::start("identifying", self.output.quiet);
-        let found = identify::identify(&model, &recordings.series, &Options::default())?;
+        let notes = input::notes(&sessions);
+        let series = input::series(sessions);
+        let found = identify::identify(&model, &series, &Options::default())?;
         drop(progress);
         let identified = found.apply(&model);
-        let mut report = report(&model.name, &found, None, &model, &recordings.series);
+        let mut report = report(&model.name, &found, None, &model, &series);
         report.model = Some(&identified);
-        report.document.warnings.extend(recordings.warnings);
+        report.document.warnings.extend(notes);
         console::finish(&report, &folder, &self.output)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::dataset;
+use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
@@ -17,28 +17,21 @@ pub fn model(given: &Path) -> Result<Model> {
     Model::load(&Source::find(given, "robots", "model.toml")?.path)
 }
 
-/// Recordings of a machine, and what was mended while reading them.
-#[derive(Debug, Default)]
-pub struct Recordings {
-    /// One a session.
-    pub series: Vec<TimeSeries>,
-    /// What the user must know.
-    pub warnings: Vec<String>,
+/// Reads recordings of the joints of a model.
+///
+/// # Errors
+/// A file cannot be read or used.
+pub fn sessions(files: &[PathBuf], model: &Model) -> Result<Vec<Session>> {
+    let joints = dataset::joints_of(model);
+    files.iter().map(|file| dataset::load(file, &joints)).collect()
 }
 
-impl Recordings {
-    /// Reads all files, for the joints of the model.
-    ///
-    /// # Errors
-    /// A file cannot be read or used.
-    pub fn load(files: &[PathBuf], model: &Model) -> Result<Self> {
-        let joints = dataset::joints_of(model);
-        let mut all = Self::default();
-        for file in files {
-            let session = dataset::load(file, &joints)?;
-            all.warnings.extend(session.notes.iter().map(ToString::to_string));
-            all.series.push(session.series);
-        }
-        Ok(all)
-    }
+/// What was noticed or mended while reading.
+pub fn notes(sessions: &[Session]) -> Vec<String> {
+    sessions.iter().flat_map(|session| session.notes.iter().map(ToString::to_string)).collect()
+}
+
+/// The signals alone.
+pub fn series(sessions: Vec<Session>) -> Vec<TimeSeries> {
+    sessions.into_iter().map(|session| session.series).collect()
 }

@@ -13,11 +13,14 @@ pub mod catalogue;
 pub mod console;
 pub mod folder;
 
+mod check;
 mod data;
 mod explain;
 mod identify;
 mod input;
 mod list;
+mod new;
+mod replay;
 
 /// Finds why a robot arm and its simulation disagree: friction and backlash identification, and a named cause for what the model lacks.
 #[derive(Debug, Parser)]
@@ -29,10 +32,13 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Check(check::Check),
     Data(data::Data),
     List(list::List),
     Explain(explain::Explain),
     Identify(identify::Identify),
+    New(new::New),
+    Replay(replay::Replay),
 }
 
 /// How a command that could be carried out ended.
@@ -62,9 +68,12 @@ impl From<Outcome> for ExitCode {
 /// Whatever the verb cannot do: bad input, a refused file, data that carry no estimate.
 pub fn run() -> Result<Outcome> {
     match Cli::parse().verb {
+        Verb::Check(verb) => verb.run(),
         Verb::Data(verb) => verb.run(),
         Verb::List(verb) => verb.run(),
         Verb::Explain(verb) => verb.run(),
         Verb::Identify(verb) => verb.run(),
+        Verb::New(verb) => verb.run(),
+        Verb::Replay(verb) => verb.run(),
     }
 }

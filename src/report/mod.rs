@@ -18,6 +18,8 @@ pub mod number;
 pub mod plot;
 /// Recordings for the Rerun viewer.
 pub mod recording;
+/// A replay for readers.
+pub mod replay;
 /// Plots as SVG.
 pub mod svg;
 /// Tables.

@@ -1,0 +1,80 @@
+//! `lostmotion check FILE...`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::dataset;
+use crate::error::{Error, Place, Result};
+use crate::robot::Model;
+use crate::toml_input::{Document, nearest};
+
+use super::{Outcome, console};
+
+/// Validate models, datasets and scenarios; say what is wrong where
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Model files, manifests, scenarios, recordings, URDF files
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+}
+
+/// What a TOML file can be, by its key `schema`.
+const SCHEMAS: [&str; 3] = ["lostmotion/model/1", "lostmotion/dataset/1", "lostmotion/scenario/1"];
+
+impl Check {
+    /// Reads each file as the other commands would. All are tried; the first error ends the command after the last file.
+    pub fn run(self) -> Result<Outcome> {
+        let mut first_error = None;
+        for file in &self.files {
+            match check(file) {
+                Ok(found) => console::print(&format!("{}: {found}\n", file.display()))?,
+                Err(error) if first_error.is_none() => first_error = Some(error),
+                Err(error) => eprintln!("error: {error}"),
+            }
+        }
+        first_error.map_or(Ok(Outcome::Done), Err)
+    }
+}
+
+/// What the file holds, in one line.
+fn check(file: &Path) -> Result<String> {
+    match file.extension().and_then(|extension| extension.to_str()) {
+        Some("toml") => check_toml(file),
+        Some("urdf" | "xml") => Ok(described(&Model::from_urdf(file)?)),
+        _ => {
+            let session = dataset::load_alone(file)?;
+            Ok(recorded(&session))
+        }
+    }
+}
+
+fn check_toml(file: &Path) -> Result<String> {
+    let document = Document::read(file)?;
+    let root = document.root();
+    match root.text("schema")? {
+        "lostmotion/model/1" => Ok(described(&Model::load(file)?)),
+        "lostmotion/dataset/1" => Ok(recorded(&dataset::load_alone(file)?)),
+        "lostmotion/scenario/1" => scenario(file),
+        other => {
+            let expected = nearest(other, SCHEMAS).unwrap_or(SCHEMAS[0]);
+            Err(root.error("schema", format!("one of {}; nearest is {expected}", SCHEMAS.join(", "))))
+        }
+    }
+}
+
+fn scenario(file: &Path) -> Result<String> {
+    Err(Error::input(file, Place::File, "schema", "lostmotion/scenario/1", "a model or a dataset"))
+}
+
+fn described(model: &Model) -> String {
+    let held = if model.held.is_empty() { String::new() } else { format!(", held at zero: {}", model.held.join(", ")) };
+    let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+    format!("model {}, joints {}{held}", model.name, joints.join(", "))
+}
+
+fn recorded(session: &dataset::Session) -> String {
+    let joints: Vec<&str> = session.series.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let notes: String = session.notes.iter().map(|note| format!("\n  note: {note}")).collect();
+    format!("session {}, {} samples, joints {}{notes}", session.series.name, session.series.len(), joints.join(", "))
+}

@@ -1,0 +1,58 @@
+//! `lostmotion replay --model M --data F...`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use crate::error::Result;
+use crate::replay::{self, Options};
+use crate::report::files::envelope;
+use crate::report::recording::Motion;
+use crate::report::{Report, replay as rendering};
+
+use super::console::{OutputOptions, Progress};
+use super::folder::Folder;
+use super::{Outcome, console, input};
+
+/// Simulate a model under the recorded inputs, beside the data: error figures per channel
+#[derive(Debug, Args)]
+pub struct Replay {
+    /// Model file, or the name of a robot of the catalogue
+    #[arg(long, value_name = "MODEL")]
+    model: PathBuf,
+    /// Recordings: canonical CSV, or manifests
+    #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
+    data: Vec<PathBuf>,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Replay {
+    /// Reads, simulates, reports.
+    pub fn run(self) -> Result<Outcome> {
+        let model = input::model(&self.model)?;
+        let sessions = input::sessions(&self.data, &model)?;
+        let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
+        let progress = Progress::start("replaying", self.output.quiet);
+        let mut replays = Vec::new();
+        for (index, session) in sessions.iter().enumerate() {
+            #[expect(clippy::cast_precision_loss, reason = "a handful of sessions")]
+            progress.set(index as f64 / sessions.len() as f64);
+            replays.push(replay::replay(&model, session, &Options::default())?);
+        }
+        drop(progress);
+        let mut document = rendering::document(&model.name, &replays);
+        document.warnings.extend(input::notes(&sessions));
+        let content: Vec<_> = replays
+            .iter()
+            .map(|one| json!({ "session": one.recorded.name, "errors": one.errors, "notes": one.notes }))
+            .collect();
+        let motions = replays
+            .iter()
+            .map(|one| Motion { robot: &model.robot, session: &one.simulated, traces: rendering::traces(one) })
+            .collect();
+        let json = envelope("lostmotion/replay/1", &model.name, json!({ "sessions": content }));
+        console::finish(&Report { document, json, motions, model: None }, &folder, &self.output)
+    }
+}
