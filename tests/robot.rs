@@ -1,5 +1,7 @@
 //! Model files and URDF files: what they become, and how broken ones are refused.
 
+mod support;
+
 use std::path::Path;
 
 use lostmotion::toml_input::{Document, Range};
@@ -109,5 +111,423 @@ mod machines {
         assert!((about_joint[(1, 1)] - moment).abs() < 1e-15);
         assert_eq!(forearm.shapes.len(), 2);
         assert_eq!(model.held, Vec::<String>::new());
+    }
+}
+
+mod files {
+    use std::path::{Path, PathBuf};
+
+    use lostmotion::drive::{CurrentSensor, Sensing, VelocitySensor};
+    use lostmotion::gearhead::{FrictionLaw, Lines};
+    use lostmotion::robot::{EffectEntry, Model};
+    use rand::RngExt;
+
+    use super::support::random;
+
+    const MODEL: &str = include_str!("../robots/elbow/model.toml");
+    const URDF: &str = include_str!("../robots/elbow/elbow.urdf");
+
+    fn texts(model: &str, urdf: &str) -> Result<Model, lostmotion::error::Error> {
+        Model::from_texts(model, urdf, Path::new("elbow/model.toml"))
+    }
+
+    /// Every change of a table must be refused with its message, to the letter; all that differ are shown.
+    fn all_refused(text: &str, table: &[(&str, &str, &str)], read: impl Fn(&str) -> lostmotion::error::Result<Model>) {
+        let mut wrong = Vec::new();
+        for &(sound, broken, message) in table {
+            assert!(text.contains(sound), "{sound}");
+            let found = read(&text.replacen(sound, broken, 1)).expect_err(broken).to_string();
+            if found != message {
+                wrong.push(format!("{broken}\n  found    {found}\n  expected {message}"));
+            }
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+
+    /// A model file with one change, and the message that it must be refused with.
+    const BROKEN_MODELS: &[(&str, &str, &str)] = &[
+        (
+            "lostmotion/model/1",
+            "lostmotion/model/9",
+            "elbow/model.toml:2: schema = \"lostmotion/model/9\": expected \"lostmotion/model/1\"",
+        ),
+        (
+            "schema = \"lostmotion/model/1\"\n",
+            "",
+            "elbow/model.toml:1: schema: expected \"lostmotion/model/1\" (missing)",
+        ),
+        (
+            "gear_ratio = 100.0",
+            "gear_ratio = -100.0",
+            "elbow/model.toml:7: joints.shoulder.gear_ratio = -100.0: expected a number > 0 [rad/rad]",
+        ),
+        (
+            "gear_ratio = 100.0\n",
+            "",
+            "elbow/model.toml:6: joints.shoulder.gear_ratio: expected a number > 0 [rad/rad] (missing)",
+        ),
+        (
+            "gear_stiffness = 15000.0 ",
+            "gear_stifness = 15000.0 ",
+            "elbow/model.toml:6: joints.shoulder.gear_stiffness: expected a number > 0 [N·m/rad] (missing)",
+        ),
+        (
+            "gear_damping = 25.0 ",
+            "gear_dampin = 25.0 ",
+            "elbow/model.toml:10: joints.shoulder.gear_dampin = 25.0: expected the key `gear_damping` (unknown key)",
+        ),
+        (
+            "resistance = 0.9 ",
+            "resistance = nan ",
+            "elbow/model.toml:15: joints.shoulder.motor.resistance = nan: expected a number > 0 [Ω]",
+        ),
+        (
+            "resistance = 0.9                    # [Ω]\n",
+            "",
+            "elbow/model.toml:15: joints.shoulder.motor.inductance = 0.0008: expected a `resistance` beside it",
+        ),
+        (
+            "counts_per_turn = 2000 ",
+            "counts_per_turn = \"2000\" ",
+            "elbow/model.toml:23: joints.shoulder.encoder.counts_per_turn = \"2000\": expected a number > 0 [1/turn]",
+        ),
+        (
+            "method = \"pulse_period\"",
+            "method = \"pulses\"",
+            "elbow/model.toml:26: joints.shoulder.velocity_sensor.method = \"pulses\": expected \"pulse_period\" or \"low_pass\"",
+        ),
+        (
+            "coulomb = [2.0, 2.2]",
+            "coulomb = [2.0, -2.2]",
+            "elbow/model.toml:33: joints.shoulder.friction.coulomb = [2.0, -2.2]: expected a number ≥ 0 [N·m], or two of them, [positive, negative]",
+        ),
+        (
+            "stribeck_velocity = [0.030, 0.028]\n",
+            "",
+            "elbow/model.toml:32: joints.shoulder.friction.stribeck_velocity: expected a number > 0 [rad/s], or two of them, [positive, negative] (missing)",
+        ),
+        (
+            "link_share = 0.1",
+            "link_share = 1.1",
+            "elbow/model.toml:37: joints.shoulder.friction.link_share = 1.1: expected a number from 0 to 1 [1]",
+        ),
+        (
+            "[joints.elbow]",
+            "[joints.elbw]",
+            "elbow/model.toml:39: joints.elbw: expected a joint of elbow/elbow.urdf: a movable joint of it, such as elbow",
+        ),
+        (
+            "[joints.elbow]",
+            "[joints.tool_mount]",
+            "elbow/model.toml:39: joints.tool_mount: expected a joint of elbow/elbow.urdf: one of its movable joints shoulder, elbow",
+        ),
+        ("urdf = \"elbow.urdf\"", "urdf = 3", "elbow/model.toml:4: urdf = 3: expected text in quotes"),
+        (
+            "urdf = \"elbow.urdf\"",
+            "urdf = \"elbow.urdf\"\ngravity = [0, 0]",
+            "elbow/model.toml:5: gravity = [0, 0]: expected a list of 3, each a finite number [m/s²]",
+        ),
+        (
+            "urdf = \"elbow.urdf\"",
+            "urdf = \"elbow.urdf\"\n[[effects]]\neffect = \"payload\"\njoint = \"elow\"",
+            "elbow/model.toml:7: effects[1].joint = \"elow\": expected a joint of this model: elbow",
+        ),
+        (
+            "urdf = \"elbow.urdf\"",
+            "urdf = \"elbow.urdf\"\n[[effects]]\neffect = \"payload\"\nmass = \"1 kg\"",
+            "elbow/model.toml:7: effects[1].mass = \"1 kg\": expected a finite number [SI]",
+        ),
+        (
+            "coulomb = [2.0, 2.2]",
+            "law = \"two_lines\"\na1 = 3\nb1 = 2\na2 = 2\nb2 = 3.0",
+            "elbow/model.toml:38: joints.shoulder.friction.breakaway = [2.9, 3.1]: expected one of the keys \
+             `a1`, `a2`, `b1`, `b2`, `law`, `link_share` (unknown key)",
+        ),
+        (
+            "coulomb = [2.0, 2.2]",
+            "law = \"two_lines\"\na1 = 3\nb1 = 2\na2 = 2\nb2 = 1.0",
+            "elbow/model.toml:37: joints.shoulder.friction.b2 = 1.0: expected lines that meet at a speed > 0: (a1 − a2)/(b2 − b1) > 0",
+        ),
+    ];
+
+    #[test]
+    fn property_broken_model_files_are_refused_with_place_and_expectation() {
+        all_refused(MODEL, BROKEN_MODELS, |text| texts(text, URDF));
+    }
+
+    /// A URDF with one change, and the message that it must be refused with.
+    const BROKEN_URDFS: &[(&str, &str, &str)] = &[
+        (
+            "<mass value=\"1.8\"/>",
+            "<mass value=\"-1.8\"/>",
+            "elbow/elbow.urdf:24: link forearm: mass = -1.8: expected a mass ≥ 0 [kg]",
+        ),
+        (
+            "<mass value=\"1.8\"/>",
+            "<mass value=\"1.8 kg\"/>",
+            "elbow/elbow.urdf:24: link forearm: mass value = \"1.8 kg\": expected a number",
+        ),
+        (
+            "<mass value=\"1.8\"/>",
+            "<mass/>",
+            "elbow/elbow.urdf:24: link forearm: mass value: expected a number (missing)",
+        ),
+        (
+            "iyy=\"0.0190\" iyz=\"0\" izz=\"0.0015\"",
+            "iyy=\"0.0190\" iyz=\"0\" izz=\"0.0500\"",
+            "elbow/elbow.urdf:25: link forearm: inertia = [ixx 0.019, ixy 0, ixz 0, iyy 0.019, iyz 0, izz 0.05]: expected \
+             a tensor that a rigid body can have: principal moments 1.9000e-2, 1.9000e-2, 5.0000e-2 kg·m²; \
+             expected none above the sum of the others",
+        ),
+        (
+            "ixx=\"0.0190\" ixy=\"0\"",
+            "ixx=\"0.0190\" ixy=\"0.03\"",
+            "elbow/elbow.urdf:25: link forearm: inertia = [ixx 0.019, ixy 0.03, ixz 0, iyy 0.019, iyz 0, izz 0.0015]: expected \
+             a tensor that a rigid body can have: principal moments -1.1000e-2, 1.5000e-3, 4.9000e-2 kg·m²; expected all ≥ 0",
+        ),
+        (
+            "<origin xyz=\"0 0 -0.40\"/>",
+            "<origin xyz=\"0 0 x -0.40\"/>",
+            "elbow/elbow.urdf:53: joint elbow: origin xyz = \"0 0 x -0.40\": expected 3 numbers",
+        ),
+        (
+            "<axis xyz=\"0 -1 0\"/>",
+            "<axis xyz=\"0 0 0\"/>",
+            "elbow/elbow.urdf:47: joint shoulder: axis = 0 0 0: expected an axis that is not zero",
+        ),
+        (
+            "lower=\"-2.4\" upper=\"2.4\"",
+            "lower=\"2.4\" upper=\"-2.4\"",
+            "elbow/elbow.urdf:55: joint elbow: limit = lower 2.4, upper -2.4: expected lower ≤ upper",
+        ),
+        (
+            "name=\"elbow\" type=\"revolute\"",
+            "name=\"elbow\" type=\"floating\"",
+            "elbow/elbow.urdf:50: joint elbow: type = floating: expected revolute, continuous, prismatic or fixed",
+        ),
+        (
+            "<child link=\"tool\"/>",
+            "<child link=\"tol\"/>",
+            "elbow/elbow.urdf:59: joint tool_mount: child = tol: expected a link of this file, such as tool",
+        ),
+        (
+            "<child link=\"tool\"/>",
+            "<child link=\"forearm\"/>",
+            "elbow/elbow.urdf:59: joint tool_mount: child = forearm: expected a link that no other joint moves",
+        ),
+        (
+            "<child link=\"tool\"/>",
+            "<child link=\"bracket\"/>",
+            "elbow/elbow.urdf:4: link bracket: expected a link that hangs from the base, not from itself",
+        ),
+        (
+            "<link name=\"tool\">",
+            "<link name=\"forearm\">",
+            "elbow/elbow.urdf:21: link forearm: expected a name that no other link has",
+        ),
+        ("<link name=\"tool\">", "<link>", "elbow/elbow.urdf:32: link ?: name: expected a name (missing)"),
+        (
+            "<sphere radius=\"0.035\"/>",
+            "<sphere radius=\"-1\"/>",
+            "elbow/elbow.urdf:38: link tool: collision = [-1.0]: expected sizes > 0 [m]",
+        ),
+        ("</robot>", "", "elbow/elbow.urdf:3: URDF: expected a closing </robot>"),
+        (
+            "<robot name=\"elbow\">",
+            "<model name=\"elbow\">",
+            "elbow/elbow.urdf:3: URDF: expected one <robot> around everything",
+        ),
+        ("</joint>", "</joints>", "elbow/elbow.urdf:49: URDF: expected </joint> for the tag of line 43, not </joints>"),
+        (
+            "<axis xyz=\"0 -1 0\"/>",
+            "<axis xyz=\"0 -1 0\"/><mimic joint=\"elbow\"/>",
+            "elbow/elbow.urdf:47: joint shoulder: mimic: expected a joint of its own; one that mimics another cannot be listed in the model file",
+        ),
+        (
+            "<link name=\"tool\">",
+            "<xacro:include filename=\"x\"/><link name=\"tool\">",
+            "elbow/elbow.urdf: expected plain URDF; run xacro on this file first",
+        ),
+    ];
+
+    #[test]
+    fn property_broken_urdfs_are_refused_with_place_and_expectation() {
+        all_refused(URDF, BROKEN_URDFS, |text| texts(MODEL, text));
+    }
+
+    #[test]
+    fn property_a_link_without_mass_may_be_fixed_but_not_alone_in_moving() {
+        let no_tool = URDF.replacen("<mass value=\"0.8\"/>", "<mass value=\"0\"/>", 1).replacen(
+            "<inertia ixx=\"0.0006\" ixy=\"0\" ixz=\"0\" iyy=\"0.0006\" iyz=\"0\" izz=\"0.0005\"/>",
+            "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>",
+            1,
+        );
+        assert_eq!(texts(MODEL, &no_tool).unwrap().robot.bodies[1].inertia.mass, 1.8);
+        // The forearm itself without an inertial, the tool still there: the tool is what moves.
+        let inertial = |urdf: &str, link: &str| {
+            let start = urdf.find(&format!("<link name=\"{link}\">")).unwrap();
+            let from = start + urdf[start..].find("<inertial>").unwrap();
+            let to = from + urdf[from..].find("</inertial>").unwrap() + "</inertial>".len();
+            format!("{}{}", &urdf[..from], &urdf[to..])
+        };
+        let light = inertial(URDF, "forearm");
+        assert_eq!(texts(MODEL, &light).unwrap().robot.bodies[1].inertia.mass, 0.8);
+        let error = texts(MODEL, &inertial(&light, "tool")).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "elbow/elbow.urdf:21: link forearm: mass = 0: expected a mass > 0 [kg] of the link that moves and all that is fixed to it"
+        );
+    }
+
+    #[test]
+    fn property_joints_that_the_model_does_not_list_are_held_at_zero() {
+        let shoulder_only = MODEL.split("[joints.elbow]").next().unwrap();
+        let model = texts(shoulder_only, URDF).unwrap();
+        assert_eq!(model.held, ["elbow"]);
+        assert_eq!(model.robot.dof(), 1);
+        let inertia = model.robot.bodies[0].inertia;
+        assert!((inertia.mass - 5.8).abs() < 1e-12);
+        // Hanging straight: upper arm, forearm and tool below each other.
+        let com = -(3.2 * 0.18 + 1.8 * 0.55 + 0.8 * 0.75) / 5.8;
+        assert!((inertia.com.z - com).abs() < 1e-12);
+        assert_eq!(model.robot.bodies[0].shapes.len(), 3);
+    }
+
+    #[test]
+    fn property_missing_files_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("model.toml");
+        let error = Model::load(&file).unwrap_err().to_string();
+        assert_eq!(error, format!("{}: cannot read", file.display()));
+        std::fs::write(&file, MODEL).unwrap();
+        let error = Model::load(&file).unwrap_err().to_string();
+        assert_eq!(error, format!("{}:4: urdf = \"elbow.urdf\": expected a file that exists", file.display()));
+    }
+
+    #[test]
+    fn equivalent_saved_models_load_as_they_were() {
+        let mut rng = random(11);
+        let mut number = |size: f64| 10_f64.powf(rng.random_range(-4.0..4.0)) * size;
+        for case in 0..20 {
+            let mut model = texts(MODEL, URDF).unwrap();
+            for joint in &mut model.joints {
+                joint.gear_ratio = number(1.0);
+                joint.rotor_inertia = number(1e-5);
+                joint.backlash = (case % 3 != 0).then(|| number(1e-3));
+                joint.motor.resistance = (case % 2 == 0).then(|| number(1.0));
+                joint.motor.inductance = (case % 4 == 0).then(|| number(1e-3));
+                joint.amplifier.voltage_limit = if case % 5 == 0 { f64::INFINITY } else { number(10.0) };
+                joint.velocity_sensor =
+                    [None, Some(VelocitySensor::PulsePeriod), Some(VelocitySensor::LowPass(0.02))][case % 3];
+                let sensing = if case % 2 == 0 { Sensing::Absolute } else { Sensing::Signed };
+                joint.current_sensor = Some(CurrentSensor { noise: number(0.01), resolution: 0.0, sensing });
+                if let (1, Some(friction)) = (case % 2, &mut joint.friction) {
+                    let lines = [0, 1].map(|_| {
+                        let (a2, b2) = (number(1.0), number(1.0));
+                        Lines { a1: a2 + number(1.0), b1: b2 - number(1.0), a2, b2 }
+                    });
+                    friction.law = FrictionLaw::TwoLines(lines);
+                }
+            }
+            model.robot.gravity =
+                nalgebra::Vector3::new(number(1.0), -number(1.0), if case % 2 == 0 { 0.0 } else { -9.81 });
+            model.effects = vec![
+                EffectEntry {
+                    effect: "payload".into(),
+                    joint: None,
+                    parameters: [("mass".into(), number(1.0))].into(),
+                },
+                EffectEntry { effect: "cogging".into(), joint: Some("elbow".into()), parameters: [].into() },
+            ];
+            let folder = tempfile::tempdir().unwrap();
+            let file = folder.path().join("model.toml");
+            model.save(&file).unwrap();
+            let again = Model::load(&file).unwrap();
+            // The URDF was embedded, so it was written beside the model.
+            assert_eq!(again.urdf, folder.path().join("elbow.urdf"));
+            assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing half-written is left");
+            assert_eq!(again, Model { source: file.clone(), urdf: again.urdf.clone(), ..model });
+        }
+    }
+
+    #[test]
+    fn property_saved_models_find_their_urdf_again() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let model = Model::load(&root.join("robots/emps/model.toml")).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("out/model.toml");
+        assert!(model.save(&file).is_err(), "the folder is not there");
+        std::fs::create_dir(folder.path().join("out")).unwrap();
+        model.save(&file).unwrap();
+        let again = Model::load(&file).unwrap();
+        assert_eq!(again.urdf, root.join("robots/emps/emps.urdf").canonicalize().unwrap());
+        assert_eq!(again.robot, model.robot);
+        // Beside its URDF the path is relative, so that the folder can move.
+        let urdf = folder.path().join("out/emps.urdf");
+        std::fs::write(&urdf, &model.urdf_text).unwrap();
+        Model { urdf, ..model }.save(&file).unwrap();
+        assert_eq!(Model::load(&file).unwrap().urdf, PathBuf::from(folder.path().join("out/emps.urdf")));
+        assert!(std::fs::read_to_string(&file).unwrap().contains("urdf = \"emps.urdf\""));
+    }
+
+    #[test]
+    fn property_a_first_model_of_a_urdf_is_complete() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        for urdf in ["robots/elbow/elbow.urdf", "robots/emps/emps.urdf"] {
+            let model = Model::from_urdf(&root.join(urdf)).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let file = folder.path().join("model.toml");
+            model.save(&file).unwrap();
+            let again = Model::load(&file).unwrap();
+            assert_eq!(again.joints, model.joints);
+            assert!(again.joints.iter().all(|joint| joint.friction.is_none() && joint.backlash.is_none()));
+        }
+    }
+
+    /// Cuts, bytes replaced, lines doubled and dropped: an answer or an error, never a panic.
+    fn damaged(text: &str, seed: u64) -> String {
+        let mut rng = random(seed);
+        let mut bytes = text.as_bytes().to_vec();
+        for _ in 0..rng.random_range(1..4) {
+            let (at, to) = (rng.random_range(0..bytes.len()), rng.random_range(0..bytes.len()));
+            match rng.random_range(0..5) {
+                0 => bytes.truncate(at.max(1)),
+                1 => bytes[at] = b"<>/\"'=[]{}.,-+e0 9\n&#\\:"[rng.random_range(0..23)],
+                2 => drop(bytes.drain(at.min(to)..at.max(to).min(at.min(to) + 40))),
+                3 => {
+                    let piece = bytes[at.min(to)..at.max(to).min(at.min(to) + 60)].to_vec();
+                    bytes.splice(at..at, piece);
+                }
+                _ => bytes[at] = rng.random(),
+            }
+            if bytes.is_empty() {
+                break;
+            }
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
+    }
+
+    #[test]
+    fn property_deep_nesting_is_refused_before_the_stack_ends() {
+        let deep = format!("<robot>{}{}</robot>", "<a>".repeat(200_000), "</a>".repeat(200_000));
+        let error = texts(MODEL, &deep).unwrap_err().to_string();
+        assert_eq!(error, "elbow/elbow.urdf:1: URDF: expected at most 64 elements within each other");
+        assert!(texts(&"[".repeat(200_000), URDF).is_err());
+        assert!(texts(&format!("a = {}", "[".repeat(200_000)), URDF).is_err());
+    }
+
+    #[test]
+    fn property_damaged_files_never_panic() {
+        let runs = std::env::var("LOSTMOTION_FUZZ").ok().and_then(|runs| runs.parse().ok()).unwrap_or(3000);
+        for seed in 0..runs {
+            let _ = texts(&damaged(MODEL, seed), URDF);
+            if let Ok(model) = texts(MODEL, &damaged(URDF, seed)) {
+                // Whatever is accepted has dynamics.
+                let n = model.robot.dof();
+                let mut h = nalgebra::DMatrix::zeros(n, n);
+                lostmotion::dynamics::Dynamics::new(&model.robot).mass_matrix(&vec![0.3; n], &mut h);
+                assert!(h.iter().all(|x| x.is_finite()) && (0..n).all(|i| h[(i, i)] > 0.0), "seed {seed}: {h}");
+            }
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::gearhead::Friction;
 use crate::units::JointKind;
 
 /// A machine: its tree and, in the order of the tree's joints, what drives them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// Name of the machine.
     pub name: String,

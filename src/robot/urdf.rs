@@ -32,7 +32,7 @@ impl<'a> Urdf<'a> {
     /// # Errors
     /// It is no URDF, a number is none, links and joints form no tree, a link's inertia is one that no body can have.
     pub(super) fn parse(file: &'a Path, text: &'a str) -> Result<Self> {
-        if text.contains("xacro:") {
+        if text.contains("<xacro:") {
             return Err(Error::input(file, Place::File, "", "", "plain URDF; run xacro on this file first"));
         }
         let scanned = UrdfText::scan(file, text)?;

@@ -65,6 +65,9 @@ const NAMES: &[(&str, &str)] = &[
     ("mesh", "filename"),
 ];
 
+/// No URDF is nested as deep as this; the parser behind this scan would run out of stack.
+const MAX_DEPTH: usize = 64;
+
 impl<'a> UrdfText<'a> {
     /// Scans a text.
     ///
@@ -111,6 +114,9 @@ impl<'a> UrdfText<'a> {
                     }
                     if let Some(owner) = owner {
                         scanned.tags.push(Tag { line, name, attributes, owner });
+                    }
+                    if open.len() >= MAX_DEPTH {
+                        return Err(scanned.broken(line, format!("at most {MAX_DEPTH} elements within each other")));
                     }
                     if !closed {
                         open.push((name, line));
