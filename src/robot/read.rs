@@ -28,11 +28,18 @@ impl Model {
     /// A file cannot be read, a key is missing, unknown or out of its range, a joint is not in the URDF, an inertia is one
     /// that no body can have. The error names file, line, key, value and what was expected.
     pub fn load(file: &Path) -> Result<Self> {
-        let document = Document::read(file)?;
-        let urdf = urdf_path(&document)?;
+        Self::from_changed(&Document::read(file)?)
+    }
+
+    /// A model from a model file that was read and perhaps changed, and the URDF that it names.
+    ///
+    /// # Errors
+    /// As [`Model::load`].
+    pub fn from_changed(document: &Document) -> Result<Self> {
+        let urdf = urdf_path(document)?;
         let text = read_text(&urdf)
             .map_err(|error| if urdf.exists() { error } else { document.root().error("urdf", "a file that exists") })?;
-        Self::from_document(&document, &urdf, &text)
+        Self::from_document(document, &urdf, &text)
     }
 
     /// A model from texts that are no files, such as those embedded in the program; `file` is what errors call it, and

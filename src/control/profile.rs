@@ -1,0 +1,149 @@
+//! References of piecewise constant acceleration: one track a joint.
+//!
+//! ```text
+//!   q̇_d      ______              q_d(t) = q_k + q̇_k (t − t_k) + ½ q̈_k (t − t_k)²      t_k ≤ t < t_{k+1}
+//!           /      \
+//!     _____/        \_____
+//! ```
+
+/// What a reference wants of a joint at an instant.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Target {
+    /// `q_d` [rad or m].
+    pub position: f64,
+    /// `q̇_d` [rad/s or m/s].
+    pub velocity: f64,
+    /// `q̈_d` [rad/s² or m/s²].
+    pub acceleration: f64,
+}
+
+impl Target {
+    /// Where constant acceleration leads in a duration [s].
+    fn after(&self, duration: f64) -> Self {
+        Self {
+            position: self.position + duration * (self.velocity + 0.5 * duration * self.acceleration),
+            velocity: self.velocity + duration * self.acceleration,
+            acceleration: self.acceleration,
+        }
+    }
+}
+
+/// The reference of one joint, built piece by piece; after its last piece the joint rests.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track {
+    /// Start time [s] and motion of every piece; the last one is where the track ends.
+    pieces: Vec<(f64, Target)>,
+}
+
+impl Track {
+    /// A track that starts at rest at this position [rad or m].
+    pub fn at(position: f64) -> Self {
+        Self { pieces: vec![(0.0, Target { position, ..Target::default() })] }
+    }
+
+    /// Appends a piece of constant acceleration [rad/s² or m/s²]. Pieces without duration [s] change nothing.
+    pub fn accelerate(&mut self, acceleration: f64, duration: f64) {
+        if duration <= 0.0 {
+            return;
+        }
+        let end = self.pieces.len() - 1;
+        let (time, last) = &mut self.pieces[end];
+        last.acceleration = acceleration;
+        let next = (*time + duration, Target { acceleration: 0.0, ..last.after(duration) });
+        self.pieces.push(next);
+    }
+
+    /// Goes on at the velocity that it has.
+    pub fn coast(&mut self, duration: f64) {
+        self.accelerate(0.0, duration);
+    }
+
+    /// From rest to a velocity [rad/s or m/s] with one acceleration, constant for a while [s], to rest with a deceleration
+    /// [rad/s² or m/s², both > 0].
+    pub fn trapezoid(&mut self, velocity: f64, acceleration: f64, constant: f64, deceleration: f64) {
+        let towards = velocity.signum();
+        self.accelerate(towards * acceleration, velocity.abs() / acceleration);
+        self.coast(constant);
+        self.accelerate(-towards * deceleration, velocity.abs() / deceleration);
+        self.rest();
+    }
+
+    /// The quickest move to a position within a speed [rad/s or m/s] and an acceleration [rad/s² or m/s²], from rest to rest.
+    pub fn move_to(&mut self, position: f64, speed: f64, acceleration: f64) {
+        let way = position - self.end().position;
+        let peak = speed.min((way.abs() * acceleration).sqrt());
+        if peak > 0.0 {
+            self.trapezoid(peak.copysign(way), acceleration, way.abs() / peak - peak / acceleration, acceleration);
+        }
+        let end = self.pieces.len() - 1;
+        self.pieces[end].1.position = position;
+    }
+
+    /// Takes away what rounding left of the velocity.
+    fn rest(&mut self) {
+        let end = self.pieces.len() - 1;
+        self.pieces[end].1.velocity = 0.0;
+    }
+
+    /// [s] from start to rest.
+    pub fn duration(&self) -> f64 {
+        self.pieces[self.pieces.len() - 1].0
+    }
+
+    /// Where the track ends.
+    pub fn end(&self) -> Target {
+        self.pieces[self.pieces.len() - 1].1
+    }
+
+    /// The target at a time [s].
+    pub fn sample(&self, time: f64) -> Target {
+        let next = self.pieces.partition_point(|(start, _)| *start <= time);
+        let (start, target) = &self.pieces[next.saturating_sub(1)];
+        target.after((time - start).max(0.0))
+    }
+}
+
+/// The reference of a machine, one track a joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    tracks: Vec<Track>,
+}
+
+impl Profile {
+    /// The tracks in the order of the machine's joints.
+    pub fn new(tracks: Vec<Track>) -> Self {
+        Self { tracks }
+    }
+
+    /// Everything at rest at these positions [rad or m].
+    pub fn at_rest(positions: &[f64]) -> Self {
+        Self { tracks: positions.iter().map(|&position| Track::at(position)).collect() }
+    }
+
+    /// The joints' tracks.
+    pub fn tracks(&self) -> &[Track] {
+        &self.tracks
+    }
+
+    /// The joints' tracks, to be continued.
+    pub fn tracks_mut(&mut self) -> &mut [Track] {
+        &mut self.tracks
+    }
+
+    /// [s] until everything rests.
+    pub fn duration(&self) -> f64 {
+        self.tracks.iter().map(Track::duration).fold(0.0, f64::max)
+    }
+
+    /// [rad or m] Positions at the start.
+    pub fn start(&self) -> Vec<f64> {
+        self.tracks.iter().map(|track| track.sample(0.0).position).collect()
+    }
+
+    /// Writes the targets at a time [s].
+    pub fn sample(&self, time: f64, targets: &mut [Target]) {
+        for (target, track) in targets.iter_mut().zip(&self.tracks) {
+            *target = track.sample(time);
+        }
+    }
+}

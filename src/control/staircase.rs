@@ -1,0 +1,69 @@
+//! The paper's reference for friction and backlash: Figure 2.
+//!
+//! ```text
+//!   q̇_d                 ____
+//!          __          /    \               speeds v_1 < v_2 < ..., each in both directions
+//!     ____/  \        /      \        /     steady for T + s/v: s is the way that the joint lags behind
+//!             \__/            \______/      when it reverses against friction that the controller does not know
+//! ```
+//!
+//! The joint ends every pair of steps where it began. It brakes gently, so that the link's own friction keeps it pressed to
+//! the flank that drives it and the gap is still whole when the motor reverses ("uniform deceleration, with low velocity
+//! rate change value"); it may speed up faster, because then the flank pushes.
+//! Reference: L. Márton, B. Lantos (2009), Figure 2 and section III.
+
+use super::Profile;
+
+/// The speeds of a staircase: `first`, `first + increment`, ... up to `last` [rad/s or m/s, all > 0].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steps {
+    /// Slowest.
+    pub first: f64,
+    /// Fastest.
+    pub last: f64,
+    /// From one step to the next.
+    pub increment: f64,
+}
+
+impl Steps {
+    /// The speeds, slowest first.
+    pub fn speeds(&self) -> impl Iterator<Item = f64> + use<> {
+        let Self { first, increment, .. } = *self;
+        let count = ((self.last - first) / increment + 1e-9).floor().max(0.0) as usize + 1;
+        (0..count).map(move |k| first + k as f64 * increment)
+    }
+}
+
+/// A staircase of one joint while the others rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Staircase {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Its speeds.
+    pub steps: Steps,
+    /// [rad/s² or m/s²] > 0.
+    pub acceleration: f64,
+    /// [rad/s² or m/s²] > 0.
+    pub deceleration: f64,
+    /// `T` [s] every step at least, ≥ 0.
+    pub steady_time: f64,
+    /// `s` [rad or m] way at constant velocity on top of it, ≥ 0.
+    pub settling_way: f64,
+    /// Direction of each pair's first step: +1 or −1.
+    pub direction: f64,
+}
+
+impl Staircase {
+    /// Appends the staircase after everything that the profile already holds.
+    pub fn append(&self, profile: &mut Profile) {
+        let start = profile.duration();
+        let track = &mut profile.tracks_mut()[self.joint];
+        track.coast(start - track.duration());
+        for speed in self.steps.speeds() {
+            for direction in [self.direction, -self.direction] {
+                let constant = self.steady_time + self.settling_way / speed;
+                track.trapezoid(direction * speed, self.acceleration, constant, self.deceleration);
+            }
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The loop of sensors, controller and machine, and a scenario's run through it.
+
+use super::{Recorder, Regulator, Run, Scenario, Session};
+use crate::control::{Profile, Target};
+use crate::error::Result;
+use crate::plant::{Options, Plant};
+use crate::timeseries::TimeSeries;
+
+/// When a closed loop ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Timing {
+    /// [s] between two ticks, > 0.
+    pub period: f64,
+    /// [s] until the last tick.
+    pub duration: f64,
+}
+
+impl Timing {
+    /// Number of ticks, the one at the start included.
+    pub fn ticks(&self) -> usize {
+        (self.duration / self.period + 1e-9).floor() as usize + 1
+    }
+}
+
+/// Moves a machine along a reference from where it stands, and records every tick.
+/// `progress` is called now and then with the simulated seconds that are done.
+pub fn closed_loop(
+    plant: &mut Plant,
+    regulator: &mut Regulator,
+    reference: &Profile,
+    timing: Timing,
+    progress: &mut dyn FnMut(f64),
+) -> Recorder {
+    let n = plant.states().len();
+    let mut targets = vec![Target::default(); n];
+    let mut readings = Vec::with_capacity(n);
+    let ticks = timing.ticks();
+    let mut recorder = Recorder::new(n, ticks);
+    for tick in 0..ticks {
+        let time = tick as f64 * timing.period;
+        reference.sample(time, &mut targets);
+        readings.clear();
+        readings.extend_from_slice(plant.read());
+        let commands = regulator.command(&readings, &targets);
+        recorder.sample(plant, &readings, &targets, commands);
+        plant.advance(commands, timing.period);
+        if tick % 1000 == 0 {
+            progress(time);
+        }
+    }
+    recorder
+}
+
+/// Runs every session of a scenario under a seed. `progress` is called with the simulated seconds done and those in all.
+///
+/// # Errors
+/// The planned motion leaves the limits or collides; an effect of the model does not fit.
+pub fn simulate(scenario: &Scenario, seed: u64, progress: &mut dyn FnMut(f64, f64)) -> Result<Run> {
+    scenario.check_motion()?;
+    let all: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
+    let mut done = 0.0;
+    let mut sessions = Vec::with_capacity(scenario.sessions.len());
+    for (number, session) in scenario.sessions.iter().enumerate() {
+        let seed = seed.wrapping_add((number as u64) << 32);
+        sessions.push(run_session(scenario, session, seed, &mut |time| progress(done + time, all))?);
+        done += session.duration;
+    }
+    progress(all, all);
+    Ok(Run { sessions })
+}
+
+/// One session: a new machine, at rest where its reference starts.
+fn run_session(scenario: &Scenario, session: &Session, seed: u64, progress: &mut dyn FnMut(f64)) -> Result<TimeSeries> {
+    let Scenario { model, options, control_period, controller, .. } = scenario;
+    let mut plant = Plant::new(model, &Options { seed, ..options.clone() })?;
+    plant.place(&session.profile.start());
+    let mut regulator = Regulator::new(model, controller, *control_period);
+    let timing = Timing { period: *control_period, duration: session.duration };
+    let recorder = closed_loop(&mut plant, &mut regulator, &session.profile, timing, progress);
+    Ok(recorder.finish(&session.name, model))
+}

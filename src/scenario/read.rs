@@ -1,0 +1,140 @@
+//! Reading a scenario file.
+//!
+//! ```toml
+//! schema = "lostmotion/scenario/1"
+//! name = "identify_scara"
+//! question = "What friction and backlash do the drives have?"
+//! robot = "../../robots/scara/model.toml"      # relative to this file
+//! model = ["joints.joint1.backlash = 0.0017"]  # assignments that change the model file's values
+//! sensors = "model"                            # or "ideal"
+//! control_period = 0.001                       # [s]
+//! procedure = "identify"                       # "diagnose", "none"
+//! seed = 1
+//! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps
+//! [controller]                                 # law, velocity, a table of gains for every joint
+//! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
+//! [expect.joint1]                              # largest errors in per cent, see `expect`
+//! ```
+
+use std::path::Path;
+
+use super::expect::QUANTITIES;
+use super::{Expectation, Procedure, Scenario, Session, read_controller, read_reference};
+use crate::error::Result;
+use crate::plant::{Engine, Options};
+use crate::robot::Model;
+use crate::toml_input::{Document, Range, Table};
+
+/// The schema that this reader understands.
+const SCHEMA: &str = "lostmotion/scenario/1";
+
+impl Scenario {
+    /// Reads a scenario file and the model that it names. `assignments` (`KEY=VALUE`) change its values first; those whose
+    /// key begins with `model.` change the model file's.
+    ///
+    /// # Errors
+    /// A file cannot be read; a key is missing, unknown or out of its range; an assignment cannot be made.
+    pub fn load(file: &Path, assignments: &[String]) -> Result<Self> {
+        Self::from_document(Document::read(file)?, assignments)
+    }
+
+    /// A scenario from a text that is no file; `file` is what errors call it, and what the robot's path is relative to.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn from_text(text: &str, file: &Path, assignments: &[String]) -> Result<Self> {
+        Self::from_document(Document::parse(file, text)?, assignments)
+    }
+
+    fn from_document(mut document: Document, assignments: &[String]) -> Result<Self> {
+        let (of_model, of_scenario): (Vec<&String>, Vec<&String>) =
+            assignments.iter().partition(|assignment| assignment.trim_start().starts_with("model."));
+        for assignment in of_scenario {
+            document.set(assignment)?;
+        }
+        let of_model: Vec<&str> =
+            of_model.iter().map(|assignment| &assignment.trim_start()["model.".len()..]).collect();
+        Self::read(&document.root(), &of_model)
+    }
+
+    fn read(root: &Table<'_>, of_model: &[&str]) -> Result<Self> {
+        root.optional_choice("schema", &[(SCHEMA, ())])?
+            .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
+        let model = read_model(root, of_model)?;
+        let words = [("identify", Procedure::Identify), ("diagnose", Procedure::Diagnose), ("none", Procedure::None)];
+        let scenario = Self {
+            name: root.text("name")?.to_owned(),
+            question: root.optional_text("question")?.unwrap_or_default().to_owned(),
+            source: root.file().to_owned(),
+            options: read_options(root)?,
+            seed: root.optional_integer("seed", 0, i64::MAX)?.unwrap_or(1).unsigned_abs(),
+            control_period: root.number_or("control_period", &Range::positive("s"), 1e-3)?,
+            controller: read_controller::read(&root.table("controller")?, &model)?,
+            sessions: read_sessions(root, &model)?,
+            procedure: root.optional_choice("procedure", &words)?.unwrap_or(Procedure::None),
+            expectations: read_expectations(root, &model)?,
+            model,
+        };
+        root.finish()?;
+        Ok(scenario)
+    }
+}
+
+/// The model that `robot` names, changed by the scenario's own assignments and then by those of the command line.
+fn read_model(root: &Table<'_>, assignments: &[&str]) -> Result<Model> {
+    let file = root.file().parent().unwrap_or(Path::new("")).join(root.text("robot")?);
+    if !file.is_file() {
+        return Err(root.error("robot", "a model file that exists"));
+    }
+    let mut document = Document::read(&file)?;
+    let own = root.optional_texts("model")?.unwrap_or_default();
+    for assignment in own.iter().chain(assignments) {
+        document.set(assignment)?;
+    }
+    Model::from_changed(&document)
+}
+
+fn read_options(root: &Table<'_>) -> Result<Options> {
+    let ideal_sensors = root.optional_choice("sensors", &[("model", false), ("ideal", true)])?.unwrap_or(false);
+    let mut options = Options { ideal_sensors, ..Options::default() };
+    if let Some(table) = root.optional_table("plant")? {
+        let engines = [("rapier", Engine::Rapier), ("reduced", Engine::Reduced)];
+        options.engine = table.optional_choice("engine", &engines)?.unwrap_or(options.engine);
+        options.step = table.number_or("step", &Range::positive("s"), options.step)?;
+        let substeps = table.optional_integer("substeps", 1, 10_000)?.and_then(|count| usize::try_from(count).ok());
+        options.substeps = substeps.unwrap_or(options.substeps);
+        table.finish()?;
+    }
+    Ok(options)
+}
+
+fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<Session>> {
+    let sessions = root.tables("session")?;
+    match root.optional_table("reference")? {
+        Some(table) if sessions.is_empty() => Ok(vec![read_reference::read(&table, model, "session1")?]),
+        Some(_) => Err(root.error("reference", "either [reference] or [[session]]")),
+        None if sessions.is_empty() => Err(root.error("reference", "what the joints are to do (missing)")),
+        None => sessions
+            .iter()
+            .enumerate()
+            .map(|(i, table)| read_reference::read(table, model, &format!("session{}", i + 1)))
+            .collect(),
+    }
+}
+
+fn read_expectations(root: &Table<'_>, model: &Model) -> Result<Vec<Expectation>> {
+    let Some(table) = root.optional_table("expect")? else { return Ok(Vec::new()) };
+    let mut expectations = Vec::new();
+    for (joint, table) in table.named_tables()? {
+        if model.robot.joint_index(joint).is_none() {
+            return Err(root.error("expect", format!("joints of the model; `{joint}` is none")));
+        }
+        for (quantity, _) in QUANTITIES {
+            if let Some(limit_percent) = table.optional_number(quantity, &Range::non_negative("%"))? {
+                expectations.push(Expectation { joint: joint.to_owned(), quantity, limit_percent });
+            }
+        }
+        table.finish()?;
+    }
+    Ok(expectations)
+}

@@ -1,0 +1,86 @@
+//! The table `[controller]` of a scenario file.
+
+use super::{ControllerSettings, Feedback, Law};
+use crate::control::{ObserverNoise, PiGains, SlidingGains};
+use crate::error::Result;
+use crate::robot::{JointModel, Model};
+use crate::toml_input::{Range, Table};
+use crate::units::JointKind;
+
+/// [1] Standard deviation of an edge's position in counts, where the file gives none.
+const EDGE_NOISE: f64 = 0.05;
+
+/// [(rad/s)/√s or (m/s)/√s] Random walk of the observed velocity, where the file gives none.
+const VELOCITY_NOISE: f64 = 0.01;
+
+#[derive(Clone, Copy)]
+enum Kind {
+    SlidingMode,
+    Pi,
+}
+
+/// Reads `law`, `velocity` and one table of gains for every joint of the model.
+pub(super) fn read(table: &Table<'_>, model: &Model) -> Result<ControllerSettings> {
+    let laws = [("sliding_mode", Kind::SlidingMode), ("pi", Kind::Pi)];
+    let law = table.optional_choice("law", &laws)?.unwrap_or(Kind::SlidingMode);
+    let observed = table.optional_choice("velocity", &[("sensor", false), ("observer", true)])?.unwrap_or(false);
+    let joints = table.table("joints")?;
+    let (mut sliding, mut pi) = (Vec::new(), Vec::new());
+    let (mut feedback, mut velocity_error_limit) = (Vec::new(), Vec::new());
+    for joint in &model.joints {
+        let table = joints.table(&joint.name)?;
+        match law {
+            Kind::SlidingMode => sliding.push(sliding_gains(&table, joint)?),
+            Kind::Pi => pi.push(pi_gains(&table, joint)?),
+        }
+        feedback.push(if observed { Feedback::Observer(observer(&table, joint)?) } else { Feedback::Sensor });
+        let speed = Range::positive(speed_unit(joint.kind));
+        velocity_error_limit.push(table.number_or("velocity_error_limit", &speed, f64::INFINITY)?);
+        table.finish()?;
+    }
+    joints.finish()?;
+    table.finish()?;
+    let law = match law {
+        Kind::SlidingMode => Law::SlidingMode(sliding),
+        Kind::Pi => Law::Pi(pi),
+    };
+    Ok(ControllerSettings { law, feedback, velocity_error_limit })
+}
+
+pub(super) fn speed_unit(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Revolute => "rad/s",
+        JointKind::Prismatic => "m/s",
+    }
+}
+
+fn sliding_gains(table: &Table<'_>, joint: &JointModel) -> Result<SlidingGains> {
+    Ok(SlidingGains {
+        lambda: table.number("lambda", &Range::positive("1/s"))?,
+        switching: table.number("switching", &Range::positive(joint.kind.effort_unit()))?,
+        boundary: table.number("boundary", &Range::positive(speed_unit(joint.kind)))?,
+    })
+}
+
+fn pi_gains(table: &Table<'_>, joint: &JointModel) -> Result<PiGains> {
+    let (proportional, integral) = match joint.kind {
+        JointKind::Revolute => ("N·m·s/rad", "N·m/rad"),
+        JointKind::Prismatic => ("N·s/m", "N/m"),
+    };
+    Ok(PiGains {
+        proportional: table.number("proportional", &Range::positive(proportional))?,
+        integral: table.number_or("integral", &Range::non_negative(integral), 0.0)?,
+    })
+}
+
+fn observer(table: &Table<'_>, joint: &JointModel) -> Result<ObserverNoise> {
+    let (disturbance, velocity) = match joint.kind {
+        JointKind::Revolute => ("N·m/√s", "(rad/s)/√s"),
+        JointKind::Prismatic => ("N/√s", "(m/s)/√s"),
+    };
+    Ok(ObserverNoise {
+        disturbance: table.number("disturbance_noise", &Range::positive(disturbance))?,
+        velocity: table.number_or("velocity_noise", &Range::non_negative(velocity), VELOCITY_NOISE)?,
+        edge: table.number_or("edge_noise", &Range::positive("counts"), EDGE_NOISE)?,
+    })
+}

@@ -1,0 +1,80 @@
+//! The recorder: what the sensors say and what is true, a sample a control period.
+
+use crate::control::Target;
+use crate::effects::Reading;
+use crate::plant::Plant;
+use crate::robot::Model;
+use crate::timeseries::{Channel, JointSeries, TimeSeries};
+
+/// Channels that a simulation alone can fill.
+pub(super) const TRUTH: [Channel; 7] = [
+    Channel::TrueMotorPosition,
+    Channel::TrueMotorVelocity,
+    Channel::TrueLinkPosition,
+    Channel::TrueLinkVelocity,
+    Channel::TrueCurrent,
+    Channel::GearTorque,
+    Channel::Contact,
+];
+
+/// Channels that the machine's own recording has.
+const MEASURED: [Channel; 6] = [
+    Channel::Position,
+    Channel::Velocity,
+    Channel::Current,
+    Channel::ReferencePosition,
+    Channel::ReferenceVelocity,
+    Channel::CommandCurrent,
+];
+
+/// Collects the samples of a session.
+#[derive(Debug, Clone)]
+pub struct Recorder {
+    time: Vec<f64>,
+    /// One a joint, one vector a channel: those of `MEASURED`, then those of `TRUTH`.
+    joints: Vec<[Vec<f64>; MEASURED.len() + TRUTH.len()]>,
+}
+
+impl Recorder {
+    /// Room for a number of samples of a machine with so many joints.
+    pub fn new(joints: usize, samples: usize) -> Self {
+        let channels = || std::array::from_fn(|_| Vec::with_capacity(samples));
+        Self { time: Vec::with_capacity(samples), joints: (0..joints).map(|_| channels()).collect() }
+    }
+
+    /// Takes a sample: readings and states at one instant, and the command that is given then.
+    pub fn sample(&mut self, plant: &Plant, readings: &[Reading], targets: &[Target], commands: &[f64]) {
+        self.time.push(plant.time());
+        for (i, channels) in self.joints.iter_mut().enumerate() {
+            let (reading, target, state) = (&readings[i], &targets[i], &plant.states()[i]);
+            let values = [
+                reading.position,
+                reading.velocity,
+                reading.current,
+                target.position,
+                target.velocity,
+                commands[i],
+                state.motor_position,
+                state.motor_velocity,
+                state.link_position,
+                state.link_velocity,
+                state.current,
+                state.gear_torque,
+                f64::from(plant.contact(i)),
+            ];
+            for (channel, value) in channels.iter_mut().zip(values) {
+                channel.push(value);
+            }
+        }
+    }
+
+    /// The session's time series under its name.
+    pub fn finish(self, name: &str, model: &Model) -> TimeSeries {
+        let series = |(channels, joint): ([Vec<f64>; MEASURED.len() + TRUTH.len()], &crate::robot::JointModel)| {
+            let names = MEASURED.into_iter().chain(TRUTH);
+            JointSeries { name: joint.name.clone(), channels: names.zip(channels).collect() }
+        };
+        let joints = self.joints.into_iter().zip(&model.joints).map(series).collect();
+        TimeSeries { name: name.to_owned(), time: self.time, joints }
+    }
+}

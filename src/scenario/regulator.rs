@@ -1,0 +1,149 @@
+//! The machine's controller as its computer runs it: readings and targets in, command currents out.
+//!
+//! ```text
+//!   reading ──► q, q̇ (sensor or observer) ──► q̇ held within q̇_d ± limit ──► law ──► τ ──► i = τ / (ratio K_t)
+//!                                              H + rotors, C, G at (q, q̇) ──┘
+//! ```
+//! The limit on the velocity error is for the gap: there the rotor is alone, a hundredth of the inertia that the gains are made
+//! for, and a few counts at flying speed would make the law throw it back. Infinite where none is given: then it is equation 18.
+
+use nalgebra::DMatrix;
+
+use crate::control::{
+    Controller, EdgeObserver, Motion, ObserverNoise, Pi, PiGains, SlidingGains, SlidingMode, Target, Terms,
+};
+use crate::dynamics::Dynamics;
+use crate::effects::Reading;
+use crate::robot::Model;
+
+/// Where a joint's controller has its velocity from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Feedback {
+    /// The velocity sensor, and the encoder's position as it is read.
+    Sensor,
+    /// An observer on the encoder's edges and the commanded torque.
+    Observer(ObserverNoise),
+}
+
+/// The law of control, gains a joint.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Law {
+    /// Equations 16 to 18.
+    SlidingMode(Vec<SlidingGains>),
+    /// Proportional-integral.
+    Pi(Vec<PiGains>),
+}
+
+/// A controller's settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ControllerSettings {
+    /// The law.
+    pub law: Law,
+    /// One a joint.
+    pub feedback: Vec<Feedback>,
+    /// [rad/s or m/s] Largest velocity error that the law is shown, > 0, one a joint.
+    pub velocity_error_limit: Vec<f64>,
+}
+
+/// A controller at work.
+pub struct Regulator {
+    controller: Box<dyn Controller>,
+    feedback: Vec<Feedback>,
+    limit: Vec<f64>,
+    observers: Vec<Option<EdgeObserver>>,
+    dynamics: Dynamics,
+    /// Per joint: `ratio K_t` [N·m/A or N/A], reflected rotor inertia, encoder count, largest current [A].
+    drives: Vec<Drive>,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    tau: Vec<f64>,
+    commands: Vec<f64>,
+    h: DMatrix<f64>,
+    c: DMatrix<f64>,
+    g: Vec<f64>,
+    period: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Drive {
+    torque_per_ampere: f64,
+    reflected_inertia: f64,
+    count: f64,
+    current_limit: f64,
+}
+
+impl Regulator {
+    /// The controller of a machine, called every `period` [s]. It knows the rigid body and the drives of the model, and
+    /// neither friction nor gap.
+    pub fn new(model: &Model, settings: &ControllerSettings, period: f64) -> Self {
+        let n = model.joints.len();
+        let controller: Box<dyn Controller> = match &settings.law {
+            Law::SlidingMode(gains) => Box::new(SlidingMode::new(gains.clone())),
+            Law::Pi(gains) => Box::new(Pi::new(gains.clone())),
+        };
+        let drive = |joint: &crate::robot::JointModel| Drive {
+            torque_per_ampere: joint.torque_per_ampere(),
+            reflected_inertia: joint.reflected_inertia(),
+            count: joint.encoder_step(),
+            current_limit: joint.amplifier.current_limit,
+        };
+        let zero = vec![0.0; n];
+        Self {
+            controller,
+            feedback: settings.feedback.clone(),
+            limit: settings.velocity_error_limit.clone(),
+            observers: vec![None; n],
+            dynamics: Dynamics::new(&model.robot),
+            drives: model.joints.iter().map(drive).collect(),
+            q: zero.clone(),
+            v: zero.clone(),
+            tau: zero.clone(),
+            commands: zero.clone(),
+            h: DMatrix::zeros(n, n),
+            c: DMatrix::zeros(n, n),
+            g: zero,
+            period,
+        }
+    }
+
+    /// Command currents [A] for what the sensors say and the reference wants now.
+    pub fn command(&mut self, readings: &[Reading], targets: &[Target]) -> &[f64] {
+        self.observe(readings);
+        self.dynamics.mass_matrix(&self.q, &mut self.h);
+        self.dynamics.coriolis_matrix(&self.q, &self.v, &mut self.c);
+        self.dynamics.gravity(&self.q, &mut self.g);
+        for (i, drive) in self.drives.iter().enumerate() {
+            self.h[(i, i)] += drive.reflected_inertia;
+            let error = (self.v[i] - targets[i].velocity).clamp(-self.limit[i], self.limit[i]);
+            self.v[i] = targets[i].velocity + error;
+        }
+        let terms = Terms { h: &self.h, c: &self.c, g: &self.g };
+        self.controller.torque(targets, Motion { q: &self.q, v: &self.v }, &terms, &mut self.tau);
+        for (i, drive) in self.drives.iter().enumerate() {
+            let current = self.tau[i] / drive.torque_per_ampere;
+            self.commands[i] = current.clamp(-drive.current_limit, drive.current_limit);
+        }
+        &self.commands
+    }
+
+    /// Position and velocity of every joint.
+    fn observe(&mut self, readings: &[Reading]) {
+        for (i, reading) in readings.iter().enumerate() {
+            let drive = self.drives[i];
+            (self.q[i], self.v[i]) = match self.feedback[i] {
+                Feedback::Observer(noise) if drive.count > 0.0 => {
+                    let observer = self.observers[i]
+                        .get_or_insert_with(|| EdgeObserver::new(drive.count, noise, reading.position));
+                    // Gravity is known: only what is left of the torque can be a surprise.
+                    let tau = drive.torque_per_ampere * self.commands[i] - self.g[i];
+                    let inertia = self.h[(i, i)];
+                    if inertia > 0.0 {
+                        observer.update(reading.position, tau, inertia, self.period);
+                    }
+                    (observer.position(), observer.velocity())
+                }
+                _ => (reading.position, reading.velocity),
+            };
+        }
+    }
+}
