@@ -1,5 +1,7 @@
 //! Lostmotion: why a robot arm and its simulation disagree.
 
+#![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [rad], [s]")]
+
 /// The command line.
 pub mod cli;
 /// References and controllers.

@@ -75,9 +75,9 @@ fn literal_length(text: &str, before: Option<char>) -> Option<usize> {
             return Some(until(2 + hashes, &format!("\"{}", "#".repeat(hashes))));
         }
     }
-    if text.starts_with('"') {
+    if let Some(inside) = text.strip_prefix('"') {
         let mut escaped = false;
-        let end = text[1..].find(|c| {
+        let end = inside.find(|c| {
             let ends = c == '"' && !escaped;
             escaped = c == '\\' && !escaped;
             ends

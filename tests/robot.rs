@@ -115,7 +115,7 @@ mod machines {
 }
 
 mod files {
-    use std::path::{Path, PathBuf};
+    use std::path::Path;
 
     use lostmotion::drive::{CurrentSensor, Sensing, VelocitySensor};
     use lostmotion::gearhead::{FrictionLaw, Lines};
@@ -466,7 +466,7 @@ mod files {
         let urdf = folder.path().join("out/emps.urdf");
         std::fs::write(&urdf, &model.urdf_text).unwrap();
         Model { urdf, ..model }.save(&file).unwrap();
-        assert_eq!(Model::load(&file).unwrap().urdf, PathBuf::from(folder.path().join("out/emps.urdf")));
+        assert_eq!(Model::load(&file).unwrap().urdf, folder.path().join("out/emps.urdf"));
         assert!(std::fs::read_to_string(&file).unwrap().contains("urdf = \"emps.urdf\""));
     }
 

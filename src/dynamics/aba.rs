@@ -47,7 +47,7 @@ impl Dynamics {
                 || Twist { omega: Vector3::zeros(), v: -self.gravity },
                 |parent| Twist { omega: self.motions[parent].alpha, v: self.motions[parent].acceleration },
             );
-            let mut motion = self.frames[i].to_child(&above);
+            let mut motion = self.frames[i].twist_in_child(&above);
             let articulated = &self.articulated[i];
             motion.omega += articulated.drift.omega;
             motion.v += articulated.drift.v;
@@ -92,7 +92,7 @@ impl Dynamics {
         wrench.add(&self.wrenches[i]);
         wrench.torque += own.axis.torque * own.share;
         wrench.force += own.axis.force * own.share;
-        let wrench = self.frames[i].to_parent(&wrench);
+        let wrench = self.frames[i].wrench_in_parent(&wrench);
         self.wrenches[parent].add(&wrench);
         let seen = rest.in_parent(&self.frames[i]);
         let above = &mut self.articulated[parent];

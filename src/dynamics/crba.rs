@@ -37,7 +37,7 @@ impl Dynamics {
             h[(i, i)] = link.effort(&wrench);
             let mut below = i;
             while let Some(j) = self.links[below].parent {
-                wrench = self.frames[below].to_parent(&wrench);
+                wrench = self.frames[below].wrench_in_parent(&wrench);
                 let value = self.links[j].effort(&wrench);
                 h[(i, j)] = value;
                 h[(j, i)] = value;

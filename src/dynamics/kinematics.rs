@@ -40,7 +40,7 @@ impl Dynamics {
         for i in 0..n {
             let mut joint = self.links[i].parent;
             while let (Some(k), Some(parent)) = (joint, self.links[i].parent) {
-                self.columns[i * n + k] = self.frames[i].to_child(&self.columns[parent * n + k]);
+                self.columns[i * n + k] = self.frames[i].twist_in_child(&self.columns[parent * n + k]);
                 joint = self.links[k].parent;
             }
             self.columns[i * n + i] = self.links[i].axis();

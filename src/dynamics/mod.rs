@@ -12,6 +12,8 @@
 //!
 //! Nothing allocates once a [`Dynamics`] is built. Reference: R. Featherstone (2008), Rigid Body Dynamics Algorithms.
 
+#![allow(clippy::needless_range_loop, reason = "a body, its parent, frame and motion are visited by one index")]
+
 mod aba;
 mod collision;
 mod coriolis;
@@ -195,13 +197,13 @@ impl Link {
 
 impl Frame {
     /// A wrench on the body as one on its parent.
-    fn to_parent(&self, wrench: &Wrench) -> Wrench {
+    fn wrench_in_parent(&self, wrench: &Wrench) -> Wrench {
         let force = self.r * wrench.force;
         Wrench { torque: self.r * wrench.torque + self.p.cross(&force), force }
     }
 
     /// A motion of the parent as one of a body fixed to it here.
-    fn to_child(&self, twist: &Twist) -> Twist {
+    fn twist_in_child(&self, twist: &Twist) -> Twist {
         Twist { omega: self.r.tr_mul(&twist.omega), v: self.r.tr_mul(&(twist.v + twist.omega.cross(&self.p))) }
     }
 }

@@ -85,7 +85,7 @@ impl Dynamics {
             let link = &self.links[i];
             tau[i] = link.effort(&self.wrenches[i]);
             if let Some(parent) = link.parent {
-                let wrench = self.frames[i].to_parent(&self.wrenches[i]);
+                let wrench = self.frames[i].wrench_in_parent(&self.wrenches[i]);
                 self.wrenches[parent].add(&wrench);
             }
         }

@@ -227,8 +227,8 @@ fn newlines(text: &str) -> usize {
 /// Length of the markup that a text begins with; `>` inside quotes and comments does not end it.
 fn markup_length(text: &str) -> Option<usize> {
     for (opening, closing) in [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")] {
-        if text.starts_with(opening) {
-            return text[opening.len()..].find(closing).map(|at| opening.len() + at + closing.len());
+        if let Some(inside) = text.strip_prefix(opening) {
+            return inside.find(closing).map(|at| opening.len() + at + closing.len());
         }
     }
     let mut quote = None;
