@@ -1,0 +1,269 @@
+//! The regression problem of a diagnosis: rows, zones, splits, and the terms that are in the model so far.
+
+use rayon::prelude::*;
+
+use super::baseline::{Falling, JointBaseline, VISCOUS, stribeck_grid};
+use super::regression::{Block, NU, Solution, System, log_density};
+use crate::effects::{Effect, Motion, Scope};
+
+/// Where an effect is put to the test: the joints that share its coefficients.
+#[derive(Clone)]
+pub struct Term {
+    /// The effect.
+    pub effect: &'static dyn Effect,
+    /// Its joint, or all of them for an effect of the machine.
+    pub joints: Vec<usize>,
+    /// Its shape.
+    pub shape: Vec<f64>,
+    /// `columns[position in joints][coefficient][row]`.
+    pub columns: Vec<Vec<Vec<f64>>>,
+}
+
+impl Term {
+    /// Evaluates an effect along the motion.
+    pub fn new(motion: &Motion, effect: &'static dyn Effect, joints: &[usize], shape: Vec<f64>) -> Self {
+        let columns = joints.iter().map(|joint| effect.columns(motion, *joint, &shape)).collect();
+        Self { effect, joints: joints.to_vec(), shape, columns }
+    }
+
+    /// Number of linear coefficients.
+    pub fn coefficients(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// Whether one set of parameters holds for the whole machine.
+    pub fn is_machine(&self) -> bool {
+        self.effect.about().scope == Scope::Machine
+    }
+}
+
+/// Which rows take part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All that may be trained on.
+    Train,
+    /// These without one fold.
+    Without(usize),
+    /// One fold of these.
+    Fold(usize),
+    /// What is held out.
+    HeldOut,
+}
+
+/// Number of folds for cross-validation within the training data.
+pub const FOLDS: usize = 4;
+/// [s] Length of a block that a fold takes.
+const BLOCK: f64 = 5.0;
+
+/// Rows of smooth motion with everything that a fit needs to know of them.
+pub struct Problem<'m> {
+    /// The motion.
+    pub motion: Motion<'m>,
+    /// `zones[joint][row]`
+    pub zones: Vec<Vec<bool>>,
+    /// Whether a row is held out.
+    pub held_out: Vec<bool>,
+    /// One a joint.
+    pub baseline: Vec<JointBaseline>,
+    /// Independent samples per row.
+    pub independence: f64,
+    fold: Vec<usize>,
+}
+
+/// A fit of the baseline with terms.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The solution over the training rows.
+    pub solution: Solution,
+    /// First coefficient of each joint's baseline.
+    pub baseline_at: Vec<usize>,
+    /// First coefficient of each term.
+    pub term_at: Vec<usize>,
+}
+
+impl<'m> Problem<'m> {
+    /// Puts rows together; `zones` as [`rigid_zone`](super::zones::rigid_zone) gives them.
+    pub fn new(motion: Motion<'m>, held_out: Vec<bool>, independence: f64) -> Self {
+        let sessions: Vec<usize> = (0..motion.sessions)
+            .filter(|s| motion.session.iter().zip(&held_out).any(|(session, held)| session == s && !held))
+            .collect();
+        let baseline = (0..motion.joints.len()).map(|joint| JointBaseline::new(&motion, joint, &sessions)).collect();
+        let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / BLOCK) as usize + s) % FOLDS).collect();
+        let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
+        Self { motion, zones, held_out, baseline, independence, fold }
+    }
+
+    /// Rows of a joint that take part.
+    pub fn rows(&self, joint: usize, part: Part) -> Vec<usize> {
+        (0..self.motion.rows())
+            .filter(|row| self.zones[joint][*row])
+            .filter(|row| match part {
+                Part::Train => !self.held_out[*row],
+                Part::Without(fold) => !self.held_out[*row] && self.fold[*row] != fold,
+                Part::Fold(fold) => !self.held_out[*row] && self.fold[*row] == fold,
+                Part::HeldOut => self.held_out[*row],
+            })
+            .collect()
+    }
+
+    /// The blocks of a part with these terms, and where their coefficients stand.
+    pub fn system(&self, terms: &[&Term], part: Part, with_derivative: bool) -> (System, Vec<usize>, Vec<usize>) {
+        let mut unknowns = 0;
+        let mut baseline_at = Vec::new();
+        for baseline in &self.baseline {
+            baseline_at.push(unknowns);
+            unknowns += baseline.len() + usize::from(with_derivative && matches!(baseline.falling, Falling::Free(_)));
+        }
+        let mut term_at = Vec::new();
+        for term in terms {
+            term_at.push(unknowns);
+            unknowns += term.coefficients();
+        }
+        let blocks = (0..self.baseline.len())
+            .map(|joint| self.block(joint, part, terms, baseline_at[joint], &term_at, with_derivative))
+            .collect();
+        (System { blocks, unknowns, priors: Vec::new() }, baseline_at, term_at)
+    }
+
+    fn block(
+        &self,
+        joint: usize,
+        part: Part,
+        terms: &[&Term],
+        first: usize,
+        term_at: &[usize],
+        with_derivative: bool,
+    ) -> Block {
+        let rows = self.rows(joint, part);
+        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
+        let baseline = &self.baseline[joint];
+        let mut own = baseline.columns(&self.motion, joint);
+        if with_derivative {
+            own.extend(baseline.stribeck_derivative(&self.motion, joint));
+        }
+        let mut columns: Vec<_> = own.iter().enumerate().map(|(index, column)| (first + index, pick(column))).collect();
+        for (term, at) in terms.iter().zip(term_at) {
+            if let Some(place) = term.joints.iter().position(|j| *j == joint) {
+                columns.extend(term.columns[place].iter().enumerate().map(|(k, column)| (at + k, pick(column))));
+            }
+        }
+        Block { y: pick(&baseline.target(&self.motion, joint)), columns }
+    }
+
+    /// Fits baseline and terms on a part of the training data.
+    pub fn fit(&self, terms: &[&Term], part: Part, nu: f64) -> Option<Fitted> {
+        let (system, baseline_at, term_at) = self.system(terms, part, false);
+        let solution = system.solve(nu)?;
+        Some(Fitted { solution, baseline_at, term_at })
+    }
+
+    /// As [`fit`](Self::fit), with room for the Stribeck velocities to move a little: for comparing candidates.
+    pub fn fit_loosely(&self, terms: &[&Term], part: Part) -> Option<Fitted> {
+        let (system, baseline_at, term_at) = self.system(terms, part, true);
+        let solution = system.solve(NU)?;
+        Some(Fitted { solution, baseline_at, term_at })
+    }
+
+    /// Log-likelihood of each joint on another part under a loose fit, independent samples counted.
+    pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
+        let (system, _, _) = self.system(terms, part, true);
+        let blocks = system.blocks.iter().zip(&fitted.solution.scale).enumerate();
+        blocks
+            .map(|(joint, (block, scale))| {
+                let mut residual = block.residual(&fitted.solution.coefficients);
+                if part == Part::HeldOut {
+                    self.free_new_sessions(joint, &mut residual);
+                }
+                self.independence * residual.iter().map(|e| log_density(*e, *scale, NU)).sum::<f64>()
+            })
+            .collect()
+    }
+
+    /// Sessions that no row was trained on may have another Coulomb level (within a prior of 5 %) and another zero of torque.
+    pub fn free_new_sessions(&self, joint: usize, residual: &mut [f64]) {
+        let rows = self.rows(joint, Part::HeldOut);
+        let m = &self.motion.joints[joint];
+        for session in 0..self.motion.sessions {
+            let of_session = |row: &usize| self.motion.session[*row] == session;
+            let trained = self.motion.session.iter().zip(&self.held_out).any(|(s, held)| *s == session && !held);
+            let picked: Vec<usize> = (0..rows.len()).filter(|index| of_session(&rows[*index])).collect();
+            if trained || picked.is_empty() {
+                continue;
+            }
+            let y: Vec<f64> = picked.iter().map(|index| residual[*index]).collect();
+            let mut columns = vec![(0, picked.iter().map(|index| m.direction[rows[*index]]).collect::<Vec<f64>>())];
+            if !m.has_current {
+                columns.push((1, vec![1.0; picked.len()]));
+            }
+            let level = 0.05 * m.friction.coulomb.abs().max(1e-9);
+            let unknowns = columns.len();
+            let priors = vec![(0, 1.0 / (self.independence * level * level))];
+            let system = System { blocks: vec![Block { y, columns }], unknowns, priors };
+            if let Some(solution) = system.solve(NU) {
+                for (index, e) in picked.iter().zip(&solution.residual[0]) {
+                    residual[*index] = *e;
+                }
+            }
+        }
+    }
+
+    /// Finds the Stribeck velocities that suit the terms, and writes the fitted friction into the motion.
+    pub fn settle(&mut self, terms: &[&Term]) -> Option<Fitted> {
+        for joint in 0..self.baseline.len() {
+            if !matches!(self.baseline[joint].falling, Falling::Free(_)) {
+                continue;
+            }
+            let grid = stribeck_grid(&self.motion, joint);
+            let tried: Vec<(f64, f64)> =
+                grid.par_iter().map(|v_s| (self.likelihood_with(terms, joint, *v_s), *v_s)).collect();
+            let best = tried.iter().enumerate().max_by(|a, b| a.1.0.total_cmp(&b.1.0))?.0;
+            let (mut low, mut high) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
+            // Golden section between the neighbours of the best, to 1 % of the Stribeck velocity.
+            let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+            while high / low > 1.01 {
+                let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
+                if self.likelihood_with(terms, joint, left) > self.likelihood_with(terms, joint, right) {
+                    high = right;
+                } else {
+                    low = left;
+                }
+            }
+            self.baseline[joint].falling = Falling::Free(0.5 * (low + high));
+        }
+        let fitted = self.fit(terms, Part::Train, NU)?;
+        self.adopt(&fitted);
+        Some(fitted)
+    }
+
+    /// Log-likelihood of a joint's rows with another Stribeck velocity; shared coefficients are fitted to this joint alone.
+    fn likelihood_with(&self, terms: &[&Term], joint: usize, v_s: f64) -> f64 {
+        let baseline = JointBaseline { falling: Falling::Free(v_s), ..self.baseline[joint].clone() };
+        let rows = self.rows(joint, Part::Train);
+        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
+        let own = baseline.columns(&self.motion, joint);
+        let others = terms.iter().filter_map(|term| {
+            term.joints.iter().position(|j| *j == joint).map(|place| &term.columns[place])
+        });
+        let columns: Vec<_> =
+            own.iter().chain(others.flatten()).enumerate().map(|(index, column)| (index, pick(column))).collect();
+        let unknowns = columns.len();
+        let block = Block { y: pick(&baseline.target(&self.motion, joint)), columns };
+        let system = System { blocks: vec![block], unknowns, priors: Vec::new() };
+        system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[0])
+    }
+
+    /// Writes fitted friction into the motion, for the columns of effects that build on it.
+    pub fn adopt(&mut self, fitted: &Fitted) {
+        for (joint, baseline) in self.baseline.iter().enumerate() {
+            let at = fitted.baseline_at[joint];
+            let coefficients: Vec<f64> =
+                (0..baseline.len()).map(|k| fitted.solution.coefficients[at + k]).collect();
+            self.motion.joints[joint].friction = baseline.friction(&coefficients);
+        }
+    }
+
+    /// Viscous coefficient's position of a joint.
+    pub fn viscous_at(&self, fitted: &Fitted, joint: usize) -> usize {
+        fitted.baseline_at[joint] + VISCOUS
+    }
+}
