@@ -21,7 +21,12 @@ const NOISE_SHARE: f64 = 0.015;
 const MOST_ROWS: usize = 24_000;
 
 /// Motor torque [N·m or N, joint side] of a joint, and whether it comes from a current.
-pub fn motor_torque(model: &Model, index: usize, series: &JointSeries, reference: Option<&[f64]>) -> Option<(Vec<f64>, bool)> {
+pub fn motor_torque(
+    model: &Model,
+    index: usize,
+    series: &JointSeries,
+    reference: Option<&[f64]>,
+) -> Option<(Vec<f64>, bool)> {
     let joint = &model.joints[index];
     if let Some(torque) = series.get(Channel::Torque) {
         return Some((torque.to_vec(), false));

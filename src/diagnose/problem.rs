@@ -52,6 +52,10 @@ pub enum Part {
 
 /// Number of folds for cross-validation within the training data.
 pub const FOLDS: usize = 4;
+/// Independent rows' worth of the falling part of friction that the data must hold for a Stribeck velocity to be tried.
+const LEAST_PRESENCE: f64 = 1.0;
+/// Largest lag that the autocorrelation is summed to.
+const MOST_LAGS: usize = 400;
 /// [s] Length of a block that a fold takes.
 const BLOCK: f64 = 5.0;
 
@@ -65,8 +69,8 @@ pub struct Problem<'m> {
     pub held_out: Vec<bool>,
     /// One a joint.
     pub baseline: Vec<JointBaseline>,
-    /// Independent samples per row.
-    pub independence: f64,
+    /// Independent samples per row, one a joint.
+    pub independence: Vec<f64>,
     fold: Vec<usize>,
 }
 
@@ -83,13 +87,14 @@ pub struct Fitted {
 
 impl<'m> Problem<'m> {
     /// Puts rows together; `zones` as [`rigid_zone`](super::zones::rigid_zone) gives them.
-    pub fn new(motion: Motion<'m>, held_out: Vec<bool>, independence: f64) -> Self {
+    pub fn new(motion: Motion<'m>, held_out: Vec<bool>) -> Self {
         let sessions: Vec<usize> = (0..motion.sessions)
             .filter(|s| motion.session.iter().zip(&held_out).any(|(session, held)| session == s && !held))
             .collect();
         let baseline = (0..motion.joints.len()).map(|joint| JointBaseline::new(&motion, joint, &sessions)).collect();
         let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / BLOCK) as usize + s) % FOLDS).collect();
         let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
+        let independence = vec![1.0; motion.joints.len()];
         Self { motion, zones, held_out, baseline, independence, fold }
     }
 
@@ -174,7 +179,7 @@ impl<'m> Problem<'m> {
                 if part == Part::HeldOut {
                     self.free_new_sessions(joint, &mut residual);
                 }
-                self.independence * residual.iter().map(|e| log_density(*e, *scale, NU)).sum::<f64>()
+                self.independence[joint] * residual.iter().map(|e| log_density(*e, *scale, NU)).sum::<f64>()
             })
             .collect()
     }
@@ -197,7 +202,7 @@ impl<'m> Problem<'m> {
             }
             let level = 0.05 * m.friction.coulomb.abs().max(1e-9);
             let unknowns = columns.len();
-            let priors = vec![(0, 1.0 / (self.independence * level * level))];
+            let priors = vec![(0, 1.0 / (self.independence[joint] * level * level))];
             let system = System { blocks: vec![Block { y, columns }], unknowns, priors };
             if let Some(solution) = system.solve(NU) {
                 for (index, e) in picked.iter().zip(&solution.residual[0]) {
@@ -241,9 +246,13 @@ impl<'m> Problem<'m> {
         let rows = self.rows(joint, Part::Train);
         let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
         let own = baseline.columns(&self.motion, joint);
-        let others = terms.iter().filter_map(|term| {
-            term.joints.iter().position(|j| *j == joint).map(|place| &term.columns[place])
-        });
+        let presence: f64 = rows.iter().map(|row| own[super::baseline::FALLING][*row].powi(2)).sum();
+        if presence * self.independence[joint] < LEAST_PRESENCE {
+            return f64::NEG_INFINITY;
+        }
+        let others = terms
+            .iter()
+            .filter_map(|term| term.joints.iter().position(|j| *j == joint).map(|place| &term.columns[place]));
         let columns: Vec<_> =
             own.iter().chain(others.flatten()).enumerate().map(|(index, column)| (index, pick(column))).collect();
         let unknowns = columns.len();
@@ -252,12 +261,33 @@ impl<'m> Problem<'m> {
         system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[0])
     }
 
+    /// Counts independent samples: rows over twice the time in which the weighted residual forgets itself.
+    pub fn count_independent(&mut self, fitted: &Fitted) {
+        for joint in 0..self.baseline.len() {
+            let rows = self.rows(joint, Part::Train);
+            let (e, w) = (&fitted.solution.residual[joint], &fitted.solution.weights[joint]);
+            let z: Vec<f64> = e.iter().zip(w).map(|(e, w)| e * w.sqrt()).collect();
+            let power: f64 = z.iter().map(|z| z * z).sum::<f64>() / z.len().max(1) as f64;
+            let mut sum = 1.0;
+            for lag in 1..MOST_LAGS {
+                let pairs = (lag..rows.len()).filter(|i| rows[*i] - rows[i - lag] == lag);
+                let (total, count) = pairs.fold((0.0, 0_usize), |(t, n), i| (t + z[i] * z[i - lag], n + 1));
+                let correlation = total / (count.max(1) as f64 * power.max(1e-300));
+                // Where it has sunk into the noise of its own estimate the rest is taken as zero.
+                if count < 50 || correlation < 2.0 / (count as f64).sqrt() {
+                    break;
+                }
+                sum += 2.0 * correlation;
+            }
+            self.independence[joint] = 1.0 / sum;
+        }
+    }
+
     /// Writes fitted friction into the motion, for the columns of effects that build on it.
     pub fn adopt(&mut self, fitted: &Fitted) {
         for (joint, baseline) in self.baseline.iter().enumerate() {
             let at = fitted.baseline_at[joint];
-            let coefficients: Vec<f64> =
-                (0..baseline.len()).map(|k| fitted.solution.coefficients[at + k]).collect();
+            let coefficients: Vec<f64> = (0..baseline.len()).map(|k| fitted.solution.coefficients[at + k]).collect();
             self.motion.joints[joint].friction = baseline.friction(&coefficients);
         }
     }

@@ -112,11 +112,8 @@ impl System {
                     w.iter_mut().zip(e).for_each(|(w, e)| *w = (nu + 1.0) / (nu + (e / *s).powi(2)));
                 }
             }
-            let log_likelihood: Vec<f64> = residual
-                .iter()
-                .zip(&scale)
-                .map(|(e, s)| e.iter().map(|e| log_density(*e, *s, nu)).sum())
-                .collect();
+            let log_likelihood: Vec<f64> =
+                residual.iter().zip(&scale).map(|(e, s)| e.iter().map(|e| log_density(*e, *s, nu)).sum()).collect();
             let total: f64 = log_likelihood.iter().sum();
             let settled = (total - last).abs() < CONVERGED * rows.max(1) as f64;
             last = total;

@@ -100,6 +100,10 @@ impl Effect for PositionDependentFriction {
         (0..count).map(|index| vec![lowest + step * index as f64]).collect()
     }
 
+    fn repeats(&self) -> bool {
+        true
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         motion.harmonic(joint, shape[0], |m, row| m.friction.coulomb * m.direction[row]).into()
     }

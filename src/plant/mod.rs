@@ -33,6 +33,9 @@ use crate::error::{Error, Place, Result};
 use crate::gearhead::DeadZone;
 use crate::robot::{JointModel, Model, Robot};
 
+/// Version of the rigid-body engine, as Cargo.toml pins it.
+pub const RAPIER_VERSION: &str = "0.36.1";
+
 /// Who computes `M(q)` and `h(q, q̇)` of the links.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Engine {
