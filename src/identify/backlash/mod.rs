@@ -15,9 +15,14 @@
 //!
 //! The gap is the total one at the joint, `b` (the paper's equation 3 has ±β, half of it, at the motor).
 
+mod ensemble;
+mod fit;
 mod paper;
 mod result;
 mod reversal;
+mod transmission;
+mod truncated;
+mod window;
 
 pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, ReversalGap};
 pub use reversal::{Reversal, find_reversals};
@@ -34,22 +39,22 @@ use crate::timeseries::TimeSeries;
 /// `friction` is the law just identified on the same data; its `link_share` need not be known, the fit frees it.
 ///
 /// # Errors
-/// The data lack position, velocity or current of the joint, or hold fewer than three reversals of it.
+/// The data lack position or current of the joint, hold fewer than three reversals of it, or none that tells of the gap.
 pub fn identify(
     model: &Model,
     joint: usize,
     data: &[&TimeSeries],
-    _friction: &Friction,
+    friction: &Friction,
 ) -> Result<BacklashIdentification> {
-    let sessions = data.iter().map(|series| Session::of(model, joint, series)).collect::<Result<Vec<_>>>()?;
+    let sessions: Vec<Session> = data.iter().filter_map(|series| Session::of(model, joint, series)).collect();
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
-    let paper = paper::filtered(&sessions);
+    let fit = fit::fit(&sessions, &model.joints[joint], friction).ok_or_else(|| reversal::uninformative(name))?;
     Ok(BacklashIdentification {
         joint: name.clone(),
-        best: paper.clone(),
-        paper,
+        best: fit.gap,
+        paper: paper::filtered(&sessions),
         paper_literal: paper::literal(&sessions),
-        link_share: None,
+        link_share: Some(fit.share),
     })
 }

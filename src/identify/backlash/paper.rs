@@ -11,7 +11,8 @@
 //! Reference: L. Márton, B. Lantos (2009), section III-B.
 
 use super::result::{EstimatorResult, LeftOut, Reason, ReversalGap};
-use super::reversal::{Reversal, Session, Signals};
+use super::reversal::{Reversal, Session};
+use crate::identify::signals::Signals;
 
 /// Number of the last reversals that the gap is taken from.
 const LAST_REVERSALS: usize = 10;
@@ -33,14 +34,14 @@ pub(super) fn filtered(sessions: &[Session]) -> EstimatorResult {
 /// The values of the last ten reversals, and those of them that have none.
 fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> EstimatorResult {
     let (mut values, mut left_out) = (Vec::new(), Vec::new());
-    for Session { signals, reversals } in sessions {
-        let current = centred_mean(signals.current, (0.5 * width / signals.interval()).round() as usize);
+    for Session { signals, reversals, .. } in sessions {
+        let current = centred_mean(&signals.torque, (0.5 * width / signals.interval).round() as usize);
         for reversal in reversals {
             let time = signals.time[reversal.turn];
             match one(signals, reversal, &current, rise) {
                 Ok(gap) => values.push(ReversalGap {
                     time,
-                    velocity: signals.velocity[reversal.end],
+                    velocity: signals.velocity.map_or(f64::NAN, |v| v[reversal.end]),
                     gap,
                     std_error: f64::NAN,
                 }),
@@ -48,7 +49,7 @@ fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> 
             }
         }
     }
-    let unit = sessions.first().map_or("rad", |session| session.signals.unit);
+    let unit = sessions.first().map_or("rad", |session| session.unit);
     let last = values.split_off(values.len().saturating_sub(LAST_REVERSALS));
     EstimatorResult::of_values(name, unit, last, left_out)
 }
@@ -56,7 +57,7 @@ fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> 
 /// Equation 15 at one reversal.
 fn one(signals: &Signals, reversal: &Reversal, current: &[f64], rise: f64) -> Result<f64, Reason> {
     let sign = reversal.sign();
-    let velocity = signals.velocity;
+    let velocity = signals.velocity.ok_or(Reason::NoZeroCrossing)?;
     let t1 = (reversal.start..reversal.end)
         .rev()
         .find(|&k| sign * velocity[k] <= 0.0)

@@ -1,78 +1,35 @@
 //! The reversals of a recorded motion, found from the motor's position alone.
 
 use crate::error::{Error, Result};
+use crate::identify::rigid_body::RigidBody;
+use crate::identify::signals::Signals;
 use crate::robot::Model;
-use crate::timeseries::{Channel, TimeSeries};
+use crate::timeseries::TimeSeries;
 
 /// Reversals below which no gap is estimated.
 const FEWEST: usize = 3;
 
-/// The motor-side signals of one joint.
-pub(super) struct Signals<'a> {
-    /// Name of the joint.
-    pub joint: &'a str,
-    /// Unit of its position.
-    pub unit: &'static str,
-    /// [s]
-    pub time: &'a [f64],
-    /// [rad or m]
-    pub position: &'a [f64],
-    /// [rad/s or m/s]
-    pub velocity: &'a [f64],
-    /// [A]
-    pub current: &'a [f64],
-    /// [rad or m] size of an encoder count at the joint.
-    pub count: f64,
-}
-
-impl<'a> Signals<'a> {
-    /// The channels of a joint.
-    pub fn of(model: &'a Model, joint: usize, series: &'a TimeSeries) -> Result<Self> {
-        let name = model.joints[joint].name.as_str();
-        let channel = |channel: Channel, advice: &'static str| {
-            series.joint(name).and_then(|one| one.get(channel)).ok_or(Error::TooLittleData {
-                quantity: "backlash",
-                joint: name.to_owned(),
-                found: 0,
-                unit: "samples",
-                needed: 1,
-                advice,
-            })
-        };
-        Ok(Self {
-            joint: name,
-            unit: model.joints[joint].kind.position_unit(),
-            time: &series.time,
-            position: channel(Channel::Position, "record the motor's position")?,
-            velocity: channel(Channel::Velocity, "record the motor's velocity")?,
-            current: channel(Channel::Current, "record the motor's current")?,
-            count: model.joints[joint].encoder_step(),
-        })
-    }
-
-    /// [s] Mean sample interval.
-    pub fn interval(&self) -> f64 {
-        match self.time {
-            [first, .., last] => (last - first) / (self.time.len() - 1) as f64,
-            _ => 1.0,
-        }
-    }
-}
-
 /// One recording of a joint with its reversals.
 pub(super) struct Session<'a> {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Unit of its position.
+    pub unit: &'static str,
     /// Its signals.
     pub signals: Signals<'a>,
+    /// The rigid bodies along the recording.
+    pub rigid: RigidBody<'a>,
     /// Its reversals in the order of time.
     pub reversals: Vec<Reversal>,
 }
 
 impl<'a> Session<'a> {
-    /// The signals of a joint and their reversals.
-    pub fn of(model: &'a Model, joint: usize, series: &'a TimeSeries) -> Result<Self> {
+    /// The signals of a joint and their reversals; `None` where the recording lacks them.
+    pub fn of(model: &'a Model, joint: usize, series: &'a TimeSeries) -> Option<Self> {
         let signals = Signals::of(model, joint, series)?;
         let reversals = find_reversals(signals.position, signals.count);
-        Ok(Self { signals, reversals })
+        let unit = model.joints[joint].kind.position_unit();
+        Some(Self { joint, unit, signals, rigid: RigidBody::new(model, joint, series), reversals })
     }
 }
 
@@ -160,4 +117,16 @@ pub(super) fn enough(sessions: &[Session], joint: &str) -> Result<()> {
         });
     }
     Ok(())
+}
+
+/// The error of data in which no reversal tells of the gap.
+pub(super) fn uninformative(joint: &str) -> Error {
+    Error::TooLittleData {
+        quantity: "backlash",
+        joint: joint.to_owned(),
+        found: 0,
+        unit: "reversals that tell of it",
+        needed: FEWEST,
+        advice: "reverse where gravity on the joint is nearly zero, and brake gently",
+    }
 }

@@ -1,0 +1,173 @@
+//! How likely the counts of one reversal are, if the gap is `b` and the measured current drove the rotor.
+//!
+//! An ensemble of guesses at rotor and link runs along the reversal, each with its own torque noise and its own idea of the
+//! friction. At every sample the encoder says that the rotor is in one count, `lo ≤ θ < lo + δ`. The ensemble's mean `μ` and
+//! variance `σ²` of `θ` tell how likely that was, and are moved to the moments of the normal variable cut off at the count's
+//! ends; all other states follow by their covariance with `θ`:
+//!
+//! ```text
+//!   S² = σ² + σ_o²     μ ← μ + (σ²/S) d     σ² ← σ² (1 − σ²/S² k)     ln L += ln Z         d, k, Z: `truncated`
+//! ```
+//! so an edge, or its absence, places the rotor inside a count, wherever the current says that it should be.
+//!
+//! Left out: correlation of the torque noise in time. The likelihood is therefore too sharp; the scatter of the reversals
+//! gives the standard error.
+//! References: J. L. Anderson (2001), An ensemble adjustment Kalman filter; T. P. Minka (2001), assumed-density filtering.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+use super::transmission::{Member, Transmission};
+use super::truncated::Truncated;
+
+/// Least `ln Z` of one sample: a reading that no guess explains counts, but does not drown all others.
+const WORST_SAMPLE: f64 = -20.0;
+
+/// The measured reversal, with what is known of the machine there.
+#[derive(Debug, Clone)]
+pub(super) struct Window<'a> {
+    /// The machine at this posture.
+    pub transmission: Transmission,
+    /// `δ` [rad or m] size of a count.
+    pub count: f64,
+    /// [s] sample interval.
+    pub interval: f64,
+    /// [rad or m] middle of the count at each sample.
+    pub position: &'a [f64],
+    /// `τ` [N·m or N] motor torque between a sample and the next.
+    pub torque: Vec<f64>,
+    /// [rad/s or m/s] velocity at the first sample, roughly.
+    pub velocity: f64,
+    /// Seed of the ensemble's noise; the same for every gap, so that likelihoods compare.
+    pub seed: u64,
+}
+
+/// How wide the guesses spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spread {
+    /// Number of guesses.
+    pub members: usize,
+    /// `s` [1] link share: mean and standard deviation.
+    pub share: [f64; 2],
+    /// [1] standard deviation of the factor on the friction law.
+    pub level: f64,
+    /// [N·m or N] standard deviation of the torque of a sample.
+    pub torque: f64,
+    /// `σ_o` in counts: how sharp a count's ends are.
+    pub blur: f64,
+}
+
+/// How well a gap explains a reversal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Score {
+    /// `ln L`.
+    pub log_likelihood: f64,
+    /// Least `ln Z` of a sample.
+    pub worst: f64,
+    /// `s` [1] link share after the reversal: mean and standard deviation.
+    pub share: [f64; 2],
+}
+
+/// The guesses that a reversal starts with, and the noise that each meets.
+pub(super) struct Draws {
+    start: Vec<[f64; 4]>,
+    noise: Vec<f64>,
+}
+
+impl Draws {
+    /// Standard normal draws for a window.
+    pub fn new(window: &Window, members: usize) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(window.seed);
+        let mut draw = || StandardNormal.sample(&mut rng);
+        let start = (0..members).map(|_| std::array::from_fn(|_| draw())).collect();
+        let noise = (0..members * window.position.len()).map(|_| draw()).collect();
+        Self { start, noise }
+    }
+}
+
+/// `ln L` of a reversal for the gap `b`.
+pub(super) fn score(window: &Window, draws: &Draws, gap: f64, spread: &Spread) -> Score {
+    let mut members = guesses(window, draws, gap, spread);
+    let blur = spread.blur * window.count;
+    let (mut log_likelihood, mut worst) = (0.0, 0.0_f64);
+    for (k, noise) in draws.noise.chunks_exact(members.len()).take(window.position.len() - 1).enumerate() {
+        for (member, n) in members.iter_mut().zip(noise) {
+            window.transmission.advance(member, gap, window.torque[k] + spread.torque * n, window.interval);
+        }
+        let log_mass = assimilate(&mut members, window.position[k + 1], window.count, blur);
+        worst = worst.min(log_mass);
+        log_likelihood += log_mass.max(WORST_SAMPLE);
+    }
+    Score { log_likelihood, worst, share: moments(members.iter().map(|member| member.share)) }
+}
+
+/// Guesses at the first sample: anywhere in the count, in contact on the side that pushes.
+fn guesses(window: &Window, draws: &Draws, gap: f64, spread: &Spread) -> Vec<Member> {
+    let machine = &window.transmission;
+    let direction = window.velocity.signum();
+    let v_sd = 0.1 * window.velocity.abs() + 2.0 * window.count;
+    draws
+        .start
+        .iter()
+        .map(|[z_theta, z_v, z_share, z_level]| {
+            // The same variance as a uniform position in the count has.
+            let theta = window.position[0] + window.count * z_theta / 12f64.sqrt();
+            let v = window.velocity + v_sd * z_v;
+            let share = (spread.share[0] + spread.share[1] * z_share).clamp(0.0, 1.0);
+            let level = 1.0 + spread.level * z_level;
+            let pushed =
+                direction * share * machine.friction.kinetic(window.velocity).abs() + machine.gravity_at(theta);
+            Member { theta, v, q: theta - 0.5 * gap * pushed.signum(), w: v, share, level }
+        })
+        .collect()
+}
+
+/// Moves the guesses to what the encoder says; returns `ln Z` of that reading.
+fn assimilate(members: &mut [Member], middle: f64, count: f64, blur: f64) -> f64 {
+    let [mean, deviation] = moments(members.iter().map(|member| member.theta));
+    let variance = deviation * deviation;
+    let total = variance + blur * blur;
+    let s = total.sqrt();
+    let seen = Truncated::new((middle - 0.5 * count - mean) / s, (middle + 0.5 * count - mean) / s);
+    if seen.reduction < 1e-6 || variance == 0.0 {
+        return seen.log_mass;
+    }
+    let shift = variance / s * seen.mean;
+    let shrink = (1.0 - variance / total * seen.reduction.min(1.0)).max(0.0).sqrt() - 1.0;
+    let gains = covariances(members, mean).map(|c| c / variance);
+    for member in members.iter_mut() {
+        let step = shift + shrink * (member.theta - mean);
+        member.theta += step;
+        member.v += gains[0] * step;
+        member.q += gains[1] * step;
+        member.w += gains[2] * step;
+        member.share = (member.share + gains[3] * step).clamp(0.0, 1.0);
+        member.level += gains[4] * step;
+    }
+    seen.log_mass
+}
+
+/// Covariance of v, q, w, s and the level with θ.
+fn covariances(members: &[Member], mean_theta: f64) -> [f64; 5] {
+    let n = members.len() as f64;
+    // Σ(θ − mean) = 0, so any reference will do; one close by keeps the digits.
+    let states = |m: &Member| [m.v, m.q, m.w, m.share, m.level];
+    let mut products = [0.0; 5];
+    let first = states(&members[0]);
+    for member in members {
+        let e = member.theta - mean_theta;
+        for (i, (x, x0)) in states(member).iter().zip(first).enumerate() {
+            products[i] += e * (x - x0);
+        }
+    }
+    std::array::from_fn(|i| products[i] / (n - 1.0))
+}
+
+/// Mean and standard deviation.
+fn moments(values: impl ExactSizeIterator<Item = f64> + Clone) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let variance = values.map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    [mean, variance.sqrt()]
+}

@@ -1,0 +1,205 @@
+//! The gap that explains all reversals best: a coarse scan for where it is, then a fine one for each reversal's own value.
+//!
+//! Each reversal gives a value `b_i` with a variance; the mean weighs them with `1/(σ_i² + τ²)`, where `τ²` is the scatter that
+//! the single variances do not explain (R. DerSimonian, N. Laird 1986), so that the standard error is that of the scatter seen.
+
+use super::ensemble::{Draws, Score, Spread, score};
+use super::result::{EstimatorResult, LeftOut, NORMAL_95, Reason, ReversalGap, mean_deviation_percent};
+use super::reversal::Session;
+use super::window::{Site, sites};
+use crate::gearhead::Friction;
+use crate::identify::result::Quantity;
+use crate::robot::JointModel;
+
+/// Reversals that the coarse scan looks at.
+const COARSE_SITES: usize = 10;
+/// A reversal one of whose samples is less likely than this is not explained: six standard deviations.
+const UNLIKELY: f64 = -18.0;
+/// What one reversal can cost a gap in the coarse scan, in `ln L`.
+const LARGEST_COST: f64 = 30.0;
+/// Error of a single value that the ensemble cannot tell, in counts.
+const FLOOR: f64 = 0.1;
+/// Median deviations beyond which a value is an outlier.
+const OUTLIER: f64 = 5.0;
+
+/// What the fit finds.
+pub(super) struct Fit {
+    /// The gap.
+    pub gap: EstimatorResult,
+    /// The link share.
+    pub share: Quantity,
+}
+
+/// One reversal's likelihood over a range of gaps.
+struct Profile {
+    best: Score,
+    at_edge: bool,
+    mean: f64,
+    deviation: f64,
+    scores: Vec<f64>,
+}
+
+/// Fits the gap to all reversals of the sessions; `None` where no reversal tells of it.
+pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction) -> Option<Fit> {
+    let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
+    let largest = largest_gap(sessions);
+    let all =
+        |travel: f64| sessions.iter().flat_map(|session| sites(session, joint, friction, travel)).collect::<Vec<_>>();
+    let mut few = all(largest);
+    few.sort_by_key(|site| site.window.position.len());
+    few.truncate(COARSE_SITES);
+    let count = few.first()?.window.count;
+
+    let mut spread = Spread { members: 16, share: [0.3, 0.2], level: 0.05, torque: 4.0 * noise, blur: 0.2 };
+    let gaps = grid(-4.0 * count, largest, 1.0 * count);
+    let profiles = scan(&few, &gaps, &spread);
+    let mut gap = gaps[pooled_best(&profiles)?];
+    spread.share = [share(&profiles)?.0, 0.05];
+
+    for (width, step, factor) in [(6.0, 0.5, 2.0), (3.0, 0.2, 1.0)] {
+        (spread.torque, spread.level, spread.blur) = (factor * noise, 0.02, 0.1);
+        let gaps = grid(gap - width * count, gap + width * count, step * count);
+        let near = all(gap.max(0.0) + (width + 4.0) * count);
+        let profiles = scan(&near, &gaps, &spread);
+        gap = gaps[pooled_best(&profiles)?];
+        spread.share = [share(&profiles)?.0, 0.02];
+        if factor == 1.0 {
+            return pool(&near, &profiles, count, sessions);
+        }
+    }
+    None
+}
+
+/// The largest gap looked for [rad or m]: half the median stroke.
+fn largest_gap(sessions: &[Session]) -> f64 {
+    let mut strokes: Vec<f64> = sessions
+        .iter()
+        .flat_map(|session| {
+            session
+                .reversals
+                .iter()
+                .map(|r| 2.0 * (session.signals.position[r.end] - session.signals.position[r.turn]).abs())
+        })
+        .collect();
+    strokes.sort_by(f64::total_cmp);
+    0.5 * strokes.get(strokes.len() / 4).copied().unwrap_or(0.0)
+}
+
+/// Equidistant values from `low` to `high`.
+fn grid(low: f64, high: f64, step: f64) -> Vec<f64> {
+    let n = ((high - low) / step).round().max(1.0) as usize;
+    (0..=n).map(|k| low + step * k as f64).collect()
+}
+
+/// Every reversal's likelihood over the gaps.
+fn scan(sites: &[Site], gaps: &[f64], spread: &Spread) -> Vec<Profile> {
+    sites.iter().map(|site| profile(site, gaps, spread)).collect()
+}
+
+fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
+    let draws = Draws::new(&site.window, spread.members);
+    let found: Vec<Score> = gaps.iter().map(|&gap| score(&site.window, &draws, gap, spread)).collect();
+    let scores: Vec<f64> = found.iter().map(|score| score.log_likelihood).collect();
+    let top = argmax(&scores);
+    let weights: Vec<f64> = scores.iter().map(|l| (l - scores[top]).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    let average = |value: &dyn Fn(f64) -> f64| weights.iter().zip(gaps).map(|(w, &b)| w * value(b)).sum::<f64>() / sum;
+    let mean = average(&|b| b);
+    Profile {
+        best: found[top],
+        at_edge: top == 0 || top + 1 == gaps.len(),
+        mean,
+        deviation: average(&|b| (b - mean).powi(2)).sqrt(),
+        scores,
+    }
+}
+
+impl Profile {
+    /// Whether some gap of the range explains the reversal.
+    fn explained(&self) -> bool {
+        self.best.worst > UNLIKELY
+    }
+}
+
+fn argmax(values: &[f64]) -> usize {
+    (0..values.len()).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0)
+}
+
+/// The gap that all explained reversals agree on, none of them with more than its largest cost.
+fn pooled_best(profiles: &[Profile]) -> Option<usize> {
+    let explained: Vec<&Profile> = profiles.iter().filter(|profile| profile.explained()).collect();
+    let gaps = explained.first()?.scores.len();
+    let total = |k: usize| -> f64 {
+        explained.iter().map(|one| (one.scores[k] - one.best.log_likelihood).max(-LARGEST_COST)).sum()
+    };
+    Some(argmax(&(0..gaps).map(total).collect::<Vec<f64>>()))
+}
+
+/// Mean and standard error of the link share over the explained reversals.
+fn share(profiles: &[Profile]) -> Option<(f64, f64)> {
+    let values: Vec<(f64, f64)> = profiles
+        .iter()
+        .filter(|profile| profile.explained() && !profile.at_edge)
+        .map(|profile| (profile.best.share[0], profile.best.share[1].powi(2)))
+        .collect();
+    weighted(&values)
+}
+
+/// Mean of values with their variances, and its standard error; the scatter between them is part of it.
+fn weighted(values: &[(f64, f64)]) -> Option<(f64, f64)> {
+    if values.is_empty() {
+        return None;
+    }
+    let sums = |extra: f64| {
+        values.iter().fold((0.0, 0.0, 0.0), |(s0, s1, s2), (x, var)| {
+            let w = 1.0 / (var + extra);
+            (s0 + w, s1 + w * x, s2 + w * w)
+        })
+    };
+    let (s0, s1, s2) = sums(0.0);
+    let mean = s1 / s0;
+    let q: f64 = values.iter().map(|(x, var)| (x - mean).powi(2) / var).sum();
+    let between = ((q - (values.len() as f64 - 1.0)) / (s0 - s2 / s0)).max(0.0);
+    let (s0, s1, _) = sums(if between.is_finite() { between } else { 0.0 });
+    Some((s1 / s0, (1.0 / s0).sqrt()))
+}
+
+/// The values of all reversals, and their mean.
+fn pool(sites: &[Site], profiles: &[Profile], count: f64, sessions: &[Session]) -> Option<Fit> {
+    let unit = sessions.first()?.unit;
+    let share = share(profiles)?;
+    let (mut values, mut left_out) = (Vec::new(), Vec::new());
+    let median = median(profiles.iter().filter(|one| one.explained() && !one.at_edge).map(|one| one.mean))?;
+    let scatter = crate::identify::backlash::fit::median(
+        profiles.iter().filter(|one| one.explained() && !one.at_edge).map(|one| (one.mean - median).abs()),
+    )?;
+    for (site, profile) in sites.iter().zip(profiles) {
+        let machine = &site.window.transmission;
+        let turning = share.0 * machine.friction.magnitude(crate::gearhead::Direction::of(site.velocity), 0.0);
+        let far = (profile.mean - median).abs() > OUTLIER * scatter.max(FLOOR * count);
+        if machine.gravity.abs() > turning {
+            left_out.push(LeftOut { time: site.time, reason: Reason::CarriedByLoad });
+        } else if !profile.explained() || profile.at_edge || far {
+            left_out.push(LeftOut { time: site.time, reason: Reason::Unexplained });
+        } else {
+            let std_error = profile.deviation.hypot(FLOOR * count);
+            values.push(ReversalGap { time: site.time, velocity: site.velocity, gap: profile.mean, std_error });
+        }
+    }
+    let pairs: Vec<(f64, f64)> = values.iter().map(|one| (one.gap, one.std_error.powi(2))).collect();
+    let (mean, std_error) = weighted(&pairs)?;
+    let gap = EstimatorResult {
+        name: "likelihood_of_reversals",
+        mean: Quantity::new(mean, std_error, NORMAL_95, unit),
+        mean_deviation_percent: mean_deviation_percent(&values, mean),
+        values,
+        left_out,
+    };
+    Some(Fit { gap, share: Quantity::new(share.0, share.1, NORMAL_95, "1") })
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}

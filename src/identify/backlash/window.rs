@@ -1,0 +1,109 @@
+//! The stretch of a recording about a reversal that tells of the gap, with what is known of the machine there.
+
+use super::ensemble::Window;
+use super::reversal::{Reversal, Session};
+use super::transmission::Transmission;
+use crate::gearhead::Friction;
+use crate::robot::JointModel;
+
+/// [s] Stretch over which a speed is taken from the counts.
+const SPEED_SPAN: f64 = 0.060;
+/// [s] Longest lead before the turn.
+const LONGEST_LEAD: f64 = 1.5;
+/// [s] Longest stretch after the turn.
+const LONGEST_TAIL: f64 = 6.0;
+/// [s] What is looked at after the rotor has gone further than the gap.
+const AFTER_CONTACT: f64 = 0.10;
+/// Part of the steady speed below which a stroke counts as braking.
+const BRAKING: f64 = 0.9;
+/// Smallest count, as a part of the range of motion: what an exact encoder is taken for.
+const FINEST_COUNT: f64 = 1e-5;
+
+/// A reversal with its window.
+#[derive(Debug, Clone)]
+pub(super) struct Site<'a> {
+    /// Signals and machine.
+    pub window: Window<'a>,
+    /// [s] When the rotor turned.
+    pub time: f64,
+    /// [rad/s or m/s] Steady velocity after the turn, with its sign.
+    pub velocity: f64,
+    /// [rad or m] How far the rotor went after the turn, within the window.
+    pub travel: f64,
+}
+
+/// The windows of a session that end where the rotor has gone `travel` [rad or m] beyond its turn.
+pub(super) fn sites<'a>(session: &'a Session, joint: &JointModel, friction: &Friction, travel: f64) -> Vec<Site<'a>> {
+    session.reversals.iter().map(|reversal| site(session, joint, friction, reversal, travel)).collect()
+}
+
+fn site<'a>(
+    session: &'a Session,
+    joint: &JointModel,
+    friction: &Friction,
+    reversal: &Reversal,
+    travel: f64,
+) -> Site<'a> {
+    let signals = &session.signals;
+    let (position, dt) = (signals.position, signals.interval);
+    let samples = |time: f64| (time / dt).round().max(1.0) as usize;
+    let start =
+        lead_start(position, reversal, samples(SPEED_SPAN)).max(reversal.turn.saturating_sub(samples(LONGEST_LEAD)));
+    let gone = |k: usize| (position[k] - position[reversal.turn]) * reversal.sign();
+    let far = (reversal.turn..reversal.end).find(|&k| gone(k) > travel).unwrap_or(reversal.end);
+    let end = (far + samples(AFTER_CONTACT)).min(reversal.turn + samples(LONGEST_TAIL)).min(position.len());
+    let range = position.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
+    let early = start.saturating_sub(samples(2.0 * SPEED_SPAN));
+    let late = (reversal.end + samples(2.0 * SPEED_SPAN)).min(position.len() - 1);
+    let speed = |from: usize, to: usize| (position[to] - position[from]) / ((to - from).max(1) as f64 * dt);
+    let window = Window {
+        transmission: transmission(session, joint, friction, reversal),
+        count: signals.count.max(FINEST_COUNT * (range.1 - range.0)),
+        interval: dt,
+        position: &position[start..end],
+        torque: torque_between(&signals.torque[start..end], dt / joint.amplifier.current_time_constant),
+        velocity: speed(early, start),
+        seed: reversal.turn as u64,
+    };
+    Site { window, time: signals.time[reversal.turn], velocity: speed(reversal.end, late), travel: gone(end - 1) }
+}
+
+/// First sample of a window: shortly before the stroke begins to brake.
+fn lead_start(position: &[f64], reversal: &Reversal, span: usize) -> usize {
+    let speed = |k: usize, span: usize| (position[k] - position[k.saturating_sub(span)]).abs() / span as f64;
+    let quarter = ((reversal.turn - reversal.start) / 4).max(1);
+    let steady = speed(reversal.start + quarter, quarter);
+    (reversal.start + span..reversal.turn)
+        .rev()
+        .find(|&k| speed(k, span) >= BRAKING * steady)
+        .map_or(reversal.start, |k| k - span)
+}
+
+/// What is known of the machine at a reversal.
+fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reversal: &Reversal) -> Transmission {
+    let posture = session.rigid.posture(reversal.turn);
+    let index = session.joint;
+    let probe = 1e-3;
+    let gravity_at = |step: f64| {
+        let mut q = posture.clone();
+        q[index] += step;
+        session.rigid.gravity_at(&q)
+    };
+    Transmission {
+        rotor_inertia: joint.reflected_inertia(),
+        link_inertia: session.rigid.link_inertia_at(&posture),
+        stiffness: joint.gear_stiffness,
+        damping: joint.gear_damping,
+        friction: friction.law,
+        gravity: gravity_at(0.0),
+        gravity_slope: (gravity_at(probe) - gravity_at(-probe)) / (2.0 * probe),
+        origin: posture[index],
+    }
+}
+
+/// Mean torque between each sample and the next: the current starts from its reading and follows its new command with the time
+/// constant `T_i`, so that with `a = Δt/T_i` the mean is `u i_k + (1 − u) i_{k+1}`, `u = 1/a − e^{−a}/(1 − e^{−a})`.
+fn torque_between(torque: &[f64], a: f64) -> Vec<f64> {
+    let weight = if a < 1e-3 { 0.5 } else { 1.0 / a - 1.0 / a.exp_m1() };
+    torque.windows(2).map(|pair| weight * pair[0] + (1.0 - weight) * pair[1]).collect()
+}
