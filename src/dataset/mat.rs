@@ -1,4 +1,5 @@
-//! MATLAB 5 files: every numeric array is a column; arrays of one element are parameters of the experiment and left out.
+//! MATLAB 5 files: every numeric vector is a column; arrays of one element are parameters of the experiment and left out.
+//! Left out: structures, cells, text.
 
 use std::fs;
 use std::path::Path;
@@ -21,10 +22,10 @@ const ELEMENT_TYPES: [u32; 2] = [14, 15];
 pub(super) fn read(path: &Path) -> Result<Table> {
     let bytes = fs::read(path).map_err(|source| Error::file(path, "read", source))?;
     check_elements(path, &bytes)?;
-    let file = MatFile::parse(bytes.as_slice())
-        .map_err(|error| Error::input(path, Place::File, "arrays", error, "readable numeric arrays of MATLAB 5"))?;
-    let columns = file.arrays().iter().filter(|array| array.size().iter().product::<usize>() > 1);
-    let columns = columns.map(|array| column(path, array)).collect::<Result<_>>()?;
+    let file = MatFile::parse(bytes.as_slice()).map_err(|error| {
+        Error::input(path, Place::File, "arrays", error, "numeric arrays of MATLAB 5, saved as double")
+    })?;
+    let columns = file.arrays().iter().filter_map(|array| column(path, array).transpose()).collect::<Result<_>>()?;
     Ok(Table { file: path.to_owned(), columns, notes: Vec::new() })
 }
 
@@ -64,24 +65,35 @@ fn check_elements(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-fn column(path: &Path, array: &Array) -> Result<Column> {
+/// The column that an array is; none where it has one element or none.
+fn column(path: &Path, array: &Array) -> Result<Option<Column>> {
     let refuse = |value: &str, expected: &str| Error::input(path, Place::File, array.name(), value, expected);
-    if array.size().iter().filter(|&&length| length != 1).count() > 1 {
+    let Some(values) = reals(array.data()) else { return Err(refuse("complex numbers", "real numbers")) };
+    if values.len() < 2 {
+        return Ok(None);
+    }
+    if !array.size().contains(&values.len()) {
         let size: Vec<String> = array.size().iter().map(usize::to_string).collect();
         return Err(refuse(&size.join("×"), "a vector: one row or one column"));
     }
-    let values = match array.data() {
-        NumericData::Double { real, imag: None } => real.clone(),
-        NumericData::Single { real, imag: None } => real.iter().map(|&value| f64::from(value)).collect(),
-        NumericData::Int8 { real, imag: None } => real.iter().map(|&value| f64::from(value)).collect(),
-        NumericData::UInt8 { real, imag: None } => real.iter().map(|&value| f64::from(value)).collect(),
-        NumericData::Int16 { real, imag: None } => real.iter().map(|&value| f64::from(value)).collect(),
-        NumericData::UInt16 { real, imag: None } => real.iter().map(|&value| f64::from(value)).collect(),
-        NumericData::Int32 { real, imag: None } => real.iter().map(|&value| f64::from(value)).collect(),
-        NumericData::UInt32 { real, imag: None } => real.iter().map(|&value| f64::from(value)).collect(),
-        NumericData::Int64 { real, imag: None } => real.iter().map(|&value| value as f64).collect(),
-        NumericData::UInt64 { real, imag: None } => real.iter().map(|&value| value as f64).collect(),
-        _ => return Err(refuse("complex numbers", "real numbers")),
-    };
-    Ok(Column { name: array.name().to_owned(), values, fault: None })
+    Ok(Some(Column { name: array.name().to_owned(), values, fault: None }))
+}
+
+fn reals(data: &NumericData) -> Option<Vec<f64>> {
+    fn all<T: Copy + Into<f64>>(values: &[T]) -> Option<Vec<f64>> {
+        Some(values.iter().map(|&value| value.into()).collect())
+    }
+    match data {
+        NumericData::Double { real, imag: None } => Some(real.clone()),
+        NumericData::Single { real, imag: None } => all(real),
+        NumericData::Int8 { real, imag: None } => all(real),
+        NumericData::UInt8 { real, imag: None } => all(real),
+        NumericData::Int16 { real, imag: None } => all(real),
+        NumericData::UInt16 { real, imag: None } => all(real),
+        NumericData::Int32 { real, imag: None } => all(real),
+        NumericData::UInt32 { real, imag: None } => all(real),
+        NumericData::Int64 { real, imag: None } => Some(real.iter().map(|&value| value as f64).collect()),
+        NumericData::UInt64 { real, imag: None } => Some(real.iter().map(|&value| value as f64).collect()),
+        _ => None,
+    }
 }

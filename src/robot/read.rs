@@ -58,8 +58,7 @@ impl Model {
     /// As [`Model::load`].
     pub fn from_document(document: &Document, urdf_file: &Path, urdf_text: &str) -> Result<Self> {
         let root = document.root();
-        root.optional_choice("schema", &[(SCHEMA, ())])?
-            .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
+        check_schema(&root)?;
         let name = root.text("name")?.to_owned();
         root.text("urdf")?;
         let gravity = root.optional_vector::<3>("gravity", &Range::any("m/s²"))?;
@@ -129,7 +128,13 @@ impl Model {
     }
 }
 
+fn check_schema(root: &Table<'_>) -> Result<()> {
+    root.optional_choice("schema", &[(SCHEMA, ())])?
+        .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))
+}
+
 fn urdf_path(document: &Document) -> Result<PathBuf> {
+    check_schema(&document.root())?;
     let urdf = document.root().text("urdf")?;
     Ok(document.file().parent().unwrap_or(Path::new("")).join(urdf))
 }
