@@ -5,7 +5,7 @@ use super::document::{Document, Section};
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
 use super::table::Table;
-use crate::gearhead::FrictionLaw;
+use crate::gearhead::{Direction, FrictionLaw};
 use crate::identify::{Identification, JointIdentification, LawKind, PerDirection, Quantity};
 use crate::robot::Model;
 
@@ -156,48 +156,39 @@ fn gap_table(joint: &JointIdentification) -> Option<Table> {
     Some(table.trimmed())
 }
 
-/// A law as a curve over both directions, in the units of the plot.
-fn curve(law: &FrictionLaw, fastest: f64, factor: f64) -> Vec<[f64; 2]> {
-    #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
-    let speed = |k: usize| fastest * k as f64 / CURVE as f64;
-    let side = |sign: f64| {
-        (1..=CURVE).map(move |k| {
-            let v = sign * speed(k);
-            [v * factor, law.kinetic(v)]
-        })
-    };
-    let mut points: Vec<[f64; 2]> = side(-1.0).collect();
-    points.reverse();
-    // The law jumps at rest: the line is interrupted there.
-    points.push([f64::NAN, f64::NAN]);
-    points.extend(side(1.0));
-    points
+/// Magnitude of a law in one direction against speed, in the units of the plot.
+fn curve(law: &FrictionLaw, direction: Direction, fastest: f64, factor: f64) -> Vec<[f64; 2]> {
+    let speeds = (0..=CURVE).map(|k| {
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+        let share = k as f64 / CURVE as f64;
+        // The curve bends at low speeds: most of its points are there.
+        fastest * share * share
+    });
+    speeds.filter(|speed| *speed > 0.0).map(|speed| [speed * factor, law.magnitude(direction, speed)]).collect()
 }
 
+/// Magnitude of friction against speed, both directions over each other.
 fn friction_plot(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Plot {
     let (unit, factor) = shown(velocity_unit(joint.kind));
-    let fastest = 1.05 * joint.friction.speeds[1];
-    let measured = joint.points.iter().map(|point| [point.velocity * factor, point.friction]).collect();
+    let fastest = 1.03 * joint.friction.speeds[1];
+    let fit = joint.friction.preferred_law();
     let mut plot = Plot::new(
         format!("{}: friction", joint.joint),
-        format!("velocity [{unit}]"),
+        format!("speed [{unit}]"),
         format!("friction [{}]", joint.kind.effort_unit()),
     );
-    let fit = |kind| curve(&joint.friction.law(kind), fastest, factor);
-    let (other, other_name, name) = match joint.friction.preferred {
-        LawKind::Exponential => (LawKind::TwoLines, "two lines (7 to 9)", "exponential law (6)"),
-        LawKind::TwoLines => (LawKind::Exponential, "exponential law (6)", "two lines (7 to 9)"),
-    };
-    plot = plot.with(Layer::new(other_name, Mark::Dashed, Role::Before, fit(other))).with(Layer::new(
-        name,
-        Mark::Line,
-        Role::Fit,
-        fit(joint.friction.preferred),
-    ));
-    if let Some(law) = truth {
-        plot = plot.with(Layer::new("injected", Mark::Dashed, Role::Truth, curve(&law, fastest, factor)));
+    for (direction, sign, role) in [(Direction::Positive, "+", Role::Fit), (Direction::Negative, "−", Role::Link)] {
+        let points = joint.points.iter().filter(|point| Direction::of(point.velocity) == direction);
+        let points = points.map(|point| [point.velocity.abs() * factor, point.friction * point.velocity.signum()]);
+        plot = plot
+            .with(Layer::new(format!("measured {sign}"), Mark::Points, role, points.collect()))
+            .with(Layer::new(format!("fit {sign}"), Mark::Line, role, curve(&fit, direction, fastest, factor)));
+        if let Some(law) = truth {
+            let label = if direction == Direction::Positive { "injected" } else { "" };
+            plot = plot.with(Layer::new(label, Mark::Dashed, Role::Truth, curve(&law, direction, fastest, factor)));
+        }
     }
-    plot.with(Layer::new("steady windows", Mark::Points, Role::Measured, measured))
+    plot
 }
 
 fn residual_plot(joint: &JointIdentification) -> Plot {
