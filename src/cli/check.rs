@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::dataset;
-use crate::error::{Error, Place, Result};
+use crate::error::Result;
 use crate::robot::Model;
+use crate::scenario::Scenario;
 use crate::toml_input::{Document, nearest};
 
 use super::{Outcome, console};
@@ -64,7 +65,10 @@ fn check_toml(file: &Path) -> Result<String> {
 }
 
 fn scenario(file: &Path) -> Result<String> {
-    Err(Error::input(file, Place::File, "schema", "lostmotion/scenario/1", "a model or a dataset"))
+    let scenario = Scenario::load(file, &[])?;
+    scenario.check_motion()?;
+    let duration: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
+    Ok(format!("scenario {}, {duration:.0} s of {}", scenario.name, scenario.model.name))
 }
 
 fn described(model: &Model) -> String {

@@ -42,9 +42,7 @@ impl Identify {
         let series = input::series(sessions);
         let found = identify::identify(&model, &series, &Options::default())?;
         drop(progress);
-        let identified = found.apply(&model);
         let mut report = report(&model.name, &found, None, &model, &series);
-        report.model = Some(&identified);
         report.document.warnings.extend(notes);
         console::finish(&report, &folder, &self.output)
     }
@@ -64,6 +62,7 @@ pub fn report<'a>(
         document: identification::document(name, found, truth),
         json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),
         motions,
-        model: None,
+        model: Some(found.apply(model)),
+        extra: Vec::new(),
     }
 }

@@ -21,6 +21,7 @@ mod input;
 mod list;
 mod new;
 mod replay;
+mod run;
 
 /// Finds why a robot arm and its simulation disagree: friction and backlash identification, and a named cause for what the model lacks.
 #[derive(Debug, Parser)]
@@ -39,6 +40,8 @@ enum Verb {
     Identify(identify::Identify),
     New(new::New),
     Replay(replay::Replay),
+    Run(run::Run),
+    Demo(run::Demo),
 }
 
 /// How a command that could be carried out ended.
@@ -75,5 +78,7 @@ pub fn run() -> Result<Outcome> {
         Verb::Identify(verb) => verb.run(),
         Verb::New(verb) => verb.run(),
         Verb::Replay(verb) => verb.run(),
+        Verb::Run(verb) => verb.run(),
+        Verb::Demo(verb) => verb.run(),
     }
 }

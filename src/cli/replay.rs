@@ -53,6 +53,6 @@ impl Replay {
             .map(|one| Motion { robot: &model.robot, session: &one.simulated, traces: rendering::traces(one) })
             .collect();
         let json = envelope("lostmotion/replay/1", &model.name, json!({ "sessions": content }));
-        console::finish(&Report { document, json, motions, model: None }, &folder, &self.output)
+        console::finish(&Report { document, json, motions, model: None, extra: Vec::new() }, &folder, &self.output)
     }
 }

@@ -90,13 +90,18 @@ fn unreadable(path: &Path, error: &csv::Error) -> Error {
     Error::input(path, place, "csv", error, "comma-separated values")
 }
 
-/// Writes a session with canonical columns, whole or not at all. Channels that only a simulation knows are left out.
-///
-/// Numbers are written so that reading them gives the same bits.
+/// Writes a session with canonical columns, whole or not at all: [`text`] as a file.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write(path: &Path, series: &TimeSeries, kinds: &[JointKind]) -> Result<()> {
+    write_atomically(path, &text(series, kinds))
+}
+
+/// A session with canonical columns. Channels that only a simulation knows are left out.
+///
+/// Numbers are written so that reading them gives the same bits.
+pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
     let mut header = vec!["time".to_owned()];
     let mut columns: Vec<&[f64]> = vec![&series.time];
     for (joint, kind) in series.joints.iter().zip(kinds) {
@@ -116,7 +121,7 @@ pub fn write(path: &Path, series: &TimeSeries, kinds: &[JointKind]) -> Result<()
         }
         text.push('\n');
     }
-    write_atomically(path, &text)
+    text
 }
 
 fn written_channels(joint: &JointSeries, kind: JointKind) -> impl Iterator<Item = (&'static str, &[f64])> {

@@ -23,7 +23,9 @@ pub struct Report<'a> {
     /// What the recording shows moving.
     pub motions: Vec<Motion<'a>>,
     /// The model that `model.toml` will hold.
-    pub model: Option<&'a Model>,
+    pub model: Option<Model>,
+    /// Further files: name and content.
+    pub extra: Vec<(String, Vec<u8>)>,
 }
 
 /// Versions of what made a report.
@@ -56,9 +58,10 @@ impl Report<'_> {
         if let Some(recording) = recording::encode(&self.document, &self.motions)? {
             files.push(("trace.rrd".to_owned(), recording));
         }
-        if let Some(model) = self.model {
+        if let Some(model) = &self.model {
             files.extend(model_files(model));
         }
+        files.extend(self.extra.iter().cloned());
         Ok(files)
     }
 }

@@ -33,7 +33,15 @@ pub fn with_error(value: f64, std_error: f64) -> (String, String) {
         let digits = usize::try_from(order(value, 2) - order(std_error, 2) + 2).unwrap_or(2).clamp(2, 9);
         return (significant(value, digits), significant(std_error, 2));
     }
-    (format!("{value:.decimals$}"), format!("{std_error:.decimals$}"))
+    (unsigned_zero(format!("{value:.decimals$}")), format!("{std_error:.decimals$}"))
+}
+
+/// "-0.0" is written "0.0".
+fn unsigned_zero(text: String) -> String {
+    match text.strip_prefix('-') {
+        Some(rest) if rest.bytes().all(|byte| matches!(byte, b'0' | b'.')) => rest.to_owned(),
+        _ => text,
+    }
 }
 
 /// Both ends of an interval with the decimals that its width deserves.
@@ -78,6 +86,7 @@ mod tests {
         assert_eq!(with_error(0.271_834, 0.001_23), ("0.2718".into(), "0.0012".into()));
         assert_eq!(with_error(0.271_834, 0.000_999), ("0.2718".into(), "0.0010".into()));
         assert_eq!(with_error(-240.67, 1.3), ("-240.7".into(), "1.3".into()));
+        assert_eq!(with_error(-0.001, 0.5).0, "0.00");
         assert_eq!(interval([0.270_1, 0.274_9]), "0.2701 … 0.2749");
     }
 

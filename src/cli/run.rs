@@ -1,0 +1,137 @@
+//! `lostmotion run SCENARIO` and `lostmotion demo`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use crate::dataset;
+use crate::error::Result;
+use crate::identify::{self as identification, Options};
+use crate::report::Report;
+use crate::report::files::envelope;
+use crate::report::recording::Motion;
+use crate::scenario::{self, Procedure, Scenario, Unmet};
+use crate::timeseries::TimeSeries;
+
+use super::catalogue::Source;
+use super::console::{self, OutputOptions, Progress};
+use super::folder::Folder;
+use super::{Outcome, identify};
+
+/// Scenario of the catalogue that `demo` carries out.
+const DEMO: &str = "02_name_the_cause";
+
+/// Simulate a scenario and carry out its procedure
+#[derive(Debug, Args)]
+pub struct Run {
+    /// Scenario file, or a name of `lostmotion list scenarios`
+    scenario: PathBuf,
+    /// Change a value of the scenario, or of its model with a key that begins with `model.`
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// The main job on built-in files: an arm with something wrong is simulated, identified, diagnosed, and the cause named
+#[derive(Debug, Args)]
+pub struct Demo {
+    #[command(flatten)]
+    common: Common,
+}
+
+#[derive(Debug, Args)]
+struct Common {
+    /// Seed of the sensors' noise [default: the scenario's]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Write what the sensors recorded as well, one CSV a session
+    #[arg(long)]
+    csv: bool,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Run {
+    /// Simulates, carries out the procedure, checks what is expected.
+    pub fn run(self) -> Result<Outcome> {
+        carry_out(&self.scenario, &self.set, &self.common)
+    }
+}
+
+impl Demo {
+    /// The scenario of the catalogue that shows the main job.
+    pub fn run(self) -> Result<Outcome> {
+        carry_out(Path::new(DEMO), &[], &self.common)
+    }
+}
+
+fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
+    let source = Source::find(given, "scenarios", "scenario.toml")?;
+    let scenario = Scenario::load(&source.path, set)?;
+    let seed = common.seed.unwrap_or(scenario.seed);
+    let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
+    let progress = Progress::start("simulating", common.output.quiet);
+    let run = scenario::simulate(&scenario, seed, &mut |done, all| progress.set(done / all))?;
+    let measured = run.measured();
+    let (mut report, unmet) = match scenario.procedure {
+        Procedure::None => (simulated(&scenario, &run.sessions), Vec::new()),
+        Procedure::Identify => identified(&scenario, &run.sessions, &measured, &progress)?,
+        Procedure::Diagnose => (simulated(&scenario, &run.sessions), Vec::new()),
+    };
+    drop(progress);
+    note(&mut report, &scenario, seed, &unmet);
+    if common.csv {
+        report.extra.extend(measured.iter().map(|session| csv(&scenario, session)));
+    }
+    let outcome = console::finish(&report, &folder, &common.output)?;
+    if unmet.is_empty() {
+        return Ok(outcome);
+    }
+    unmet.iter().for_each(|unmet| eprintln!("expectation failed: {unmet}"));
+    Ok(Outcome::Failed)
+}
+
+/// The report of a run that was only simulated.
+fn simulated<'a>(scenario: &'a Scenario, sessions: &'a [TimeSeries]) -> Report<'a> {
+    let mut document = crate::report::Document { title: scenario.name.clone(), ..crate::report::Document::default() };
+    let seconds: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
+    document.verdict = format!("{} simulated for {seconds:.1} s.", scenario.model.name);
+    let motions = sessions.iter().map(|session| Motion::new(&scenario.model.robot, session)).collect();
+    let json = envelope("lostmotion/run/1", &scenario.name, json!({}));
+    Report { document, json, motions, model: None, extra: Vec::new() }
+}
+
+/// Identification of what was measured, beside what was injected.
+fn identified<'a>(
+    scenario: &'a Scenario,
+    sessions: &'a [TimeSeries],
+    measured: &[TimeSeries],
+    progress: &Progress,
+) -> Result<(Report<'a>, Vec<Unmet>)> {
+    progress.next("identifying");
+    let mut found = identification::identify(&scenario.model, measured, &Options::default())?;
+    found.compare(&scenario.model);
+    let unmet = scenario.expectations.iter().filter_map(|expectation| expectation.check(&found)).collect();
+    let model = &scenario.model;
+    Ok((identify::report(&scenario.name, &found, Some(model), model, sessions), unmet))
+}
+
+/// Writes question, seed and failed expectations into the report.
+fn note(report: &mut Report<'_>, scenario: &Scenario, seed: u64, unmet: &[Unmet]) {
+    if let Value::Object(content) = &mut report.json {
+        content.insert("seed".into(), seed.into());
+        let unmet: Vec<Value> = unmet.iter().map(|unmet| unmet.to_string().into()).collect();
+        content.insert("failed_expectations".into(), unmet.into());
+    }
+    if !scenario.question.is_empty() {
+        report.document.title = format!("{}: {}", scenario.name, scenario.question);
+    }
+}
+
+/// Name and content of a session as its machine would have recorded it.
+fn csv(scenario: &Scenario, session: &TimeSeries) -> (String, Vec<u8>) {
+    let kinds: Vec<_> = scenario.model.joints.iter().map(|joint| joint.kind).collect();
+    (format!("{}.csv", session.name), dataset::csv_text(session, &kinds).into_bytes())
+}
