@@ -118,8 +118,9 @@ mod files {
     use std::path::Path;
 
     use lostmotion::drive::{CurrentSensor, Sensing, VelocitySensor};
+    use lostmotion::dynamics::{Dynamics, MotionCheck};
     use lostmotion::gearhead::{FrictionLaw, Lines};
-    use lostmotion::robot::{EffectEntry, Model};
+    use lostmotion::robot::{EffectEntry, Geometry, Model};
     use rand::RngExt;
 
     use super::support::random;
@@ -303,7 +304,7 @@ mod files {
         (
             "name=\"elbow\" type=\"revolute\"",
             "name=\"elbow\" type=\"floating\"",
-            "elbow/elbow.urdf:50: joint elbow: type = floating: expected revolute, continuous, prismatic or fixed",
+            "elbow/elbow.urdf:50: joint elbow: type = floating: expected revolute or continuous or prismatic or fixed",
         ),
         (
             "<child link=\"tool\"/>",
@@ -335,13 +336,32 @@ mod files {
         (
             "<robot name=\"elbow\">",
             "<model name=\"elbow\">",
-            "elbow/elbow.urdf:3: URDF: expected one <robot> around everything",
+            "elbow/elbow.urdf:62: URDF: expected </model> for the tag of line 3, not </robot>",
         ),
         ("</joint>", "</joints>", "elbow/elbow.urdf:49: URDF: expected </joint> for the tag of line 43, not </joints>"),
         (
             "<axis xyz=\"0 -1 0\"/>",
             "<axis xyz=\"0 -1 0\"/><mimic joint=\"elbow\"/>",
             "elbow/elbow.urdf:47: joint shoulder: mimic: expected a joint of its own; one that mimics another cannot be listed in the model file",
+        ),
+        (
+            "\"revolute\"",
+            "\"hinge\"",
+            "elbow/elbow.urdf:43: joint shoulder: type = hinge: expected revolute or continuous or prismatic or fixed",
+        ),
+        (" velocity=\"3.0\"", "", "elbow/elbow.urdf:48: joint shoulder: limit velocity: expected a number (missing)"),
+        ("<limit lower", "<limits lower", "elbow/elbow.urdf:48: URDF: expected the element <limit>, not <limits>"),
+        ("<parent link=\"bracket\"/>", "", "elbow/elbow.urdf:43: URDF: expected an element <parent> in joint shoulder"),
+        ("<mass value=\"1.8\"/>", "", "elbow/elbow.urdf:22: URDF: expected an element <mass> in link forearm"),
+        (
+            "<mass value=\"1.8\"/>",
+            "<mass value=\"1.8\"/>\n<mass value=\"1.8\"/>",
+            "elbow/elbow.urdf:25: URDF: expected one element <mass> in link forearm",
+        ),
+        (
+            "<sphere radius=\"0.035\"/>",
+            "<cone radius=\"0.035\"/><sphere radius=\"0.035\"/>",
+            "elbow/elbow.urdf:40: URDF: expected one box, cylinder, capsule, sphere or mesh in link tool",
         ),
         (
             "<link name=\"tool\">",
@@ -353,6 +373,137 @@ mod files {
     #[test]
     fn property_broken_urdfs_are_refused_with_place_and_expectation() {
         all_refused(URDF, BROKEN_URDFS, |text| texts(MODEL, text));
+        for text in ["", "no tag", "<sdf version='1.9'/>"] {
+            let error = texts(MODEL, text).unwrap_err().to_string();
+            assert_eq!(error, "elbow/elbow.urdf:1: URDF: expected one <robot> around everything");
+        }
+    }
+
+    #[test]
+    fn property_what_other_tools_add_to_a_urdf_is_left_alone() {
+        let additions = r#"<gazebo reference="tool"><link/><joint name="a"/></gazebo><transmission name="t"/><!-- <link/> -->
+          <joint name="tool_mount" "#;
+        let urdf = URDF.replacen("<joint name=\"tool_mount\" ", additions, 1).replacen(
+            "<link name=\"tool\">",
+            "<link name=\"tool\"><sensor a=\"b > c\"><origin xyz=\"none\"/></sensor>",
+            1,
+        );
+        assert_eq!(texts(MODEL, &urdf).unwrap().robot, texts(MODEL, URDF).unwrap().robot);
+    }
+
+    /// Four joints with rolled, pitched and yawed frames and inertial frames; one slides, one branches off.
+    const TWISTED: &str = r#"<robot name="twisted">
+      <link name="base"/>
+      <link name="a"><inertial><origin xyz="0.1 -0.2 0.05" rpy="0.3 -0.4 1.1"/><mass value="2"/>
+        <inertia ixx="0.03" ixy="0.002" ixz="-0.001" iyy="0.04" iyz="0.003" izz="0.05"/></inertial></link>
+      <link name="b"><inertial><origin xyz="0 0.1 0.3" rpy="1.3 0.4 -0.7"/><mass value="1.5"/>
+        <inertia ixx="0.02" ixy="-0.002" ixz="0.001" iyy="0.03" iyz="0.001" izz="0.04"/></inertial></link>
+      <link name="c"><inertial><origin xyz="0.2 0 0" rpy="0 0.9 0.2"/><mass value="0.7"/>
+        <inertia ixx="0.01" ixy="0" ixz="0.001" iyy="0.012" iyz="0" izz="0.015"/></inertial></link>
+      <link name="d"><inertial><origin xyz="-0.1 0.1 0.2" rpy="0.1 0.2 0.3"/><mass value="0.5"/>
+        <inertia ixx="0.005" ixy="0" ixz="0" iyy="0.006" iyz="0.001" izz="0.007"/></inertial></link>
+      <joint name="ja" type="continuous"><parent link="base"/><child link="a"/>
+        <origin xyz="0 0 0.3" rpy="0.2 0.1 -0.5"/><axis xyz="0 0.6 0.8"/></joint>
+      <joint name="jb" type="continuous"><parent link="a"/><child link="b"/>
+        <origin xyz="0.3 0.1 0" rpy="1.2 -0.8 0.4"/><axis xyz="1 0 0"/></joint>
+      <joint name="jc" type="prismatic"><parent link="b"/><child link="c"/>
+        <origin xyz="0 0.2 0.3" rpy="-0.4 0.6 2.0"/><axis xyz="0 1 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+      <joint name="jd" type="continuous"><parent link="b"/><child link="d"/>
+        <origin xyz="-0.1 0 0.1" rpy="0.7 0.7 0.7"/><axis xyz="0 -1 0.3"/></joint>
+    </robot>"#;
+
+    fn listing(joints: &[&str]) -> String {
+        let start = "schema = 'lostmotion/model/1'\nname = 'm'\nurdf = 'm.urdf'\n".to_owned();
+        joints.iter().fold(start, |text, joint| {
+            text + &format!("[joints.{joint}]\ngear_ratio = 1\nrotor_inertia = 1\ngear_stiffness = 1\n")
+                + "motor = { torque_constant = 1 }\n"
+        })
+    }
+
+    #[test]
+    fn equivalent_a_held_joint_moves_like_one_that_stands_at_zero() {
+        let all = ["ja", "jb", "jc", "jd"];
+        let whole = texts(&listing(&all), TWISTED).unwrap();
+        for held in 0..4 {
+            let moving: Vec<usize> = (0..4).filter(|&i| i != held).collect();
+            let names: Vec<&str> = moving.iter().map(|&i| all[i]).collect();
+            let merged = texts(&listing(&names), TWISTED).unwrap();
+            assert_eq!(merged.held, [all[held]]);
+            // In the order of the tree, whatever the order of the listing.
+            let order: Vec<&str> = merged.robot.bodies.iter().map(|body| body.joint.name.as_str()).collect();
+            assert_eq!(order, names);
+            let (mut q, mut v) = ([0.4, -1.1, 0.3, 2.0], [1.0, -0.5, 0.7, 0.2]);
+            (q[held], v[held]) = (0.0, 0.0);
+            let [mut tau, mut less] = [vec![0.0; 4], vec![0.0; 3]];
+            Dynamics::new(&whole.robot).inverse(&q, &v, &v, &mut tau);
+            let [q, v] = [q, v].map(|all| moving.iter().map(|&i| all[i]).collect::<Vec<f64>>());
+            Dynamics::new(&merged.robot).inverse(&q, &v, &v, &mut less);
+            for (i, tau_i) in moving.iter().zip(&less) {
+                // Rounding of some hundred operations on efforts of some 10 N·m.
+                assert!((tau[*i] - tau_i).abs() < 1e-12, "{held} held: {tau:?} against {less:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn property_a_joint_that_mimics_is_held_only_where_what_it_follows_is_held() {
+        let urdf = TWISTED.replacen("<axis xyz=\"0 1 1\"/>", "<axis xyz=\"0 1 1\"/><mimic joint=\"jd\"/>", 1);
+        assert_eq!(texts(&listing(&["ja", "jb"]), &urdf).unwrap().held, ["jc", "jd"]);
+        let error = texts(&listing(&["ja", "jd"]), &urdf).unwrap_err().to_string();
+        let expected = "a joint of its own; one that mimics a moving joint is not supported";
+        assert!(error.ends_with(expected) && error.contains("joint jc: mimic = jd"), "{error}");
+    }
+
+    #[test]
+    fn property_meshes_become_hulls_and_unreadable_ones_are_kept_for_the_motion_check() {
+        let folder = tempfile::tempdir().unwrap();
+        let urdf = folder.path().join("twisted/urdf/m.urdf");
+        std::fs::create_dir_all(folder.path().join("twisted/urdf")).unwrap();
+        std::fs::write(folder.path().join("m.toml"), listing(&["ja"]).replace("m.urdf", "twisted/urdf/m.urdf"))
+            .unwrap();
+        let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 4.0]];
+        let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        let obj: String = corners.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+        std::fs::write(folder.path().join("twisted/urdf/a.obj"), obj).unwrap();
+        let vertex = |&i: &usize| format!("vertex {} {} {}\n", corners[i][0], corners[i][1], corners[i][2]);
+        let text: String = faces.iter().map(|face| face.iter().map(vertex).collect::<String>()).collect();
+        std::fs::write(folder.path().join("twisted/a.stl"), format!("solid a\n{text}endsolid\n")).unwrap();
+        let mut binary = b"solid but binary".to_vec();
+        binary.resize(80, b' ');
+        binary.extend(4_u32.to_le_bytes());
+        for face in faces {
+            let numbers = [0.0; 3].into_iter().chain(face.iter().flat_map(|&i| corners[i]));
+            binary.extend(numbers.flat_map(|x| (x as f32).to_le_bytes()).chain([0, 0]));
+        }
+        std::fs::write(folder.path().join("twisted/urdf/b.stl"), &binary).unwrap();
+        std::fs::write(folder.path().join("twisted/urdf/cut.stl"), &binary[..200]).unwrap();
+        std::fs::write(folder.path().join("twisted/urdf/flat.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap();
+
+        let load = |mesh: &str| {
+            let collision = format!("<link name=\"a\"><collision><geometry>{mesh}</geometry></collision>");
+            std::fs::write(&urdf, TWISTED.replacen("<link name=\"a\">", &collision, 1)).unwrap();
+            Model::load(&folder.path().join("m.toml")).unwrap().robot
+        };
+        for mesh in ["a.obj", "package://twisted/a.stl", "b.stl"] {
+            let robot = load(&format!("<mesh filename=\"{mesh}\" scale=\"0.1 0.1 0.2\"/>"));
+            let Geometry::ConvexHull(points) = &robot.bodies[0].shapes[0].geometry else { panic!("{mesh}") };
+            let most = points.iter().fold([0.0_f64; 3], |most, p| [0, 1, 2].map(|i| most[i].max(p[i])));
+            assert!(most.iter().zip([0.2, 0.3, 0.8]).all(|(a, b)| (a - b).abs() < 1e-12), "{mesh}: {most:?}");
+            assert!(MotionCheck::new(&robot).is_ok());
+        }
+        for (mesh, expected) in [
+            ("none.obj", "a file that can be read (No such file or directory (os error 2))"),
+            ("m.dae", "a file that can be read (No such file or directory (os error 2))"),
+            ("../../m.toml", "an STL or OBJ mesh"),
+            ("cut.stl", "a whole mesh"),
+            ("flat.obj", "at least 4 points, not 3"),
+            ("package://elsewhere/a.stl", "a package whose folder is above the URDF"),
+        ] {
+            let robot = load(&format!("<mesh filename=\"{mesh}\"/>"));
+            assert_eq!(robot.unread_shapes[0].expected, expected, "{mesh}");
+            let error = MotionCheck::new(&robot).err().expect(mesh).to_string();
+            assert!(error.ends_with(&format!("collision mesh of link a: expected {expected}")), "{error}");
+        }
     }
 
     #[test]

@@ -1,12 +1,10 @@
 //! What the machine is: kinematic tree, inertias, collision shapes, and the model file. No engine types.
 
 mod inertia;
-mod mesh;
 pub mod model;
 mod read;
 pub mod tree;
 mod urdf;
-mod urdf_text;
 mod write;
 
 pub use model::{EffectEntry, JointModel, Model};

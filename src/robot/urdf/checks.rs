@@ -1,0 +1,149 @@
+//! What links and joints must be, beyond their spelling: a tree of bodies that can exist.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector3;
+
+use super::text::UrdfText;
+use super::{Urdf, inertia_of};
+use crate::error::{Error, Place, Result};
+use crate::robot::tree::{Inertia, Robot};
+use crate::toml_input::nearest;
+use crate::units::JointKind;
+
+impl Urdf<'_> {
+    pub(super) fn check_links(&self) -> Result<()> {
+        for link in &self.robot.links {
+            if let Some(fault) = inertia_of(&link.inertial).fault() {
+                let (part, expected) = if link.inertial.mass.value < 0.0 {
+                    ("mass", "a mass ≥ 0 [kg]".to_owned())
+                } else {
+                    ("inertia", format!("a tensor that a rigid body can have: {fault}"))
+                };
+                let tensor = &link.inertial.inertia;
+                let value = match part {
+                    "mass" => link.inertial.mass.value.to_string(),
+                    _ => format!(
+                        "[ixx {}, ixy {}, ixz {}, iyy {}, iyz {}, izz {}]",
+                        tensor.ixx, tensor.ixy, tensor.ixz, tensor.iyy, tensor.iyz, tensor.izz
+                    ),
+                };
+                return Err(self.text.error("link", &link.name, part, value, expected));
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_joints(&self) -> Result<()> {
+        for joint in &self.robot.joints {
+            let refuse =
+                |part, value: String, expected: &str| Err(self.text.error("joint", &joint.name, part, value, expected));
+            let (lower, upper) = (joint.limit.lower, joint.limit.upper);
+            let dynamics = joint.dynamics.clone().unwrap_or_default();
+            if lower > upper {
+                return refuse("limit", format!("lower {lower}, upper {upper}"), "lower ≤ upper");
+            }
+            if joint.limit.effort < 0.0 || joint.limit.velocity < 0.0 {
+                let value = format!("effort {}, velocity {}", joint.limit.effort, joint.limit.velocity);
+                return refuse("limit", value, "effort ≥ 0 and velocity ≥ 0");
+            }
+            if dynamics.damping < 0.0 || dynamics.friction < 0.0 {
+                let value = format!("damping {}, friction {}", dynamics.damping, dynamics.friction);
+                return refuse("dynamics", value, "damping ≥ 0 and friction ≥ 0");
+            }
+        }
+        Ok(())
+    }
+
+    /// A joint that is held at zero must not mimic one that moves, nor stand elsewhere than at zero.
+    pub(super) fn check_mimic(&self, joint: &urdf_rs::Joint, moving: &BTreeSet<&str>) -> Result<()> {
+        match &joint.mimic {
+            Some(mimic) if moving.contains(mimic.joint.as_str()) || mimic.offset.unwrap_or(0.0) != 0.0 => {
+                let expected = "a joint of its own; one that mimics a moving joint is not supported";
+                Err(self.text.error("joint", &joint.name, "mimic", &mimic.joint, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// A body that moves needs a mass; the last of a branch that turns, also a moment of inertia about its axis.
+    pub(super) fn check_bodies(&self, tree: &Robot) -> Result<()> {
+        for (index, body) in tree.bodies.iter().enumerate() {
+            let Inertia { mass, .. } = body.inertia;
+            if mass <= 0.0 {
+                let expected = "a mass > 0 [kg] of the link that moves and all that is fixed to it";
+                return Err(self.text.error("link", &body.name, "mass", mass, expected));
+            }
+            let axis = body.joint.axis;
+            let moment = axis.dot(&(body.inertia.tensor_about(&Vector3::zeros()) * *axis));
+            let last = tree.bodies.iter().all(|other| other.parent != Some(index));
+            if last && body.joint.kind == JointKind::Revolute && moment <= 0.0 {
+                let expected = format!("a moment of inertia > 0 [kg·m²] about the axis of joint {}", body.joint.name);
+                return Err(self.text.error("link", &body.name, "inertia", moment, expected));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Index of the link that no joint moves, once it is sure that all others hang from it.
+pub(super) fn root_of(text: &UrdfText<'_>, robot: &urdf_rs::Robot) -> Result<usize> {
+    let mut index: BTreeMap<&str, usize> = BTreeMap::new();
+    for (i, link) in robot.links.iter().enumerate() {
+        if index.insert(&link.name, i).is_some() {
+            return Err(text.error("link", &link.name, "", "", "a name that no other link has"));
+        }
+    }
+    let mut names = BTreeSet::new();
+    let mut parent: Vec<Option<usize>> = vec![None; robot.links.len()];
+    for joint in &robot.joints {
+        if !names.insert(joint.name.as_str()) {
+            return Err(text.error("joint", &joint.name, "", "", "a name that no other joint has"));
+        }
+        let find = |part, link: &str| {
+            let near = nearest(link, index.keys().copied()).map(|name| format!(", such as {name}")).unwrap_or_default();
+            let missing = || text.error("joint", &joint.name, part, link, format!("a link of this file{near}"));
+            index.get(link).copied().ok_or_else(missing)
+        };
+        let (above, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
+        if parent[below].replace(above).is_some() {
+            return Err(text.error(
+                "joint",
+                &joint.name,
+                "child",
+                &joint.child.link,
+                "a link that no other joint moves",
+            ));
+        }
+    }
+    let roots: Vec<usize> = (0..parent.len()).filter(|&link| parent[link].is_none()).collect();
+    let [root] = roots[..] else {
+        let names: Vec<&str> = roots.iter().map(|&link| robot.links[link].name.as_str()).collect();
+        let expected = "one link that no joint moves (the base)";
+        return Err(Error::input(text.file(), Place::File, "links without a joint", names.join(", "), expected));
+    };
+    // With one parent a link and one root, whatever does not hang from the root turns in a circle.
+    for (link, found) in robot.links.iter().zip(hanging_from(root, &parent)) {
+        if !found {
+            return Err(text.error("link", &link.name, "", "", "a link that hangs from the base, not from itself"));
+        }
+    }
+    Ok(root)
+}
+
+/// Which links hang from the root.
+fn hanging_from(root: usize, parent: &[Option<usize>]) -> Vec<bool> {
+    let mut children = vec![Vec::new(); parent.len()];
+    for (link, above) in parent.iter().enumerate() {
+        if let Some(above) = above {
+            children[*above].push(link);
+        }
+    }
+    let mut found = vec![false; parent.len()];
+    let mut waiting = vec![root];
+    while let Some(link) = waiting.pop() {
+        found[link] = true;
+        waiting.extend(&children[link]);
+    }
+    found
+}

@@ -1,0 +1,95 @@
+//! From URDF to the tree: the only place that names `urdf_rs`.
+//!
+//! Fixed joints, and movable ones that are held at zero, are merged: what they carry becomes part of the body before them.
+
+mod checks;
+mod grammar;
+mod mesh;
+mod scan;
+mod text;
+mod tree;
+
+use std::path::Path;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use urdf_rs::JointType;
+
+use self::text::UrdfText;
+use super::tree::{Inertia, Limits};
+use crate::error::{Error, Place, Result};
+use crate::units::JointKind;
+
+/// [m/s²] Gravity where the model file gives none.
+pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+/// A URDF with its lines, its numbers checked, its links and joints known to form a tree.
+pub(super) struct Urdf<'a> {
+    file: &'a Path,
+    text: UrdfText<'a>,
+    robot: urdf_rs::Robot,
+    root: usize,
+}
+
+impl<'a> Urdf<'a> {
+    /// Reads the text of a URDF.
+    ///
+    /// # Errors
+    /// It is no URDF, a number is none, links and joints form no tree, a link's inertia is one that no body can have.
+    pub(super) fn parse(file: &'a Path, text: &'a str) -> Result<Self> {
+        if text.contains("<xacro:") {
+            return Err(Error::input(file, Place::File, "", "", "plain URDF; run xacro on this file first"));
+        }
+        let scanned = UrdfText::scan(file, text)?;
+        let robot = urdf_rs::read_from_string(text)
+            .map_err(|error| Error::input(file, Place::File, "", "", format!("URDF: {error}")))?;
+        let root = checks::root_of(&scanned, &robot)?;
+        let urdf = Self { file, text: scanned, robot, root };
+        urdf.check_links()?;
+        urdf.check_joints()?;
+        Ok(urdf)
+    }
+
+    /// Names of the joints that turn or slide, in the order of the file.
+    pub(super) fn movable_joints(&self) -> Vec<&str> {
+        let movable = self.robot.joints.iter().filter(|joint| kind_of(joint).is_some() && joint.mimic.is_none());
+        movable.map(|joint| joint.name.as_str()).collect()
+    }
+
+    /// Whether a joint follows another one.
+    pub(super) fn mimics(&self, name: &str) -> bool {
+        self.robot.joints.iter().any(|joint| joint.name == name && joint.mimic.is_some())
+    }
+}
+
+fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
+    match joint.joint_type {
+        JointType::Revolute | JointType::Continuous => Some(JointKind::Revolute),
+        JointType::Prismatic => Some(JointKind::Prismatic),
+        JointType::Fixed | JointType::Floating | JointType::Planar | JointType::Spherical => None,
+    }
+}
+
+/// Limits; what URDF leaves at its default of zero is not given, and so is the range of a continuous joint.
+fn limits_of(joint: &urdf_rs::Joint) -> Limits {
+    let given = |value: f64| if value > 0.0 { value } else { f64::INFINITY };
+    let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
+    let free = joint.joint_type == JointType::Continuous || (lower == 0.0 && upper == 0.0);
+    let (lower, upper) = if free { (f64::NEG_INFINITY, f64::INFINITY) } else { (lower, upper) };
+    Limits { lower, upper, effort: given(effort), velocity: given(velocity) }
+}
+
+/// Inertia of a link in the link's frame, its inertial frame turned back.
+fn inertia_of(inertial: &urdf_rs::Inertial) -> Inertia {
+    let urdf_rs::Inertia { ixx, ixy, ixz, iyy, iyz, izz } = inertial.inertia;
+    let tensor = Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz);
+    Inertia { mass: inertial.mass.value, com: Vector3::zeros(), tensor }.seen_from(&isometry(&inertial.origin))
+}
+
+/// URDF's `xyz` and `rpy`: turned about the fixed axes x, y, z in this order, then moved.
+fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [roll, pitch, yaw] = pose.rpy.0;
+    Isometry3::from_parts(
+        Translation3::from(Vector3::from(pose.xyz.0)),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}

@@ -1,0 +1,116 @@
+//! Elements of an XML text with their lines; no more of XML than a URDF uses.
+
+/// An element: its opening tag, and the element around it.
+pub(super) struct Element<'a> {
+    pub line: usize,
+    pub name: &'a str,
+    pub attributes: Vec<(&'a str, &'a str)>,
+    /// Index of the element around it; `None` for the outermost.
+    pub parent: Option<usize>,
+    /// Indices of the elements directly within it.
+    pub children: Vec<usize>,
+}
+
+impl Element<'_> {
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(key, _)| *key == name).map(|(_, value)| *value)
+    }
+}
+
+/// A line, and what was expected there.
+pub(super) type Fault = (usize, String);
+
+/// No URDF is nested as deep as this; a parser that calls itself would run out of stack.
+const MAX_DEPTH: usize = 64;
+
+/// The elements in the order of their opening tags.
+///
+/// # Errors
+/// Tags that do not close, or not in their order; anything but one outermost element.
+pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
+    let mut elements: Vec<Element<'_>> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    let mut line = 1;
+    let mut rest = text;
+    while let Some(start) = rest.find('<') {
+        line += newlines(&rest[..start]);
+        let length = markup_length(&rest[start..]).ok_or_else(|| (line, "the end of this tag".to_owned()))?;
+        let (markup, after) = rest[start..].split_at(length);
+        if let Some(name) = markup.strip_prefix("</") {
+            close(&elements, &mut open, name.trim_end_matches('>').trim()).map_err(|expected| (line, expected))?;
+        } else if !markup.starts_with("<!") && !markup.starts_with("<?") {
+            if open.is_empty() && !elements.is_empty() {
+                return Err((line, "nothing after the outermost element".to_owned()));
+            }
+            if open.len() >= MAX_DEPTH {
+                return Err((line, format!("at most {MAX_DEPTH} elements within each other")));
+            }
+            let inner = markup.trim_start_matches('<').trim_end_matches('>');
+            let (name, attributes) = split_tag(inner.trim_end_matches('/'));
+            let parent = open.last().copied();
+            if !inner.ends_with('/') {
+                open.push(elements.len());
+            }
+            if let Some(parent) = parent {
+                let index = elements.len();
+                elements[parent].children.push(index);
+            }
+            elements.push(Element { line, name, attributes, parent, children: Vec::new() });
+        }
+        line += newlines(markup);
+        rest = after;
+    }
+    match open.last() {
+        Some(&last) => Err((elements[last].line, format!("a closing </{}>", elements[last].name))),
+        None => Ok(elements),
+    }
+}
+
+fn close(elements: &[Element<'_>], open: &mut Vec<usize>, name: &str) -> Result<(), String> {
+    let Some(last) = open.pop().map(|index| &elements[index]) else {
+        return Err(format!("no </{name}> here"));
+    };
+    if last.name == name {
+        return Ok(());
+    }
+    Err(format!("</{}> for the tag of line {}, not </{name}>", last.name, last.line))
+}
+
+fn newlines(text: &str) -> usize {
+    text.bytes().filter(|&byte| byte == b'\n').count()
+}
+
+/// Length of the markup that a text begins with; `>` inside quotes and comments does not end it.
+fn markup_length(text: &str) -> Option<usize> {
+    for (opening, closing) in [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")] {
+        if let Some(inside) = text.strip_prefix(opening) {
+            return inside.find(closing).map(|at| opening.len() + at + closing.len());
+        }
+    }
+    let mut quote = None;
+    for (at, character) in text.char_indices() {
+        match (quote, character) {
+            (None, '"' | '\'') => quote = Some(character),
+            (Some(open), _) if open == character => quote = None,
+            (None, '>') => return Some(at + 1),
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Name and attributes of an opening tag without its angle brackets.
+fn split_tag(inner: &str) -> (&str, Vec<(&str, &str)>) {
+    let inner = inner.trim();
+    let end = inner.find(char::is_whitespace).unwrap_or(inner.len());
+    let (name, mut rest) = inner.split_at(end);
+    let mut attributes = Vec::new();
+    while let Some((key, after)) = rest.split_once('=') {
+        let after = after.trim_start();
+        let Some(quote) = after.chars().next().filter(|c| matches!(c, '"' | '\'')) else { break };
+        let Some((value, next)) = after[1..].split_once(quote) else { break };
+        attributes.push((key.trim(), value));
+        rest = next;
+    }
+    (name, attributes)
+}
