@@ -61,7 +61,7 @@ struct Forces {
 impl Arm {
     fn friction(&self, body: usize, speed: f64) -> f64 {
         let g = &self.gears[body / 2];
-        let share = if body % 2 == 0 { 1.0 - g.link_share } else { g.link_share };
+        let share = if body.is_multiple_of(2) { 1.0 - g.link_share } else { g.link_share };
         share * (g.coulomb + (g.breakaway - g.coulomb) * (-speed / g.stribeck).exp() + g.viscous * speed)
     }
 
