@@ -1,9 +1,146 @@
 //! What the simulation gets wrong, and why: residual, candidates, selection, extension, gain.
+//!
+//! ```text
+//!  recordings ─ observe ─▶ rows of smooth motion and torque ─ zones ─▶ rigid rows
+//!                                    │
+//!      baseline (nominal machine, free friction) + terms (effects) ─ regression ─▶ evidence ─ selection ─▶ effects
+//!                                    │                                                          │
+//!                                  views ◀─────────────── estimate, extend, unexplained ◀───────┘
+//! ```
 
+mod baseline;
+mod candidates;
+mod conclude;
+mod estimate;
+mod extend;
+mod floor;
+mod kernel;
+mod observe;
+mod problem;
+mod regression;
 /// What a diagnosis returns.
 pub mod result;
+mod selection;
+mod unexplained;
+mod views;
+mod zones;
 
 pub use result::{
     Axis, BaselineEstimate, CandidateRecord, Diagnosis, FitError, FoundEffect, Measured, Method, OrderSpectrum,
     ReplayError, ResidualMap, ResidualSeries, Split, Unexplained, Verdict,
 };
+pub use selection::Rules;
+
+use crate::dynamics::Dynamics;
+use crate::effects::Motion;
+use crate::error::{Error, Result};
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+use problem::{Part, Problem};
+
+/// What can be chosen about a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// When an effect is named.
+    pub rules: Rules,
+    /// Part at the end of each session that is held out where no session is, 0 to 1.
+    pub held_out_share: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { rules: Rules::default(), held_out_share: 0.3 }
+    }
+}
+
+/// Names what the nominal model lacks; `progress` hears what is being done and which share of it (0 to 1).
+///
+/// `hold_out` are sessions to judge on; where there are none, the end of each training session is kept for that.
+///
+/// # Errors
+/// A session lacks the position, or the current or torque, of a joint; or there is too little motion.
+pub fn diagnose(
+    model: &Model,
+    train: &[TimeSeries],
+    hold_out: &[TimeSeries],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Diagnosis> {
+    progress("smoothing", 0.0);
+    let sessions: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
+    let motion = observe::observe(model, &sessions, &typical_inertia(model))?;
+    let held_out = held_out_rows(&motion, train.len(), options.held_out_share);
+    let mut problem = Problem::new(motion, held_out);
+    progress("fitting the baseline", 0.1);
+    find_zones(&mut problem)?;
+    let selection = selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
+    conclude::diagnosis(model, &sessions, train, &problem, &selection, options, progress)
+}
+
+/// Inertia of each joint with its rotor at q = 0: the scale that turns noise of acceleration into torque.
+fn typical_inertia(model: &Model) -> Vec<f64> {
+    let dof = model.joints.len();
+    let mut mass = nalgebra::DMatrix::zeros(dof, dof);
+    Dynamics::new(&model.robot).mass_matrix(&vec![0.0; dof], &mut mass);
+    (0..dof).map(|joint| mass[(joint, joint)] + model.joints[joint].reflected_inertia()).collect()
+}
+
+fn held_out_rows(motion: &Motion, trained: usize, share: f64) -> Vec<bool> {
+    if motion.sessions > trained {
+        return motion.session.iter().map(|session| *session >= trained).collect();
+    }
+    let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); motion.sessions];
+    for (session, time) in motion.session.iter().zip(&motion.time) {
+        let (first, last) = &mut bounds[*session];
+        *first = first.min(*time);
+        *last = last.max(*time);
+    }
+    let late = |(session, time): (&usize, &f64)| {
+        *time > bounds[*session].1 - share * (bounds[*session].1 - bounds[*session].0)
+    };
+    motion.session.iter().zip(&motion.time).map(late).collect()
+}
+
+/// Rigid zones with the Coulomb friction of a first fit.
+fn find_zones(problem: &mut Problem) -> Result<()> {
+    let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(&problem.motion, joint)).collect();
+    problem.zones = zones::rigid_zone(&problem.motion, &coulomb);
+    for (joint, model) in problem.motion.model.joints.iter().enumerate() {
+        let found = problem.rows(joint, Part::Train).len();
+        let needed = 100;
+        if found < needed {
+            return Err(Error::TooLittleData {
+                quantity: "torque",
+                joint: model.name.clone(),
+                found,
+                unit: "samples of steady contact",
+                needed,
+                advice: "move every joint of the model for some seconds in both directions; leave a joint that stands still out of the model",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Median of what friction takes while the joint moves.
+fn rough_coulomb(motion: &Motion, joint: usize) -> f64 {
+    let m = &motion.joints[joint];
+    let moving = (0..motion.rows()).filter(|row| m.direction[*row].abs() > 0.99);
+    let mut levels: Vec<f64> = moving.map(|row| (m.torque[row] - m.rigid[row]) * m.direction[row]).collect();
+    if levels.is_empty() {
+        return 0.0;
+    }
+    let middle = levels.len() / 2;
+    levels.select_nth_unstable_by(middle, f64::total_cmp).1.max(0.0)
+}
+
+fn nothing_moves(model: &Model) -> Error {
+    Error::TooLittleData {
+        quantity: "friction",
+        joint: model.joints.first().map(|joint| joint.name.clone()).unwrap_or_default(),
+        found: 0,
+        unit: "directions of motion",
+        needed: 2,
+        advice: "move every joint in both directions",
+    }
+}

@@ -6,6 +6,7 @@
 //! ```
 //!
 //! With `R` but no `L`: `i = i_cmd` while `|R i_cmd + K ω| ≤ V`, else `i = (±V − K ω)/R`. Without `R`: `i = i_cmd`.
+//! While no limit is met the loop's answer to a constant command is known: `i(t + h) = i_cmd + (i(t) − i_cmd) e^{−h/T_i}`.
 //! Sign: positive current drives the joint positively. The command is clamped to ±`current_limit` beforehand.
 //! Left out: switching ripple, dead time of the bridge, warming of the winding.
 
@@ -101,6 +102,15 @@ impl PowerStage {
             }
             Winding::Resistive { .. } => command,
             Winding::Inductive { .. } => state,
+        }
+    }
+
+    /// `e^{−h/T_i}`: what remains after `h` [s] of a current's distance from its command, while no limit is met; 1 where the
+    /// current is no state.
+    pub fn remainder(&self, h: f64) -> f64 {
+        match self.winding {
+            Winding::Inductive { time_constant, .. } => (-h / time_constant).exp(),
+            _ => 1.0,
         }
     }
 

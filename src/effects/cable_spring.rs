@@ -70,10 +70,15 @@ impl Effect for CableSpring {
     }
 
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        vec![motion.joints[joint].q.clone(), vec![1.0; motion.rows()]]
+        let q = motion.joints[joint].q.clone();
+        // Where the zero of the torque is free it takes the constant, and the rest position cannot be told.
+        if motion.joints[joint].has_current { vec![q, vec![1.0; motion.rows()]] } else { vec![q] }
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
-        vec![coefficients[0], -coefficients[1] / coefficients[0]]
+        match coefficients {
+            [c, constant] => vec![*c, -constant / c],
+            _ => vec![coefficients[0]],
+        }
     }
 }

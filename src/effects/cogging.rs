@@ -102,6 +102,14 @@ impl Effect for Cogging {
         false
     }
 
+    fn repeats(&self) -> bool {
+        true
+    }
+
+    fn phase_per_session(&self) -> bool {
+        true
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         motion.harmonic(joint, shape[0] * motion.model.joints[joint].gear_ratio, |_, _| -1.0).into()
     }

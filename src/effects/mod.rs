@@ -152,6 +152,16 @@ pub trait Effect: Sync {
         true
     }
 
+    /// Whether a joint can have several of it, told apart by their shapes.
+    fn repeats(&self) -> bool {
+        false
+    }
+
+    /// Whether its two coefficients are a cosine and a sine of the motor angle, whose zero an incremental encoder sets anew in every session.
+    fn phase_per_session(&self) -> bool {
+        false
+    }
+
     /// Torque on a joint [N·m or N] per unit of each coefficient, one value a row: what the motor must add to the baseline.
     /// For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;

@@ -5,18 +5,14 @@
 //! What oscillates along the way, `cos(n θ)` at the order `n`, passes it with the gain
 //! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`.
 
+use crate::dynamics::Dynamics;
 use crate::robot::{Model, Robot};
-
-/// Joint torques [N·m or N] that a robot needs for `q`, `v`, `a`.
-pub type RigidBody = fn(&Robot, &[f64], &[f64], &[f64]) -> Vec<f64>;
 
 /// Smooth measured motion, one row after the other; sessions follow each other.
 #[derive(Debug, Clone)]
 pub struct Motion<'a> {
     /// The nominal machine.
     pub model: &'a Model,
-    /// Inverse dynamics.
-    pub rigid_body: RigidBody,
     /// Number of sessions.
     pub sessions: usize,
     /// Session of each row.
@@ -126,7 +122,8 @@ impl Motion<'_> {
     pub fn inverse_dynamics(&self, robot: &Robot, still: bool) -> Vec<Vec<f64>> {
         let dof = self.joints.len();
         let mut torques = vec![Vec::with_capacity(self.rows()); dof];
-        let (mut q, mut v, mut a) = (vec![0.0; dof], vec![0.0; dof], vec![0.0; dof]);
+        let mut dynamics = Dynamics::new(robot);
+        let (mut q, mut v, mut a, mut tau) = (vec![0.0; dof], vec![0.0; dof], vec![0.0; dof], vec![0.0; dof]);
         for row in 0..self.rows() {
             for (joint, motion) in self.joints.iter().enumerate() {
                 q[joint] = motion.q[row];
@@ -135,7 +132,7 @@ impl Motion<'_> {
                     a[joint] = motion.a[row];
                 }
             }
-            let tau = (self.rigid_body)(robot, &q, &v, &a);
+            dynamics.inverse(&q, &v, &a, &mut tau);
             for (torque, value) in torques.iter_mut().zip(tau.iter()) {
                 torque.push(*value);
             }

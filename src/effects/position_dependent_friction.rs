@@ -1,6 +1,6 @@
-//! Dry friction varies with the angle of the joint: a bent shaft, uneven preload, a worn spot.
+//! Coulomb friction varies with the position of the joint: a bent shaft, uneven preload, a worn spot.
 //!
-//! `F_dry → F_dry (1 + a cos(n q + φ))`, `q` the joint position on the motor side. Its torque turns its sign with the direction of motion,
+//! `F_C → F_C (1 + a cos(n q + φ))`, `q` the joint position on the motor side. Its torque turns its sign with the direction of motion,
 //! which a cogging torque does not.
 //! Left out: maps that are not one harmonic.
 //! Reference: M. Gautier et al. (2013); R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic manipulators with gear transmissions.
@@ -8,15 +8,16 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use super::parameters::need_joint;
+use super::parameters::{need_friction, need_joint};
 use super::{About, Action, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
+use crate::gearhead::{Direction, FrictionLaw};
 use crate::robot::Model;
 
 static ABOUT: About = About {
     name: "position_dependent_friction",
-    summary: "Dry friction varies with the position of the joint.",
-    equation: "F_dry → F_dry (1 + a cos(n q + φ))",
+    summary: "Coulomb friction varies with the position of the joint.",
+    equation: "F_C → F_C (1 + a cos(n q + φ))",
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
@@ -27,7 +28,7 @@ static ABOUT: About = About {
             min: 0.0,
             max: 0.95,
             default: None,
-            meaning: "relative variation of dry friction",
+            meaning: "relative variation of Coulomb friction",
         },
         ParameterSpec {
             name: "order",
@@ -54,10 +55,12 @@ static ABOUT: About = About {
     reference: "R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic manipulators with gear transmissions",
 };
 
-/// Dry friction varies with the position of the joint.
+/// Coulomb friction varies with the position of the joint.
 pub struct PositionDependentFriction;
 
 struct Map {
+    /// Coulomb friction `[positive, negative]`.
+    coulomb: [f64; 2],
     a: f64,
     n: f64,
     phi: f64,
@@ -65,7 +68,8 @@ struct Map {
 
 impl JointAction for Map {
     fn dry_friction(&self, state: &JointState, level: f64) -> f64 {
-        level * (1.0 + self.a * (self.n * state.motor_position + self.phi).cos())
+        let coulomb = self.coulomb[Direction::of(state.motor_velocity).index()];
+        (level + coulomb * self.a * (self.n * state.motor_position + self.phi).cos()).max(0.0)
     }
 }
 
@@ -76,8 +80,13 @@ impl Effect for PositionDependentFriction {
 
     fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
         let given = Parameters::check(&ABOUT, model, given)?;
-        let map = Map { a: given.get("amplitude"), n: given.get("order"), phi: given.get("phase") };
-        Ok(vec![Action::Joint(need_joint(&ABOUT, model, joint)?, Box::new(map))])
+        let joint = need_joint(&ABOUT, model, joint)?;
+        let coulomb = match need_friction(&ABOUT, model, joint)?.law {
+            FrictionLaw::Exponential(law) => law.map(|side| side.coulomb),
+            FrictionLaw::TwoLines(law) => law.map(|side| side.a2),
+        };
+        let map = Map { coulomb, a: given.get("amplitude"), n: given.get("order"), phi: given.get("phase") };
+        Ok(vec![Action::Joint(joint, Box::new(map))])
     }
 
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
@@ -91,8 +100,16 @@ impl Effect for PositionDependentFriction {
         (0..count).map(|index| vec![lowest + step * index as f64]).collect()
     }
 
+    fn repeats(&self) -> bool {
+        true
+    }
+
+    fn phase_per_session(&self) -> bool {
+        true
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        motion.harmonic(joint, shape[0], |m, row| m.friction.dry(m.v[row]) * m.direction[row]).into()
+        motion.harmonic(joint, shape[0], |m, row| m.friction.coulomb * m.direction[row]).into()
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

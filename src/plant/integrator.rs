@@ -3,7 +3,8 @@
 //! A step is taken within the modes that hold at its start. Where a margin has turned negative at its end, the earliest root
 //! of the margins along the step's cubic Hermite interpolant is found, the step is taken again up to there, and the mode
 //! changes: a flank is touched or left, a rotor or link comes to rest or breaks away, the voltage limit is met or left.
-//! Without that every method is of first order.
+//! Without that every method is of first order. The current is the fastest of all; while it is not limited by the voltage its
+//! course under a constant command is known, and it is put in as it is.
 
 use nalgebra::DMatrix;
 
@@ -67,7 +68,13 @@ pub struct Integrator {
     q: Vec<f64>,
     v: Vec<f64>,
     rates: [Vec<Phase>; 4],
+    power: Power,
     end_rate: Vec<Phase>,
+    end_power: Power,
+    /// [s] Step that the remainders belong to.
+    remainders_of: f64,
+    /// What remains of a current's distance from its command after half that step, one a joint.
+    remainders: Vec<f64>,
     stage: Vec<Phase>,
     end: Vec<Phase>,
     probe: Vec<Phase>,
@@ -95,7 +102,11 @@ impl Integrator {
             q: vec![0.0; n],
             v: vec![0.0; n],
             rates: [phases(), phases(), phases(), phases()],
+            power: Power::default(),
             end_rate: phases(),
+            end_power: Power::default(),
+            remainders_of: 0.0,
+            remainders: vec![1.0; n],
             stage: phases(),
             end: phases(),
             probe: phases(),
@@ -128,6 +139,15 @@ impl Integrator {
                 self.mobility.exact(&self.mass, &self.bias, &mut self.response);
             }
         }
+    }
+
+    /// [rad/s] Angular frequency of the stiffest gear between its rotor and its link, at the newest evaluation.
+    pub fn fastest(&mut self) -> f64 {
+        self.mobility.newest(&mut self.response);
+        let frequency = |(i, law): (usize, &super::joint::JointLaws)| {
+            (law.gear.stiffness * (1.0 / law.rotor_inertia + self.response.w(i, i))).sqrt()
+        };
+        self.coupled.laws.iter().enumerate().map(frequency).fold(0.0, f64::max)
     }
 
     /// Decides the modes of everything that rests, after the command may have jumped.
@@ -163,6 +183,7 @@ impl Integrator {
                     events_at_once = 0;
                     self.accept(state, target, work, &mut watch);
                     std::mem::swap(&mut self.rates[0], &mut self.end_rate);
+                    self.power = self.end_power;
                     let [before, after] = &mut self.margins;
                     std::mem::swap(before, after);
                     continue;
@@ -183,31 +204,27 @@ impl Integrator {
     fn begin(&mut self, state: &State, commands: &[f64], source: Source) {
         self.respond(source, state.time, &state.joints);
         let Self { coupled, response, rates, margins, .. } = self;
-        coupled.derivative(state.time, &state.joints, &state.modes, commands, response, &mut rates[0]);
+        self.power = coupled.derivative(state.time, &state.joints, &state.modes, commands, response, &mut rates[0]);
         coupled.margins(state.time, &state.joints, &state.modes, commands, &mut margins[0]);
     }
 
     /// A step of length `h` from the state, into `self.end`; its first rate is there already. Returns work and heat.
     fn step(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Power {
         let t = state.time;
-        // Power at the start is evaluated anew: it is not kept with the rate.
-        let mut power = [Power::default(); 4];
+        self.remember_remainders(h);
+        let mut power = [self.power; 4];
         let mut stages = std::mem::take(&mut self.stage);
-        for (k, (share, time)) in
-            [(0.0, t), (0.5, t + 0.5 * h), (0.5, t + 0.5 * h), (1.0, t + h)].into_iter().enumerate()
-        {
-            if k == 0 {
-                stages.copy_from_slice(&state.joints);
-            } else {
-                for (i, stage) in stages.iter_mut().enumerate() {
-                    *stage = state.joints[i].step(share * h, &self.rates[k - 1][i]);
-                }
+        for (k, (share, time)) in [(0.5, t + 0.5 * h), (0.5, t + 0.5 * h), (1.0, t + h)].into_iter().enumerate() {
+            for (i, stage) in stages.iter_mut().enumerate() {
+                *stage = state.joints[i].step(share * h, &self.rates[k][i]);
             }
-            if k != 2 || source == Source::Engine {
+            self.put_currents(state, commands, share, &mut stages);
+            // The two stages in the middle share a time, and with it the polynomial's answer.
+            if k != 1 || source == Source::Engine {
                 self.respond(source, time, &stages);
             }
             let Self { coupled, response, rates, .. } = self;
-            power[k] = coupled.derivative(time, &stages, &state.modes, commands, response, &mut rates[k]);
+            power[k + 1] = coupled.derivative(time, &stages, &state.modes, commands, response, &mut rates[k + 1]);
         }
         self.stage = stages;
         let [k1, k2, k3, k4] = &self.rates;
@@ -223,10 +240,33 @@ impl Integrator {
                 current: y.current + sixth * sum(|p| p.current),
             };
         }
+        let mut end = std::mem::take(&mut self.end);
+        self.put_currents(state, commands, 1.0, &mut end);
+        self.end = end;
         let [p1, p2, p3, p4] = power;
         Power {
             work: sixth * (p1.work + 2.0 * (p2.work + p3.work) + p4.work),
             dissipated: sixth * (p1.dissipated + 2.0 * (p2.dissipated + p3.dissipated) + p4.dissipated),
+        }
+    }
+
+    fn remember_remainders(&mut self, h: f64) {
+        if h != self.remainders_of {
+            self.remainders_of = h;
+            for (remainder, law) in self.remainders.iter_mut().zip(&self.coupled.laws) {
+                *remainder = law.power.remainder(0.5 * h);
+            }
+        }
+    }
+
+    /// Puts the known course of the currents that no voltage limits into a stage at half the step or at its end.
+    fn put_currents(&self, state: &State, commands: &[f64], share: f64, stages: &mut [Phase]) {
+        for (i, stage) in stages.iter_mut().enumerate() {
+            if state.modes[i].saturation == 0 {
+                let half = self.remainders[i];
+                let remainder = if share == 1.0 { half * half } else { half };
+                stage.current = commands[i] + (state.joints[i].current - commands[i]) * remainder;
+            }
         }
     }
 
@@ -235,7 +275,7 @@ impl Integrator {
         let end = std::mem::take(&mut self.end);
         self.respond(source, time, &end);
         let Self { coupled, response, end_rate, margins, .. } = self;
-        coupled.derivative(time, &end, &state.modes, commands, response, end_rate);
+        self.end_power = coupled.derivative(time, &end, &state.modes, commands, response, end_rate);
         coupled.margins(time, &end, &state.modes, commands, &mut margins[1]);
         self.end = end;
     }
@@ -324,6 +364,10 @@ impl Integrator {
         let mut probe = std::mem::take(&mut self.probe);
         for (i, phase) in probe.iter_mut().enumerate() {
             *phase = hermite(&state.joints[i], &self.rates[0][i], &self.end[i], &self.end_rate[i], h, s);
+            if state.modes[i].saturation == 0 {
+                let remainder = self.coupled.laws[i].power.remainder(s * h);
+                phase.current = commands[i] + (state.joints[i].current - commands[i]) * remainder;
+            }
         }
         let time = state.time + s * h;
         self.respond(source, time, &probe);

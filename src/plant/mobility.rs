@@ -92,6 +92,11 @@ impl Mobility {
         }
     }
 
+    /// Writes `W` and `a₀` of the newest evaluation.
+    pub fn newest(&self, response: &mut Response) {
+        response.entries.copy_from_slice(&self.nodes[0]);
+    }
+
     /// Writes `W` and `a₀` of an engine's answer.
     pub fn exact(&mut self, mass: &DMatrix<f64>, h: &[f64], response: &mut Response) {
         invert(self.joints, mass, h, &mut self.factor, &mut response.entries);

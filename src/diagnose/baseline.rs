@@ -1,0 +1,127 @@
+//! What the nominal model leaves free: symmetric friction of equation 6, and the zero of a recorded torque.
+//!
+//! `τ_m − τ_rigid = (F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v (+ offset of the session, where a torque and not a current was recorded)`.
+//! Linear but for `v_S`, which is scanned (variable projection). Where the model file gives friction, its Stribeck part is kept
+//! and `F_C`, `F_V` are refitted, because they drift.
+
+use crate::effects::{Motion, SymmetricFriction};
+use crate::gearhead::{Direction, FrictionLaw};
+
+/// How the falling part of friction enters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Falling {
+    /// Fitted, with this Stribeck velocity for now.
+    Free(f64),
+    /// As the model file gives it; the symmetric mean is subtracted beforehand.
+    Given(SymmetricFriction),
+}
+
+/// The free part of one joint's nominal model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointBaseline {
+    /// Its falling part.
+    pub falling: Falling,
+    /// Sessions whose torque has a zero of its own.
+    pub offset_sessions: Vec<usize>,
+}
+
+/// Positions in [`JointBaseline::columns`].
+pub const COULOMB: usize = 0;
+/// Viscous friction.
+pub const VISCOUS: usize = 1;
+/// `F_S − F_C`, where it is free.
+pub const FALLING: usize = 2;
+
+impl JointBaseline {
+    /// The baseline of a joint: `offset_sessions` matter where no current was recorded.
+    pub fn new(motion: &Motion, joint: usize, sessions: &[usize]) -> Self {
+        let falling = match motion.model.joints[joint].friction {
+            None => Falling::Free(stribeck_grid(motion, joint)[STRIBECK_STEPS / 2]),
+            Some(friction) => Falling::Given(symmetric(&friction.law)),
+        };
+        let offset_sessions = if motion.joints[joint].has_current { Vec::new() } else { sessions.to_vec() };
+        Self { falling, offset_sessions }
+    }
+
+    /// Number of columns.
+    pub fn len(&self) -> usize {
+        2 + usize::from(matches!(self.falling, Falling::Free(_))) + self.offset_sessions.len()
+    }
+
+    /// The columns, one value a row.
+    pub fn columns(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
+        let mut columns = vec![motion.joints[joint].direction.clone(), motion.joints[joint].v.clone()];
+        if let Falling::Free(v_s) = self.falling {
+            columns.push(motion.column(joint, |m, row| m.direction[row] * (-m.v[row].abs() / v_s).exp()));
+        }
+        for session in &self.offset_sessions {
+            columns.push(motion.session.iter().map(|s| f64::from(u8::from(s == session))).collect());
+        }
+        columns
+    }
+
+    /// Change of the friction column with the Stribeck velocity, per `F_S − F_C`.
+    pub fn stribeck_derivative(&self, motion: &Motion, joint: usize) -> Option<Vec<f64>> {
+        let Falling::Free(v_s) = self.falling else { return None };
+        Some(motion.column(joint, |m, row| {
+            let speed = m.v[row].abs();
+            m.direction[row] * speed / (v_s * v_s) * (-speed / v_s).exp()
+        }))
+    }
+
+    /// What is to be explained: measured torque less what the model file fixes.
+    pub fn target(&self, motion: &Motion, joint: usize) -> Vec<f64> {
+        let fixed = |v: f64| match self.falling {
+            Falling::Given(law) => (law.breakaway - law.coulomb) * (-v.abs() / law.stribeck_velocity).exp(),
+            Falling::Free(_) => 0.0,
+        };
+        motion.column(joint, |m, row| m.torque[row] - m.rigid[row] - m.direction[row] * fixed(m.v[row]))
+    }
+
+    /// The law that its coefficients stand for.
+    pub fn friction(&self, coefficients: &[f64]) -> SymmetricFriction {
+        let (coulomb, viscous) = (coefficients[COULOMB], coefficients[VISCOUS]);
+        match self.falling {
+            Falling::Free(v_s) => SymmetricFriction {
+                coulomb,
+                breakaway: coulomb + coefficients[FALLING],
+                stribeck_velocity: v_s,
+                viscous,
+            },
+            Falling::Given(law) => {
+                SymmetricFriction { coulomb, breakaway: coulomb + law.breakaway - law.coulomb, viscous, ..law }
+            }
+        }
+    }
+}
+
+/// Number of Stribeck velocities that are scanned.
+pub const STRIBECK_STEPS: usize = 24;
+
+/// Stribeck velocities to scan: from 1/400 to 1/5 of the largest speed.
+pub fn stribeck_grid(motion: &Motion, joint: usize) -> Vec<f64> {
+    let fastest = motion.joints[joint].v.iter().fold(1e-9_f64, |most, v| most.max(v.abs()));
+    let ratio = 80.0_f64.powf(1.0 / (STRIBECK_STEPS - 1) as f64);
+    (0..STRIBECK_STEPS).map(|step| fastest / 400.0 * ratio.powi(step as i32)).collect()
+}
+
+/// Mean of both directions.
+fn symmetric(law: &FrictionLaw) -> SymmetricFriction {
+    match law {
+        FrictionLaw::Exponential([p, n]) => SymmetricFriction {
+            coulomb: 0.5 * (p.coulomb + n.coulomb),
+            breakaway: 0.5 * (p.breakaway + n.breakaway),
+            stribeck_velocity: 0.5 * (p.stribeck_velocity + n.stribeck_velocity),
+            viscous: 0.5 * (p.viscous + n.viscous),
+        },
+        FrictionLaw::TwoLines([p, n]) => {
+            let at_rest = 0.5 * (law.magnitude(Direction::Positive, 0.0) + law.magnitude(Direction::Negative, 0.0));
+            SymmetricFriction {
+                coulomb: 0.5 * (p.a2 + n.a2),
+                breakaway: at_rest,
+                stribeck_velocity: 0.25 * (p.switch_velocity() + n.switch_velocity()),
+                viscous: 0.5 * (p.b2 + n.b2),
+            }
+        }
+    }
+}

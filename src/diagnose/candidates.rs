@@ -1,0 +1,329 @@
+//! Candidates: each effect of the catalogue where it could act, with the shape that suits it best and the evidence for it.
+
+use rayon::prelude::*;
+
+use super::problem::{FOLDS, Fitted, Part, Problem, Term};
+use super::regression::Score;
+use crate::effects::{CATALOGUE, Effect, Scope};
+
+/// Shapes that are fitted in full after a scan of many.
+const SHORTLIST: usize = 3;
+/// More shapes than these are scanned by their score first.
+const MANY_SHAPES: usize = 6;
+/// Steps of the golden section that refines a shape.
+const REFINEMENTS: usize = 12;
+
+/// How well a model predicts, by joint, in independent nats.
+#[derive(Debug, Clone)]
+pub struct Prediction {
+    /// On the rows that it was fitted on.
+    pub training: Vec<f64>,
+    /// On each fold, fitted on the others.
+    pub folds: Vec<f64>,
+    /// On what is held out.
+    pub held_out: Vec<f64>,
+    /// Scale of the training error.
+    pub scale: Vec<f64>,
+}
+
+/// What speaks for a term on one joint.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Evidence {
+    /// [nats] gain of likelihood by cross-validation within the training data, chosen shapes paid for.
+    pub folds: f64,
+    /// [nats] gain of likelihood on what is held out.
+    pub held_out: f64,
+    /// [1] logarithm of the ratio of error scales, without over with.
+    pub log_scale: f64,
+}
+
+impl Evidence {
+    /// Both parts.
+    pub fn total(&self) -> f64 {
+        self.folds + self.held_out
+    }
+}
+
+/// An effect on one or several joints, with its evidence.
+#[derive(Clone)]
+pub struct Candidate {
+    /// One term for each joint of a joint's effect, one in all for the machine's.
+    pub terms: Vec<Term>,
+    /// Evidence on each joint of the model.
+    pub evidence: Vec<Evidence>,
+    /// Whether its parameters make sense.
+    pub sensible: bool,
+}
+
+impl Candidate {
+    /// The effect.
+    pub fn effect(&self) -> &'static dyn Effect {
+        self.terms[0].effect
+    }
+
+    /// [nats] Evidence on all joints.
+    pub fn total(&self) -> f64 {
+        self.evidence.iter().map(Evidence::total).sum()
+    }
+
+    /// Number of coefficients and refined shapes.
+    pub fn complexity(&self) -> usize {
+        self.terms.iter().map(|term| term.coefficients() + term.shape.len()).sum()
+    }
+
+    /// Joints that it acts on.
+    pub fn joints(&self) -> Vec<usize> {
+        self.terms.iter().flat_map(|term| term.joints.clone()).collect()
+    }
+
+    /// Best relative improvement of a joint.
+    pub fn log_scale(&self) -> f64 {
+        self.joints().iter().map(|joint| self.evidence[*joint].log_scale).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// How well the terms predict; `None` where they cannot be fitted.
+pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
+    let fitted = problem.fit_loosely(terms, Part::Train)?;
+    let mut folds = vec![0.0; problem.baseline.len()];
+    let parts: Vec<Option<Vec<f64>>> = (0..FOLDS)
+        .into_par_iter()
+        .map(|fold| {
+            let fitted = problem.fit_loosely(terms, Part::Without(fold))?;
+            Some(problem.likelihood_elsewhere(terms, &fitted, Part::Fold(fold)))
+        })
+        .collect();
+    for part in parts {
+        folds.iter_mut().zip(part?).for_each(|(sum, value)| *sum += value);
+    }
+    let held_out = problem.likelihood_elsewhere(terms, &fitted, Part::HeldOut);
+    Some(Prediction { training: training(problem, &fitted), folds, held_out, scale: fitted.solution.scale })
+}
+
+fn training(problem: &Problem, fitted: &Fitted) -> Vec<f64> {
+    fitted.solution.log_likelihood.iter().zip(&problem.independence).map(|(l, independence)| l * independence).collect()
+}
+
+fn gain(before: &[f64], after: &[f64]) -> f64 {
+    after.iter().zip(before).map(|(after, before)| after - before).sum()
+}
+
+/// Search for the best term of one effect at one place.
+struct Search<'p, 'm> {
+    problem: &'p Problem<'m>,
+    terms: Vec<&'p Term>,
+    fitted: &'p Fitted,
+    before: &'p [f64],
+}
+
+impl Search<'_, '_> {
+    /// Training gain [nats] of a term, its joints alone; not finite where it cannot be fitted or makes no sense.
+    fn gain(&self, term: &Term) -> f64 {
+        let mut terms = self.terms.clone();
+        terms.push(term);
+        match self.problem.fit_loosely(&terms, Part::Train) {
+            Some(fitted) => gain(self.before, &training(self.problem, &fitted)),
+            None => f64::NEG_INFINITY,
+        }
+    }
+
+    fn shortlist(&self, effect: &'static dyn Effect, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        if shapes.len() <= MANY_SHAPES || joints.len() > 1 {
+            return shapes;
+        }
+        let joint = joints[0];
+        let rows = self.problem.rows(joint, Part::Train);
+        let (system, _, _) = self.problem.system(&self.terms, Part::Train, true);
+        let solution = &self.fitted.solution;
+        let score = Score::new(
+            &system.blocks[joint],
+            &solution.residual[joint],
+            &solution.weights[joint],
+            solution.scale[joint],
+        );
+        let gains: Vec<f64> = shapes
+            .par_iter()
+            .map(|shape| {
+                let columns = effect.columns(&self.problem.motion, joint, shape);
+                let picked: Vec<Vec<f64>> =
+                    columns.iter().map(|column| rows.iter().map(|row| column[*row]).collect()).collect();
+                score.gain(&picked)
+            })
+            .collect();
+        let peak =
+            |i: &usize| (*i == 0 || gains[i - 1] <= gains[*i]) && gains.get(i + 1).is_none_or(|next| *next < gains[*i]);
+        let mut peaks: Vec<usize> = (0..shapes.len()).filter(peak).collect();
+        peaks.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
+        peaks.truncate(SHORTLIST);
+        peaks.into_iter().map(|index| shapes[index].clone()).collect()
+    }
+
+    /// The best term of an effect on these joints, and its training gain.
+    fn best(&self, effect: &'static dyn Effect, joints: &[usize]) -> Option<(Term, f64, usize)> {
+        let motion = &self.problem.motion;
+        let shapes = effect.shapes(motion, joints[0]);
+        let count = shapes.len();
+        let spacing = spacing(&shapes);
+        let mut best: Option<(Term, f64)> = None;
+        for shape in self.shortlist(effect, joints, shapes) {
+            let term = Term::new(motion, effect, joints, shape);
+            let gain = self.gain(&term);
+            if gain.is_finite() && best.as_ref().is_none_or(|(_, most)| gain > *most) {
+                best = Some((term, gain));
+            }
+        }
+        let (term, gain) = best?;
+        let (term, gain) = match spacing {
+            Some(spacing) if effect.refines() => self.refined(term, gain, spacing),
+            _ => (term, gain),
+        };
+        Some((term, gain, count))
+    }
+
+    /// Golden section of the first shape parameter over a grid step to either side.
+    fn refined(&self, term: Term, gain: f64, spacing: Spacing) -> (Term, f64) {
+        let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let (mut low, mut high) = spacing.around(term.shape[0]);
+        let mut best = (term, gain);
+        let evaluate = |value: f64, best: &mut (Term, f64)| {
+            let term = Term::new(&self.problem.motion, best.0.effect, &best.0.joints, vec![value]);
+            let gain = self.gain(&term);
+            if gain > best.1 {
+                *best = (term, gain);
+            }
+            gain
+        };
+        let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
+        let (mut at_left, mut at_right) = (evaluate(left, &mut best), evaluate(right, &mut best));
+        for _ in 0..REFINEMENTS {
+            if at_left > at_right {
+                (high, right, at_right) = (right, left, at_left);
+                left = high - ratio * (high - low);
+                at_left = evaluate(left, &mut best);
+            } else {
+                (low, left, at_left) = (left, right, at_right);
+                right = low + ratio * (high - low);
+                at_right = evaluate(right, &mut best);
+            }
+        }
+        best
+    }
+}
+
+/// How far scanned shapes are apart: a difference or a factor.
+#[derive(Clone, Copy)]
+struct Spacing {
+    first: f64,
+    last: f64,
+    step: f64,
+}
+
+impl Spacing {
+    fn around(&self, value: f64) -> (f64, f64) {
+        ((value - self.step).max(0.5 * self.first), (value + self.step).min(2.0 * self.last))
+    }
+}
+
+fn spacing(shapes: &[Vec<f64>]) -> Option<Spacing> {
+    let (first, second, last) = (shapes.first()?.first()?, shapes.get(1)?.first()?, shapes.last()?.first()?);
+    Some(Spacing { first: *first, last: *last, step: second - first })
+}
+
+/// All candidates beside the terms of the model, each with its best shapes, by falling evidence.
+/// Joint effects are gathered over the joints where `enough` holds.
+pub fn candidates(
+    problem: &Problem,
+    terms: &[Term],
+    fitted: &Fitted,
+    enough: &(dyn Fn(&Evidence) -> bool + Sync),
+) -> Vec<Candidate> {
+    let own: Vec<&Term> = terms.iter().collect();
+    let Some(before) = predict(problem, &own) else { return Vec::new() };
+    let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
+    let _ = fitted;
+    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before.training };
+    let places = places(problem, terms);
+    let found: Vec<Option<Candidate>> =
+        places.par_iter().map(|(effect, joints)| assess(&search, &before, *effect, joints)).collect();
+    let mut gathered: Vec<Candidate> = Vec::new();
+    for candidate in found.into_iter().flatten() {
+        let name = candidate.effect().name();
+        let joint = candidate.terms[0].joints[0];
+        let partner = gathered.iter_mut().find(|other| other.effect().name() == name);
+        match partner {
+            // Joints of one effect belong together where each has enough evidence of its own.
+            Some(other) if candidate.sensible && enough(&candidate.evidence[joint]) => {
+                let first = other.terms[0].joints[0];
+                if other.sensible && enough(&other.evidence[first]) {
+                    other.terms.extend(candidate.terms);
+                    other.evidence[joint] = candidate.evidence[joint];
+                } else {
+                    *other = candidate;
+                }
+            }
+            Some(other) => {
+                let first = other.terms[0].joints[0];
+                if !(other.sensible && enough(&other.evidence[first])) && candidate.total() > other.total() {
+                    *other = candidate;
+                }
+            }
+            None => gathered.push(candidate),
+        }
+    }
+    gathered.sort_by(|a, b| b.total().total_cmp(&a.total()));
+    gathered
+}
+
+/// Effects with the joints where they could act and are not in the model yet.
+fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Effect, Vec<usize>)> {
+    let dof = problem.baseline.len();
+    let mut places: Vec<(&'static dyn Effect, Vec<usize>)> = Vec::new();
+    for effect in CATALOGUE.iter().copied() {
+        let applies = |joint: usize| effect.applies(&problem.motion, joint);
+        let present =
+            |joint: usize| terms.iter().any(|term| term.effect.name() == effect.name() && term.joints.contains(&joint));
+        match effect.about().scope {
+            Scope::Machine if (0..dof).any(applies) && !present(0) => places.push((effect, (0..dof).collect())),
+            Scope::Machine => {}
+            // Another harmonic is another effect of the same name.
+            Scope::Joint => places.extend(
+                (0..dof)
+                    .filter(|joint| applies(*joint) && (!present(*joint) || effect.repeats()))
+                    .map(|joint| (effect, vec![joint])),
+            ),
+        }
+    }
+    places
+}
+
+fn assess(search: &Search, before: &Prediction, effect: &'static dyn Effect, joints: &[usize]) -> Option<Candidate> {
+    let (term, training_gain, shapes) = search.best(effect, joints)?;
+    let dof = before.folds.len();
+    let mut evidence = vec![Evidence::default(); dof];
+    let mut terms = search.terms.clone();
+    terms.push(&term);
+    let fitted = search.problem.fit_loosely(&terms, Part::Train)?;
+    let at = *fitted.term_at.last()?;
+    let coefficients: Vec<f64> = (0..term.coefficients()).map(|k| fitted.solution.coefficients[at + k]).collect();
+    let sensible = is_sensible(search.problem, &term, &coefficients);
+    // What gains nothing where it was fitted needs no cross-validation.
+    if training_gain > 1.0 {
+        let after = predict(search.problem, &terms)?;
+        for joint in 0..dof {
+            evidence[joint] = Evidence {
+                folds: after.folds[joint] - before.folds[joint],
+                held_out: after.held_out[joint] - before.held_out[joint],
+                log_scale: (before.scale[joint] / after.scale[joint]).ln(),
+            };
+        }
+        evidence[joints[0]].folds -= (shapes as f64).ln();
+    }
+    Some(Candidate { terms: vec![term], evidence, sensible })
+}
+
+/// Whether the parameters lie in their ranges.
+pub fn is_sensible(problem: &Problem, term: &Term, coefficients: &[f64]) -> bool {
+    let about = term.effect.about();
+    let values = term.effect.parameters(&problem.motion, term.joints[0], &term.shape, coefficients);
+    about.parameters.iter().zip(values).all(|(spec, value)| value >= spec.min && value <= spec.max)
+}

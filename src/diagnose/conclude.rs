@@ -1,0 +1,260 @@
+//! From a selection to a diagnosis: parameters, gains, rivals, views.
+
+use std::collections::BTreeMap;
+
+use super::candidates::{Candidate, Evidence};
+use super::estimate::{self, Uncertainty};
+use super::problem::{Part, Problem, Term};
+use super::regression::NU;
+use super::result::{BaselineEstimate, CandidateRecord, Diagnosis, FoundEffect, Measured, Method, Split, Verdict};
+use super::selection::{Selection, Taken, evidence_beside};
+use super::views::{self, Residual};
+use super::{Options, extend, floor, observe, typical_inertia, unexplained};
+use crate::error::Result;
+use crate::gearhead::{Exponential, Friction, FrictionLaw};
+use crate::identify::backlash;
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+
+/// Puts everything together.
+///
+/// # Errors
+/// The baseline cannot be fitted by plain least squares.
+pub fn diagnosis(
+    model: &Model,
+    sessions: &[&TimeSeries],
+    train: &[TimeSeries],
+    problem: &Problem,
+    selection: &Selection,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Diagnosis> {
+    progress("estimating parameters", 0.85);
+    let terms = selection.terms();
+    let residuals = residuals(problem, &terms, selection);
+    let uncertainty =
+        Uncertainty::new(problem, &terms, &selection.fitted).ok_or_else(|| super::nothing_moves(model))?;
+    let effects = found(problem, selection, &uncertainty, options);
+    progress("measuring the gap", 0.9);
+    let gaps = gaps(model, train, problem);
+    let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
+    let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
+    let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
+    let baseline_model = extend::with_baseline(model, &friction, &gap_values, &shares);
+    let extended_model = extend::with_effects(&baseline_model, &effects);
+    let unexplained = unexplained::unexplained(problem, &terms, &options.rules);
+    progress("drawing residuals", 0.95);
+    let torque = torques(model, sessions);
+    let floor = floor::floor(problem, sessions, &typical_inertia(model), &torque);
+    let verdict = match (effects.is_empty(), unexplained.is_empty()) {
+        (false, _) => Verdict::EffectsFound,
+        (true, false) => Verdict::Unexplained,
+        (true, true) => Verdict::NothingFound,
+    };
+    Ok(Diagnosis {
+        schema: Diagnosis::SCHEMA,
+        versions: BTreeMap::from([
+            ("lostmotion", env!("CARGO_PKG_VERSION")),
+            ("rapier3d", crate::plant::RAPIER_VERSION),
+        ]),
+        verdict,
+        candidates: records(problem, selection, options),
+        effects,
+        fit: views::fit_errors(problem, &residuals, &floor),
+        replay: Vec::new(),
+        baseline: baseline(problem, selection, &uncertainty, sessions, &gaps),
+        unexplained,
+        method: method(problem, sessions, train.len(), options),
+        maps: views::maps(problem, &residuals),
+        order_spectrum: views::order_spectrum(problem, &residuals),
+        extended_model,
+        baseline_model,
+        series: views::series(problem, sessions, &residuals),
+    })
+}
+
+fn torques(model: &Model, sessions: &[&TimeSeries]) -> Vec<Vec<Vec<f64>>> {
+    let of_joint = |session: &TimeSeries, index: usize| {
+        let series = session.joint(&model.joints[index].name);
+        series
+            .and_then(|series| observe::motor_torque(model, index, series, None))
+            .map_or(Vec::new(), |(torque, _)| torque)
+    };
+    sessions.iter().map(|session| (0..model.joints.len()).map(|index| of_joint(session, index)).collect()).collect()
+}
+
+fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection) -> Vec<Residual> {
+    // Before: the nominal model with its free parameters fitted by plain least squares, which is the best that it can do in RMS.
+    let nominal = problem.fit(&[], Part::Train, f64::INFINITY);
+    (0..problem.baseline.len())
+        .map(|joint| {
+            let after = views::residual(problem, terms, &selection.fitted, joint);
+            let before = match &nominal {
+                Some(fitted) => views::residual(problem, &[], fitted, joint),
+                None => after.clone(),
+            };
+            Residual { before, after }
+        })
+        .collect()
+}
+
+/// One entry for each term, strongest first.
+fn found(problem: &Problem, selection: &Selection, uncertainty: &Uncertainty, options: &Options) -> Vec<FoundEffect> {
+    let terms = selection.terms();
+    let mut entries: Vec<(f64, FoundEffect)> = Vec::new();
+    let mut position = 0;
+    for (index, taken) in selection.taken.iter().enumerate() {
+        let evidence = evidence_beside(problem, &selection.taken, index).unwrap_or_else(|| taken.evidence.clone());
+        let (confusable_with, probability) = rivals(taken, options);
+        for term in &taken.terms {
+            let about = term.effect.about();
+            let strength: f64 = term.joints.iter().map(|joint| evidence[*joint].total()).sum();
+            let entry = FoundEffect {
+                effect: about.name.to_owned(),
+                joints: term.joints.iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect(),
+                kind: about.kind,
+                parameters: estimate::parameters(problem, term, position, &selection.fitted, uncertainty),
+                probability,
+                gain_percent: gain(problem, &terms, position, selection),
+                confusable_with: confusable_with.clone(),
+                separate_by: about.separate_by.to_owned(),
+            };
+            entries.push((strength, entry));
+            position += 1;
+        }
+    }
+    entries.sort_by(|a, b| b.0.total_cmp(&a.0));
+    entries.into_iter().map(|(_, entry)| entry).collect()
+}
+
+/// Effects whose evidence came close, and the probability that the right one was taken.
+fn rivals(taken: &Taken, options: &Options) -> (Vec<String>, f64) {
+    let total: f64 = taken.evidence.iter().map(Evidence::total).sum();
+    let close = |rival: &&Candidate| rival.sensible && rival.total() > 0.85 * total;
+    let names = taken.rivals.iter().filter(close).map(|rival| rival.effect().name().to_owned()).collect();
+    // Evidence is counted in independent samples of a model that is never quite right: a tenth of it is taken at its word.
+    let odds = |difference: f64| (0.1 * difference).exp();
+    let weight_of_rivals: f64 =
+        taken.rivals.iter().filter(|rival| rival.sensible).map(|rival| odds(rival.total() - total)).sum();
+    let weight_of_nothing = odds(options.rules.nats * 0.5 - total);
+    (names, 1.0 / (1.0 + weight_of_rivals + weight_of_nothing))
+}
+
+/// [%] by which a term lowers the RMS error of its joints on what is held out.
+fn gain(problem: &Problem, terms: &[&Term], index: usize, selection: &Selection) -> f64 {
+    let others: Vec<&Term> =
+        terms.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, term)| *term).collect();
+    let Some(without) = problem.fit(&others, Part::Train, NU) else { return 0.0 };
+    let (mut before, mut after) = (0.0, 0.0);
+    for joint in &terms[index].joints {
+        let rows = problem.rows(*joint, Part::HeldOut);
+        let power = |values: Vec<f64>| rows.iter().map(|row| values[*row].powi(2)).sum::<f64>();
+        before += power(views::residual(problem, &others, &without, *joint));
+        after += power(views::residual(problem, terms, &selection.fitted, *joint));
+    }
+    if before > 0.0 { 100.0 * (1.0 - (after / before).sqrt()) } else { 0.0 }
+}
+
+/// Gap and share of friction behind it, where the model file gives no gap and the data show one.
+type Gap = Option<(Measured, Option<f64>)>;
+
+fn gaps(model: &Model, train: &[TimeSeries], problem: &Problem) -> Vec<Gap> {
+    let sessions: Vec<&TimeSeries> = train.iter().collect();
+    let measure = |index: usize| {
+        let joint = &model.joints[index];
+        if joint.backlash.is_some() {
+            return None;
+        }
+        let law = problem.motion.joints[index].friction;
+        let side = Exponential {
+            coulomb: law.coulomb,
+            breakaway: law.breakaway,
+            stribeck_velocity: law.stribeck_velocity,
+            viscous: law.viscous,
+        };
+        let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
+        let found = backlash::identify(model, index, &sessions, &friction).ok()?;
+        let mean = &found.best.mean;
+        let unit = joint.kind.position_unit();
+        let share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
+        Some((Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit }, share))
+    };
+    (0..model.joints.len()).map(measure).collect()
+}
+
+fn baseline(
+    problem: &Problem,
+    selection: &Selection,
+    uncertainty: &Uncertainty,
+    sessions: &[&TimeSeries],
+    gaps: &[Gap],
+) -> BTreeMap<String, BaselineEstimate> {
+    let mut estimates = BTreeMap::new();
+    for (joint, model) in problem.motion.model.joints.iter().enumerate() {
+        let friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
+        let torque_offset = estimate::offsets(problem, joint, &selection.fitted, uncertainty, sessions);
+        let backlash = gaps[joint].as_ref().map(|(gap, _)| gap.clone());
+        estimates.insert(model.name.clone(), BaselineEstimate { friction, backlash, torque_offset });
+    }
+    estimates
+}
+
+fn records(problem: &Problem, selection: &Selection, options: &Options) -> Vec<CandidateRecord> {
+    let named = |candidate: &Candidate| {
+        selection.taken.iter().any(|taken| taken.terms[0].effect.name() == candidate.effect().name())
+    };
+    let record = |candidate: &Candidate| {
+        let joints = candidate.joints();
+        let rules = &options.rules;
+        let (total, log_scale) = (candidate.total(), candidate.log_scale());
+        let named = named(candidate);
+        let reason = if named {
+            format!("evidence {total:.0} nats alone")
+        } else if !candidate.sensible {
+            "its parameters would lie outside their ranges".to_owned()
+        } else if total <= rules.nats || log_scale <= rules.log_scale {
+            format!("evidence {total:.1} nats, {:.1} % of the error: below what is asked", 100.0 * log_scale)
+        } else {
+            "superfluous beside what was named".to_owned()
+        };
+        CandidateRecord {
+            effect: candidate.effect().name().to_owned(),
+            joints: joints.iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect(),
+            gain_percent: 100.0 * (1.0 - (-log_scale).exp()),
+            threshold_percent: 100.0 * (1.0 - (-rules.log_scale).exp()),
+            named,
+            reason,
+        }
+    };
+    selection.first_round.iter().map(record).collect()
+}
+
+fn method(problem: &Problem, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Method {
+    let widths = &problem.motion.half_width;
+    let half_width = [widths.iter().copied().fold(f64::INFINITY, f64::min), widths.iter().copied().fold(0.0, f64::max)];
+    let rigid: Vec<String> = problem
+        .zones
+        .iter()
+        .zip(&problem.motion.model.joints)
+        .map(|(zone, joint)| {
+            let share = zone.iter().filter(|rigid| **rigid).count() as f64 / zone.len().max(1) as f64;
+            format!("{}: {:.0} % of the rows", joint.name, 100.0 * share)
+        })
+        .collect();
+    let held_out = if sessions.len() > trained {
+        sessions[trained..].iter().map(|session| session.name.as_str()).collect::<Vec<_>>().join(", ")
+    } else {
+        format!("the last {:.0} % of each session", 100.0 * options.held_out_share)
+    };
+    let _ = Split::Train;
+    Method {
+        filter: "biweight kernel without phase shift, the same on torque and motion, as narrow as the encoder allows".to_owned(),
+        half_width,
+        zones: format!(
+            "left out: 0.1 s before to 0.4 s after reversals, 0.15 s before to 0.3 s after a change of flank, joints with a gap only; {}",
+            rigid.join(", ")
+        ),
+        baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; the zero of a recorded torque, one a session; masses and inertias stay as the model file gives them".to_owned(),
+        held_out,
+    }
+}

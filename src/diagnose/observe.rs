@@ -1,0 +1,202 @@
+//! From recordings to rows of smooth motion and torque.
+//!
+//! The kernel of a row is as narrow as the encoder allows: quantisation of step `δ` passes into acceleration as
+//! `σ_a ≈ 6.7/w² · δ/√12 · √(max(Δt, δ/|v|)/(2 w))`, and with the inertia into torque; `w` is chosen so that this noise stays at a
+//! fixed share of the torque itself, between 6 ms and 200 ms. With a fine encoder the kernel is narrow, at low speed it is wide.
+
+use super::kernel::{Kernel, share_before};
+use crate::drive::Sensing;
+use crate::effects::{JointMotion, Motion};
+use crate::error::{Error, Place, Result};
+use crate::robot::Model;
+use crate::timeseries::{Channel, JointSeries, TimeSeries};
+
+/// [s] Narrowest and widest half width.
+const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
+/// Neighbouring half widths differ by this factor.
+const WIDTH_STEP: f64 = 1.3;
+/// Noise of the acceleration may make this share of the RMS torque.
+const NOISE_SHARE: f64 = 0.015;
+/// Rows that a recording is reduced to at most, so that time grows slowly with length.
+const MOST_ROWS: usize = 24_000;
+
+/// Motor torque [N·m or N, joint side] of a joint, and whether it comes from a current.
+pub fn motor_torque(
+    model: &Model,
+    index: usize,
+    series: &JointSeries,
+    reference: Option<&[f64]>,
+) -> Option<(Vec<f64>, bool)> {
+    let joint = &model.joints[index];
+    if let Some(torque) = series.get(Channel::Torque) {
+        return Some((torque.to_vec(), false));
+    }
+    let current = series.get(Channel::Current)?;
+    let absolute = joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
+    let scale = joint.torque_per_ampere();
+    let torque = match (absolute, reference) {
+        (true, Some(direction)) => current.iter().zip(direction).map(|(i, v)| scale * i * v.signum()).collect(),
+        _ => current.iter().map(|i| scale * i).collect(),
+    };
+    Some((torque, true))
+}
+
+/// A session's signals, one entry a joint of the model.
+struct Signals {
+    position: Vec<Vec<f64>>,
+    torque: Vec<Vec<f64>>,
+    has_current: Vec<bool>,
+}
+
+fn signals(model: &Model, session: &TimeSeries) -> Result<Signals> {
+    let missing = |joint: &str, what: &str| {
+        let expected = format!("{what} of every joint of the model");
+        Error::input(session.name.as_ref(), Place::File, joint, "", expected)
+    };
+    let mut signals = Signals { position: Vec::new(), torque: Vec::new(), has_current: Vec::new() };
+    for (index, joint) in model.joints.iter().enumerate() {
+        let series = session.joint(&joint.name).ok_or_else(|| missing(&joint.name, "channels"))?;
+        let position = series.get(Channel::Position).ok_or_else(|| missing(&joint.name, "position"))?;
+        let velocity = series.get(Channel::Velocity).or_else(|| series.get(Channel::ReferenceVelocity));
+        let (torque, has_current) =
+            motor_torque(model, index, series, velocity).ok_or_else(|| missing(&joint.name, "current or torque"))?;
+        signals.position.push(position.to_vec());
+        signals.torque.push(torque);
+        signals.has_current.push(has_current);
+    }
+    Ok(signals)
+}
+
+/// [s] Half width that a joint's encoder asks for at a speed.
+fn wanted_half_width(step: f64, speed: f64, inertia: f64, torque_noise: f64, dt: f64) -> f64 {
+    if step <= 0.0 || torque_noise <= 0.0 {
+        return HALF_WIDTHS[0];
+    }
+    let between_counts = dt.max(step / speed.max(1e-12));
+    (6.7 * inertia * step / 12.0_f64.sqrt() / torque_noise * (0.5 * between_counts).sqrt()).powf(0.4)
+}
+
+/// [rad/s or m/s] Speed below which a joint counts as resting: less than a count in a wide window.
+pub fn rest_speed(model: &Model, joint: usize, fastest: f64) -> f64 {
+    (model.joints[joint].encoder_step() / 0.3).max(1e-3 * fastest)
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Reads sessions into rows; `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
+///
+/// # Errors
+/// A session lacks a channel of a joint, or is too short.
+pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64]) -> Result<Motion<'a>> {
+    let dof = model.joints.len();
+    let mut motion = Motion {
+        model,
+        sessions: sessions.len(),
+        session: Vec::new(),
+        time: Vec::new(),
+        half_width: Vec::new(),
+        joints: vec![JointMotion::default(); dof],
+    };
+    let total: f64 = sessions.iter().filter_map(|s| Some(s.time.last()? - s.time.first()?)).sum();
+    for (number, session) in sessions.iter().enumerate() {
+        let signals = signals(model, session)?;
+        let dt = session.sample_interval();
+        let widest = (HALF_WIDTHS[1] / dt) as usize;
+        if !(dt > 0.0) || session.len() < 4 * widest {
+            return Err(Error::TooLittleData {
+                quantity: "motion",
+                joint: session.name.clone(),
+                found: session.len(),
+                unit: "samples",
+                needed: 4 * widest.max(1),
+                advice: "record at least a second at a constant sample interval",
+            });
+        }
+        append(&mut motion, &signals, session, number, dt, inertia, total / MOST_ROWS as f64);
+    }
+    for (joint, motion) in motion.joints.iter_mut().enumerate() {
+        let reflected = model.joints[joint].reflected_inertia();
+        motion.rigid = motion.a.iter().map(|a| reflected * a).collect();
+    }
+    let links = motion.inverse_dynamics(&model.robot, false);
+    for (joint, torque) in links.into_iter().enumerate() {
+        let joint = &mut motion.joints[joint];
+        joint.rigid.iter_mut().zip(&torque).for_each(|(rigid, link)| *rigid += link);
+        joint.link_torque = torque;
+    }
+    Ok(motion)
+}
+
+fn append(
+    motion: &mut Motion,
+    signals: &Signals,
+    session: &TimeSeries,
+    number: usize,
+    dt: f64,
+    inertia: &[f64],
+    shortest_step: f64,
+) {
+    let dof = motion.joints.len();
+    let reach = |width: f64| ((width / dt).round() as usize).max(3);
+    let mut ladder: Vec<Kernel> = Vec::new();
+    let mut width = HALF_WIDTHS[0];
+    while width < HALF_WIDTHS[1] {
+        ladder.push(Kernel::new(reach(width), dt));
+        width *= WIDTH_STEP;
+    }
+    let rough = Kernel::new(reach(0.03), dt);
+    let noise: Vec<f64> = signals.torque.iter().map(|torque| NOISE_SHARE * root_mean_square(torque)).collect();
+    let edge = ladder.last().map_or(rough.reach, |kernel| kernel.reach) + 1;
+    let fastest: Vec<f64> = signals
+        .position
+        .iter()
+        .map(|q| (edge..q.len() - edge).step_by(16).map(|i| rough.averages(q, i).rate.abs()).fold(0.0, f64::max))
+        .collect();
+    let rest: Vec<f64> = (0..dof).map(|joint| rest_speed(motion.model, joint, fastest[joint])).collect();
+    // The narrowest kernel that this machine can need sets the spacing of the rows: half of it.
+    let narrowest = (0..dof)
+        .map(|j| wanted_half_width(motion.model.joints[j].encoder_step(), fastest[j], inertia[j], noise[j], dt))
+        .fold(HALF_WIDTHS[0], f64::max);
+    let step = ((0.5 * narrowest).max(shortest_step) / dt).round().max(1.0) as usize;
+    for centre in (edge..session.len() - edge).step_by(step) {
+        let mut width = narrowest;
+        for joint in 0..dof {
+            let speed = rough.averages(&signals.position[joint], centre).rate.abs();
+            if speed > rest[joint] {
+                let encoder_step = motion.model.joints[joint].encoder_step();
+                width = width.max(wanted_half_width(encoder_step, speed, inertia[joint], noise[joint], dt));
+            }
+        }
+        let rung = ladder.partition_point(|kernel| kernel.half_width < width).min(ladder.len() - 1);
+        let kernel = &ladder[rung];
+        motion.session.push(number);
+        motion.time.push(session.time[centre]);
+        motion.half_width.push(kernel.half_width);
+        for joint in 0..dof {
+            let position = kernel.averages(&signals.position[joint], centre);
+            let torque = kernel.averages(&signals.torque[joint], centre);
+            let row = &mut motion.joints[joint];
+            row.q.push(position.value);
+            row.v.push(position.rate);
+            row.a.push(position.curvature);
+            row.direction.push(direction(position.rate, position.curvature, kernel.half_width, rest[joint]));
+            row.torque.push(torque.value);
+            row.torque_rate.push(torque.rate);
+            row.has_current = signals.has_current[joint];
+        }
+    }
+}
+
+/// Mean of `sgn v` over the kernel, with the velocity running linearly through it.
+fn direction(v: f64, a: f64, half_width: f64, rest: f64) -> f64 {
+    let change = a * half_width;
+    if v.abs() < rest && change.abs() < rest {
+        0.0
+    } else if v.abs() >= change.abs() {
+        v.signum()
+    } else {
+        change.signum() * (1.0 - 2.0 * share_before(-v / change))
+    }
+}

@@ -1,0 +1,352 @@
+//! The regression problem of a diagnosis: rows, zones, splits, and the terms that are in the model so far.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::baseline::{Falling, JointBaseline, VISCOUS, stribeck_grid};
+use super::regression::{Block, NU, Solution, System, log_density};
+use crate::effects::{Effect, Motion, Scope};
+
+/// Where an effect is put to the test: the joints that share its coefficients.
+#[derive(Clone)]
+pub struct Term {
+    /// The effect.
+    pub effect: &'static dyn Effect,
+    /// Its joint, or all of them for an effect of the machine.
+    pub joints: Vec<usize>,
+    /// Its shape.
+    pub shape: Vec<f64>,
+    /// `columns[position in joints][coefficient][row]`.
+    pub columns: Vec<Vec<Vec<f64>>>,
+}
+
+impl Term {
+    /// Evaluates an effect along the motion.
+    pub fn new(motion: &Motion, effect: &'static dyn Effect, joints: &[usize], shape: Vec<f64>) -> Self {
+        let columns = joints.iter().map(|joint| effect.columns(motion, *joint, &shape)).collect();
+        Self { effect, joints: joints.to_vec(), shape, columns }
+    }
+
+    /// Number of linear coefficients.
+    pub fn coefficients(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// Whether one set of parameters holds for the whole machine.
+    pub fn is_machine(&self) -> bool {
+        self.effect.about().scope == Scope::Machine
+    }
+}
+
+/// Which rows take part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All that may be trained on.
+    Train,
+    /// These without one fold.
+    Without(usize),
+    /// One fold of these.
+    Fold(usize),
+    /// What is held out.
+    HeldOut,
+}
+
+/// Number of folds for cross-validation within the training data.
+pub const FOLDS: usize = 4;
+/// Independent rows' worth of the falling part of friction that the data must hold for a Stribeck velocity to be tried.
+const LEAST_PRESENCE: f64 = 1.0;
+/// Largest lag that the autocorrelation is summed to.
+const MOST_LAGS: usize = 400;
+/// [s] Length of a block that a fold takes.
+const BLOCK: f64 = 5.0;
+
+/// Rows of smooth motion with everything that a fit needs to know of them.
+pub struct Problem<'m> {
+    /// The motion.
+    pub motion: Motion<'m>,
+    /// `zones[joint][row]`
+    pub zones: Vec<Vec<bool>>,
+    /// Whether a row is held out.
+    pub held_out: Vec<bool>,
+    /// One a joint.
+    pub baseline: Vec<JointBaseline>,
+    /// Independent samples per row, one a joint.
+    pub independence: Vec<f64>,
+    fold: Vec<usize>,
+}
+
+/// A fit of the baseline with terms.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The solution over the training rows.
+    pub solution: Solution,
+    /// First coefficient of each joint's baseline.
+    pub baseline_at: Vec<usize>,
+    /// First coefficient of each term.
+    pub term_at: Vec<usize>,
+}
+
+impl<'m> Problem<'m> {
+    /// Puts rows together; `zones` as [`rigid_zone`](super::zones::rigid_zone) gives them.
+    pub fn new(motion: Motion<'m>, held_out: Vec<bool>) -> Self {
+        let sessions: Vec<usize> = (0..motion.sessions)
+            .filter(|s| motion.session.iter().zip(&held_out).any(|(session, held)| session == s && !held))
+            .collect();
+        let baseline = (0..motion.joints.len()).map(|joint| JointBaseline::new(&motion, joint, &sessions)).collect();
+        let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / BLOCK) as usize + s) % FOLDS).collect();
+        let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
+        let independence = vec![1.0; motion.joints.len()];
+        Self { motion, zones, held_out, baseline, independence, fold }
+    }
+
+    /// Rows of a joint that take part.
+    pub fn rows(&self, joint: usize, part: Part) -> Vec<usize> {
+        (0..self.motion.rows())
+            .filter(|row| self.zones[joint][*row])
+            .filter(|row| match part {
+                Part::Train => !self.held_out[*row],
+                Part::Without(fold) => !self.held_out[*row] && self.fold[*row] != fold,
+                Part::Fold(fold) => !self.held_out[*row] && self.fold[*row] == fold,
+                Part::HeldOut => self.held_out[*row],
+            })
+            .collect()
+    }
+
+    /// The blocks of a part with these terms, and where their coefficients stand.
+    pub fn system(&self, terms: &[&Term], part: Part, with_derivative: bool) -> (System, Vec<usize>, Vec<usize>) {
+        let mut unknowns = 0;
+        let mut baseline_at = Vec::new();
+        for baseline in &self.baseline {
+            baseline_at.push(unknowns);
+            unknowns += baseline.len() + usize::from(with_derivative && matches!(baseline.falling, Falling::Free(_)));
+        }
+        let mut term_at = Vec::new();
+        for term in terms {
+            term_at.push(unknowns);
+            unknowns += term.coefficients();
+        }
+        let blocks = (0..self.baseline.len())
+            .map(|joint| self.block(joint, part, terms, baseline_at[joint], &term_at, with_derivative))
+            .collect();
+        (System { blocks, unknowns, priors: Vec::new() }, baseline_at, term_at)
+    }
+
+    fn block(
+        &self,
+        joint: usize,
+        part: Part,
+        terms: &[&Term],
+        first: usize,
+        term_at: &[usize],
+        with_derivative: bool,
+    ) -> Block {
+        let rows = self.rows(joint, part);
+        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
+        let baseline = &self.baseline[joint];
+        let mut own = baseline.columns(&self.motion, joint);
+        if with_derivative {
+            own.extend(baseline.stribeck_derivative(&self.motion, joint));
+        }
+        let mut columns: Vec<_> = own.iter().enumerate().map(|(index, column)| (first + index, pick(column))).collect();
+        for (term, at) in terms.iter().zip(term_at) {
+            if let Some(place) = term.joints.iter().position(|j| *j == joint) {
+                columns.extend(term.columns[place].iter().enumerate().map(|(k, column)| (at + k, pick(column))));
+            }
+        }
+        Block { y: pick(&baseline.target(&self.motion, joint)), columns }
+    }
+
+    /// Fits baseline and terms on a part of the training data.
+    pub fn fit(&self, terms: &[&Term], part: Part, nu: f64) -> Option<Fitted> {
+        let (system, baseline_at, term_at) = self.system(terms, part, false);
+        let solution = system.solve(nu)?;
+        Some(Fitted { solution, baseline_at, term_at })
+    }
+
+    /// As [`fit`](Self::fit), with room for the Stribeck velocities to move a little: for comparing candidates.
+    pub fn fit_loosely(&self, terms: &[&Term], part: Part) -> Option<Fitted> {
+        let (system, baseline_at, term_at) = self.system(terms, part, true);
+        let solution = system.solve(NU)?;
+        Some(Fitted { solution, baseline_at, term_at })
+    }
+
+    /// Log-likelihood of each joint on another part under a loose fit, independent samples counted.
+    pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
+        let (system, _, _) = self.system(terms, part, true);
+        let blocks = system.blocks.iter().zip(&fitted.solution.scale).enumerate();
+        blocks
+            .map(|(joint, (block, scale))| {
+                let mut residual = block.residual(&fitted.solution.coefficients);
+                if part == Part::HeldOut {
+                    self.free_new_sessions(joint, terms, &fitted.solution.coefficients, &fitted.term_at, &mut residual);
+                }
+                self.independence[joint] * residual.iter().map(|e| log_density(*e, *scale, NU)).sum::<f64>()
+            })
+            .collect()
+    }
+
+    /// Frees on held-out rows what may differ in sessions that no row was trained on: the Coulomb level (within a prior of 5 %),
+    /// the zero of a torque, and the phase of what runs with the motor angle.
+    pub fn free_new_sessions(
+        &self,
+        joint: usize,
+        terms: &[&Term],
+        coefficients: &DVector<f64>,
+        term_at: &[usize],
+        residual: &mut [f64],
+    ) {
+        let rows = self.rows(joint, Part::HeldOut);
+        for session in 0..self.motion.sessions {
+            let trained = self.motion.session.iter().zip(&self.held_out).any(|(s, held)| *s == session && !held);
+            let picked: Vec<usize> =
+                (0..rows.len()).filter(|index| self.motion.session[rows[*index]] == session).collect();
+            if trained || picked.is_empty() {
+                continue;
+            }
+            let own_rows: Vec<usize> = picked.iter().map(|index| rows[*index]).collect();
+            let mut e: Vec<f64> = picked.iter().map(|index| residual[*index]).collect();
+            for (term, at) in terms.iter().zip(term_at).filter(|(term, _)| term.effect.phase_per_session()) {
+                if let Some(place) = term.joints.iter().position(|j| *j == joint) {
+                    let trained = [coefficients[*at], coefficients[*at + 1]];
+                    e = self.free_phase(joint, &own_rows, e, &term.columns[place], trained);
+                }
+            }
+            let (e, _) = self.free_level(joint, &own_rows, e, Vec::new());
+            picked.iter().zip(e).for_each(|(index, e)| residual[*index] = e);
+        }
+    }
+
+    /// Turns the phase of a harmonic with its amplitude held, where that fits better.
+    fn free_phase(
+        &self,
+        joint: usize,
+        rows: &[usize],
+        e: Vec<f64>,
+        columns: &[Vec<f64>],
+        trained: [f64; 2],
+    ) -> Vec<f64> {
+        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
+        let [cos, sin] = [pick(&columns[0]), pick(&columns[1])];
+        let bare: Vec<f64> = (0..rows.len()).map(|i| e[i] + trained[0] * cos[i] + trained[1] * sin[i]).collect();
+        let (_, found) = self.free_level(joint, rows, bare.clone(), vec![cos.clone(), sin.clone()]);
+        let size = found[0].hypot(found[1]);
+        if size <= 0.0 {
+            return e;
+        }
+        let scale = trained[0].hypot(trained[1]) / size;
+        let turned: Vec<f64> =
+            (0..rows.len()).map(|i| bare[i] - scale * (found[0] * cos[i] + found[1] * sin[i])).collect();
+        let power = |values: Vec<f64>| -> f64 {
+            let (left, _) = self.free_level(joint, rows, values, Vec::new());
+            left.iter().map(|e| e * e).sum()
+        };
+        if power(turned.clone()) < power(e.clone()) { turned } else { e }
+    }
+
+    /// What is left when the session's Coulomb level and zero are free, and the coefficients of further columns.
+    fn free_level(&self, joint: usize, rows: &[usize], y: Vec<f64>, further: Vec<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
+        let m = &self.motion.joints[joint];
+        let count = further.len();
+        let mut all = further;
+        all.push(rows.iter().map(|row| m.direction[*row]).collect());
+        if !m.has_current {
+            all.push(vec![1.0; rows.len()]);
+        }
+        let unknowns = all.len();
+        let columns = all.into_iter().enumerate().collect();
+        let level = 0.05 * m.friction.coulomb.abs().max(1e-9);
+        let priors = vec![(count, 1.0 / (self.independence[joint] * level * level))];
+        let system = System { blocks: vec![Block { y, columns }], unknowns, priors };
+        match system.solve(NU) {
+            Some(mut solution) => {
+                (solution.residual.swap_remove(0), solution.coefficients.iter().take(count).copied().collect())
+            }
+            None => (system.blocks[0].y.clone(), vec![0.0; count]),
+        }
+    }
+
+    /// Finds the Stribeck velocities that suit the terms, and writes the fitted friction into the motion.
+    pub fn settle(&mut self, terms: &[&Term]) -> Option<Fitted> {
+        for joint in 0..self.baseline.len() {
+            if !matches!(self.baseline[joint].falling, Falling::Free(_)) {
+                continue;
+            }
+            let grid = stribeck_grid(&self.motion, joint);
+            let tried: Vec<(f64, f64)> =
+                grid.par_iter().map(|v_s| (self.likelihood_with(terms, joint, *v_s), *v_s)).collect();
+            let best = tried.iter().enumerate().max_by(|a, b| a.1.0.total_cmp(&b.1.0))?.0;
+            let (mut low, mut high) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
+            // Golden section between the neighbours of the best, to 1 % of the Stribeck velocity.
+            let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+            while high / low > 1.01 {
+                let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
+                if self.likelihood_with(terms, joint, left) > self.likelihood_with(terms, joint, right) {
+                    high = right;
+                } else {
+                    low = left;
+                }
+            }
+            self.baseline[joint].falling = Falling::Free(0.5 * (low + high));
+        }
+        let fitted = self.fit(terms, Part::Train, NU)?;
+        self.adopt(&fitted);
+        Some(fitted)
+    }
+
+    /// Log-likelihood of a joint's rows with another Stribeck velocity; shared coefficients are fitted to this joint alone.
+    fn likelihood_with(&self, terms: &[&Term], joint: usize, v_s: f64) -> f64 {
+        let baseline = JointBaseline { falling: Falling::Free(v_s), ..self.baseline[joint].clone() };
+        let rows = self.rows(joint, Part::Train);
+        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
+        let own = baseline.columns(&self.motion, joint);
+        let presence: f64 = rows.iter().map(|row| own[super::baseline::FALLING][*row].powi(2)).sum();
+        if presence * self.independence[joint] < LEAST_PRESENCE {
+            return f64::NEG_INFINITY;
+        }
+        let others = terms
+            .iter()
+            .filter_map(|term| term.joints.iter().position(|j| *j == joint).map(|place| &term.columns[place]));
+        let columns: Vec<_> =
+            own.iter().chain(others.flatten()).enumerate().map(|(index, column)| (index, pick(column))).collect();
+        let unknowns = columns.len();
+        let block = Block { y: pick(&baseline.target(&self.motion, joint)), columns };
+        let system = System { blocks: vec![block], unknowns, priors: Vec::new() };
+        system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[0])
+    }
+
+    /// Counts independent samples: rows over twice the time in which the weighted residual forgets itself.
+    pub fn count_independent(&mut self, fitted: &Fitted) {
+        for joint in 0..self.baseline.len() {
+            let rows = self.rows(joint, Part::Train);
+            let (e, w) = (&fitted.solution.residual[joint], &fitted.solution.weights[joint]);
+            let z: Vec<f64> = e.iter().zip(w).map(|(e, w)| e * w.sqrt()).collect();
+            let power: f64 = z.iter().map(|z| z * z).sum::<f64>() / z.len().max(1) as f64;
+            let mut sum = 1.0;
+            for lag in 1..MOST_LAGS {
+                let pairs = (lag..rows.len()).filter(|i| rows[*i] - rows[i - lag] == lag);
+                let (total, count) = pairs.fold((0.0, 0_usize), |(t, n), i| (t + z[i] * z[i - lag], n + 1));
+                let correlation = total / (count.max(1) as f64 * power.max(1e-300));
+                // Where it has sunk into the noise of its own estimate the rest is taken as zero.
+                if count < 50 || correlation < 2.0 / (count as f64).sqrt() {
+                    break;
+                }
+                sum += 2.0 * correlation;
+            }
+            self.independence[joint] = 1.0 / sum;
+        }
+    }
+
+    /// Writes fitted friction into the motion, for the columns of effects that build on it.
+    pub fn adopt(&mut self, fitted: &Fitted) {
+        for (joint, baseline) in self.baseline.iter().enumerate() {
+            let at = fitted.baseline_at[joint];
+            let coefficients: Vec<f64> = (0..baseline.len()).map(|k| fitted.solution.coefficients[at + k]).collect();
+            self.motion.joints[joint].friction = baseline.friction(&coefficients);
+        }
+    }
+
+    /// Viscous coefficient's position of a joint.
+    pub fn viscous_at(&self, fitted: &Fitted, joint: usize) -> usize {
+        fitted.baseline_at[joint] + VISCOUS
+    }
+}

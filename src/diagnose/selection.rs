@@ -1,0 +1,156 @@
+//! Which effects the evidence supports: the strongest candidate is taken, the baseline settles, the rest is tried again; what
+//! a later effect has made superfluous is dropped.
+//!
+//! An effect has to gain [`Rules::nats`] of likelihood on rows that it was not fitted on, lower the scale of the error by
+//! [`Rules::log_scale`], and not lose on what is held out. Of effects within [`Rules::tie`] the one with fewer parameters is taken.
+
+use super::candidates::{Candidate, Evidence, candidates, predict};
+use super::problem::{Fitted, Problem, Term};
+
+/// Thresholds, calibrated on clean machines made by seed (see `tests/diagnose.rs`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    /// [nats] evidence that a joint's effect needs.
+    pub nats: f64,
+    /// [1] logarithm by which the error scale has to fall on the joint where it helps most.
+    pub log_scale: f64,
+    /// [nats] evidence on held-out data that is still taken as no loss.
+    pub held_out_loss: f64,
+    /// [1] Share of the stronger evidence within which the simpler effect is taken.
+    pub tie: f64,
+    /// Most effects that are taken.
+    pub most: usize,
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        Self { nats: 12.0, log_scale: 0.02, held_out_loss: 1.0, tie: 0.02, most: 6 }
+    }
+}
+
+impl Rules {
+    /// Whether one joint has enough evidence of its own.
+    pub fn enough(&self, evidence: &Evidence) -> bool {
+        evidence.total() > self.nats && evidence.log_scale > self.log_scale && evidence.held_out > -self.held_out_loss
+    }
+
+    /// Whether a candidate is to be taken.
+    pub fn accepts(&self, candidate: &Candidate) -> bool {
+        let held_out: f64 = candidate.evidence.iter().map(|evidence| evidence.held_out).sum();
+        candidate.sensible
+            && candidate.total() > self.nats
+            && candidate.log_scale() > self.log_scale
+            && held_out > -self.held_out_loss
+    }
+}
+
+/// An effect that was taken.
+#[derive(Clone)]
+pub struct Taken {
+    /// Its terms, with the shapes of the end.
+    pub terms: Vec<Term>,
+    /// Evidence per joint when it was taken.
+    pub evidence: Vec<Evidence>,
+    /// Other candidates of that round, by falling evidence.
+    pub rivals: Vec<Candidate>,
+}
+
+/// What a selection ends with.
+pub struct Selection {
+    /// Effects in the order in which they were taken.
+    pub taken: Vec<Taken>,
+    /// Candidates of the first round, each alone beside the baseline.
+    pub first_round: Vec<Candidate>,
+    /// The fit with all of them.
+    pub fitted: Fitted,
+}
+
+impl Selection {
+    /// All terms.
+    pub fn terms(&self) -> Vec<&Term> {
+        self.taken.iter().flat_map(|taken| &taken.terms).collect()
+    }
+}
+
+/// Selects effects; `progress` hears what is tried and how far the work is.
+pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&str, f64)) -> Option<Selection> {
+    let mut taken: Vec<Taken> = Vec::new();
+    let mut first_round = Vec::new();
+    let mut fitted = problem.settle(&[])?;
+    for round in 0..=rules.most {
+        progress("trying effects", round as f64 / (rules.most + 1) as f64);
+        problem.count_independent(&fitted);
+        let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
+        let found = candidates(problem, &terms, &fitted, &|evidence| rules.enough(evidence));
+        if round == 0 {
+            first_round.clone_from(&found);
+        }
+        let Some(best) = choose(&found, rules) else { break };
+        if round == rules.most {
+            break;
+        }
+        let rivals = found.iter().filter(|other| other.effect().name() != best.effect().name()).cloned().collect();
+        taken.push(Taken { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals });
+        fitted = resettle(problem, &mut taken)?;
+    }
+    prune(problem, rules, &mut taken);
+    let fitted = resettle(problem, &mut taken)?;
+    problem.count_independent(&fitted);
+    Some(Selection { taken, first_round, fitted })
+}
+
+/// The strongest acceptable candidate, or a simpler one that is as good.
+fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
+    let strongest = found.iter().find(|candidate| rules.accepts(candidate))?;
+    found
+        .iter()
+        .filter(|other| rules.accepts(other) && other.total() > strongest.total() * (1.0 - rules.tie))
+        .min_by_key(|other| other.complexity())
+}
+
+/// Settles the baseline with the terms, whose columns may build on the baseline's friction.
+fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
+    let mut fitted = None;
+    for _ in 0..2 {
+        let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+        fitted = Some(problem.settle(&terms)?);
+        for term in taken.iter_mut().flat_map(|taken| &mut taken.terms) {
+            *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
+        }
+    }
+    let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    problem.fit(&terms, super::problem::Part::Train, super::regression::NU).or(fitted)
+}
+
+/// Evidence of one effect beside all others.
+pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize) -> Option<Vec<Evidence>> {
+    let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    let others: Vec<&Term> =
+        taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
+    let (after, before) = (predict(problem, &all)?, predict(problem, &others)?);
+    let evidence = |joint: usize| Evidence {
+        folds: after.folds[joint] - before.folds[joint],
+        held_out: after.held_out[joint] - before.held_out[joint],
+        log_scale: (before.scale[joint] / after.scale[joint]).ln(),
+    };
+    Some((0..after.folds.len()).map(evidence).collect())
+}
+
+/// Drops what the others have made superfluous, the weakest first.
+fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
+    while taken.len() > 1 {
+        let weakest = (0..taken.len())
+            .filter_map(|index| Some((index, evidence_beside(problem, taken, index)?)))
+            .map(|(index, evidence)| (index, evidence.iter().map(Evidence::total).sum::<f64>(), evidence))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((index, total, evidence)) = weakest else { return };
+        let log_scale = evidence.iter().map(|e| e.log_scale).fold(f64::NEG_INFINITY, f64::max);
+        if total > rules.nats && log_scale > rules.log_scale {
+            return;
+        }
+        taken.remove(index);
+        if resettle(problem, taken).is_none() {
+            return;
+        }
+    }
+}

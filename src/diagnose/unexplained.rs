@@ -1,0 +1,97 @@
+//! Structure that remains when no effect of the catalogue helps any more: named by its shape, not by a cause.
+
+use std::f64::consts::{PI, TAU};
+
+use rayon::prelude::*;
+
+use super::problem::{Part, Problem, Term};
+use super::regression::Score;
+use super::result::Unexplained;
+use super::selection::Rules;
+
+/// A shape that a residual can have.
+struct Probe {
+    columns: Vec<Vec<f64>>,
+    /// How many of its kind are tried: the price of choosing among them.
+    tried: usize,
+    words: String,
+}
+
+/// The strongest remaining pattern of each joint, where there is one that a clean machine would not show.
+pub fn unexplained(problem: &Problem, terms: &[&Term], rules: &Rules) -> Vec<Unexplained> {
+    let Some(fitted) = problem.fit_loosely(terms, Part::Train) else { return Vec::new() };
+    let (system, _, _) = problem.system(terms, Part::Train, true);
+    let solution = &fitted.solution;
+    let mut found = Vec::new();
+    for joint in 0..problem.baseline.len() {
+        let rows = problem.rows(joint, Part::Train);
+        let block = &system.blocks[joint];
+        let score = Score::new(block, &solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
+        let gained: Vec<(f64, Probe)> = probes(problem, joint)
+            .into_par_iter()
+            .map(|probe| {
+                let picked: Vec<Vec<f64>> =
+                    probe.columns.iter().map(|column| rows.iter().map(|row| column[*row]).collect()).collect();
+                (score.gain(&picked), probe)
+            })
+            .collect();
+        let nats = |gain: f64, probe: &Probe| problem.independence[joint] * gain - (probe.tried as f64).ln();
+        let best = gained.iter().max_by(|a, b| nats(a.0, &a.1).total_cmp(&nats(b.0, &b.1)));
+        let Some((gain, probe)) = best else { continue };
+        // A score gain of g nats over n rows lowers the scale of the error by about g/n.
+        if nats(*gain, probe) > rules.nats && *gain / rows.len().max(1) as f64 > rules.log_scale {
+            let amplitude = amplitude(probe, block, &rows, &solution.weights[joint], &solution.residual[joint]);
+            let model = &problem.motion.model.joints[joint];
+            let pattern = format!("{}, {amplitude:.3} {}", probe.words, model.kind.effort_unit());
+            found.push(Unexplained { joint: model.name.clone(), pattern });
+        }
+    }
+    found
+}
+
+/// RMS of the pattern's part in the residual times √2: the amplitude of a harmonic.
+fn amplitude(
+    probe: &Probe,
+    block: &super::regression::Block,
+    rows: &[usize],
+    weights: &[f64],
+    residual: &[f64],
+) -> f64 {
+    let mut columns: Vec<(usize, Vec<f64>)> = Vec::new();
+    for column in &probe.columns {
+        columns.push((columns.len(), rows.iter().map(|row| column[*row]).collect()));
+    }
+    let _ = (block, weights);
+    let unknowns = columns.len();
+    let fitted = super::regression::Block { y: residual.to_vec(), columns };
+    let system = super::regression::System { blocks: vec![fitted], unknowns, priors: Vec::new() };
+    system.solve(super::regression::NU).map_or(0.0, |solution| {
+        let power: f64 =
+            residual.iter().zip(&solution.residual[0]).map(|(before, after)| (before - after).powi(2)).sum();
+        (2.0 * power / rows.len().max(1) as f64).sqrt()
+    })
+}
+
+fn probes(problem: &Problem, joint: usize) -> Vec<Probe> {
+    let motion = &problem.motion;
+    let model = &motion.model.joints[joint];
+    let mut probes = Vec::new();
+    let single = |words: &str, column: Vec<f64>| Probe { columns: vec![column], tried: 4, words: words.to_owned() };
+    probes.push(single("in proportion to the joint's own acceleration", motion.joints[joint].a.clone()));
+    probes.push(single("growing with the cube of velocity", motion.column(joint, |m, row| m.v[row].powi(3))));
+    probes.push(single(
+        "friction that drifts with time within a session",
+        motion.column(joint, |m, row| m.direction[row] * motion.time[row]),
+    ));
+    probes.push(single("drifting with time within a session", motion.time.clone()));
+    let range = motion.range(joint).max(1e-9);
+    let (lowest, step) = (TAU / range, PI / (3.0 * range));
+    let count = (((3.2 * model.gear_ratio - lowest) / step) as usize).min(1500);
+    for index in 0..count {
+        let order = lowest + step * index as f64;
+        let period = TAU * model.gear_ratio / order / crate::units::DEG;
+        let words = format!("period of {period:.1}° of motor angle, both directions alike");
+        probes.push(Probe { columns: motion.harmonic(joint, order, |_, _| 1.0).into(), tried: count, words });
+    }
+    probes
+}

@@ -1,0 +1,91 @@
+//! Where the links are known to follow the rotors: the rigid zone.
+//!
+//! Around reversals, and where the torque through the gear changes its sign, links float in their gaps; what one link does there,
+//! the others feel. Rows from 0.1 s before to 0.4 s after a reversal and 0.15 s before to 0.3 s after a change of flank are left out,
+//! on all joints. Which flank carries is not measured: with a link torque `T` (inertia, gravity) and friction of `0.03` to `0.65` of
+//! Coulomb friction behind the gear the flank is in doubt while `−0.65 < T sgn v / F_C < −0.03`. A machine without gaps is rigid everywhere.
+
+use super::observe::rest_speed;
+use crate::effects::Motion;
+
+/// [s] Before and after a reversal.
+const REVERSAL: [f64; 2] = [0.1, 0.4];
+/// [s] Before and after a change of flank.
+const FLANK: [f64; 2] = [0.15, 0.3];
+/// `T sgn v / F_C` between which the flank is in doubt.
+const DOUBT: [f64; 2] = [-0.65, -0.03];
+
+/// What a joint does in a row.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    Rest,
+    /// Direction, and whether the link is driven (or drives the motor).
+    Carried(bool, bool),
+    InDoubt(bool),
+}
+
+/// Whether each row of each joint is rigid: `zones[joint][row]`, with the Coulomb friction found so far (0 at first).
+pub fn rigid_zone(motion: &Motion, coulomb: &[f64]) -> Vec<Vec<bool>> {
+    let dof = motion.joints.len();
+    let mut shared = vec![true; motion.rows()];
+    let mut zones = vec![Vec::new(); dof];
+    for joint in 0..dof {
+        let states = states(motion, joint, coulomb[joint]);
+        let has_gap = motion.model.joints[joint].backlash != Some(0.0);
+        if has_gap {
+            leave_out(motion, &states, &mut shared);
+        }
+        zones[joint] = states.iter().map(|state| !has_gap || !matches!(state, State::Rest)).collect();
+    }
+    for zone in &mut zones {
+        zone.iter_mut().zip(&shared).for_each(|(rigid, shared)| *rigid &= *shared);
+    }
+    zones
+}
+
+fn states(motion: &Motion, joint: usize, coulomb: f64) -> Vec<State> {
+    let m = &motion.joints[joint];
+    let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let rest = rest_speed(motion.model, joint, fastest);
+    (0..motion.rows())
+        .map(|row| {
+            let v = m.v[row];
+            if v.abs() < rest {
+                return State::Rest;
+            }
+            let load = m.link_torque[row] * v.signum();
+            if load > DOUBT[1] * coulomb {
+                State::Carried(v > 0.0, true)
+            } else if load < DOUBT[0] * coulomb {
+                State::Carried(v > 0.0, false)
+            } else {
+                State::InDoubt(v > 0.0)
+            }
+        })
+        .collect()
+}
+
+fn leave_out(motion: &Motion, states: &[State], rigid: &mut [bool]) {
+    for row in 0..states.len() {
+        if matches!(states[row], State::InDoubt(_)) {
+            rigid[row] = false;
+        }
+        if row == 0 || states[row] == states[row - 1] || motion.session[row] != motion.session[row - 1] {
+            continue;
+        }
+        let turned = match (states[row - 1], states[row]) {
+            (State::Rest, _) | (_, State::Rest) => true,
+            (State::Carried(a, _) | State::InDoubt(a), State::Carried(b, _) | State::InDoubt(b)) => a != b,
+        };
+        let [before, after] = if turned { REVERSAL } else { FLANK };
+        let w = motion.half_width[row];
+        let (from, to) = (motion.time[row] - before - w, motion.time[row] + after + w);
+        let same = |other: usize| motion.session[other] == motion.session[row];
+        for other in (0..row).rev().take_while(|other| same(*other) && motion.time[*other] >= from) {
+            rigid[other] = false;
+        }
+        for other in (row..states.len()).take_while(|other| same(*other) && motion.time[*other] <= to) {
+            rigid[other] = false;
+        }
+    }
+}
