@@ -1,7 +1,7 @@
 //! Both friction laws fitted to the measurement points of a joint.
 
 use super::law;
-use super::least_squares::{Fit, levenberg_marquardt};
+use super::least_squares::{Fit, Search, levenberg_marquardt};
 use super::lines::{self, SpeedPoint};
 use super::points::Point;
 use super::result::LawKind;
@@ -16,47 +16,49 @@ pub struct LawFit {
     pub fit: Fit,
 }
 
-impl LawFit {
-    /// The friction law.
-    pub fn law(&self) -> Option<FrictionLaw> {
-        law::of(self.kind, &self.fit.parameters)
-    }
-}
-
 /// Factors on the Stribeck velocity that the exponential fit is started from: its sum of squares can have more than one valley.
 const STARTS: [f64; 4] = [1.0, 0.5, 2.0, 4.0];
 
-/// The two lines of each direction by equations 12 to 14, the start of everything else.
-pub fn first_lines(points: &[Point]) -> Option<[Lines; 2]> {
+/// The two lines of each direction by equations 12 to 14, the start of everything else: every pairing of the best splits.
+pub fn first_lines(points: &[Point]) -> Vec<[Lines; 2]> {
     let of = |direction: Direction| {
         let side: Vec<SpeedPoint> =
             points.iter().filter(|point| point.direction() == direction).map(Point::of_speed).collect();
-        lines::fit(&side)
+        let found = lines::fit(&side);
+        if found.is_empty() { lines::without_fall(&side).into_iter().collect() } else { found }
     };
-    Some([of(Direction::Positive)?, of(Direction::Negative)?])
+    let (forward, backward) = (of(Direction::Positive), of(Direction::Negative));
+    forward.iter().flat_map(|&one| backward.iter().map(move |&other| [one, other])).collect()
 }
 
-/// The starts of a law's fit, most likely first.
-pub fn starts(kind: LawKind, lines: &[Lines; 2]) -> Vec<Vec<f64>> {
+/// The starts of a law's fit.
+fn starts(kind: LawKind, lines: &[[Lines; 2]]) -> Vec<Vec<f64>> {
     match kind {
-        LawKind::TwoLines => vec![law::coefficients(&FrictionLaw::TwoLines(*lines)).1.to_vec()],
-        LawKind::Exponential => STARTS
-            .iter()
-            .map(|factor| {
-                let mut start = lines.map(|one| law::exponential_of_lines(&one));
-                for one in &mut start {
-                    one.stribeck_velocity *= factor;
-                    one.breakaway = one.breakaway.max(0.1 * one.coulomb.abs());
-                    one.coulomb = one.coulomb.max(0.1 * one.breakaway);
-                }
-                law::coefficients(&FrictionLaw::Exponential(start)).1.to_vec()
-            })
+        LawKind::TwoLines => {
+            lines.iter().map(|lines| law::coefficients(&FrictionLaw::TwoLines(*lines)).1.to_vec()).collect()
+        }
+        LawKind::Exponential => lines
+            .first()
+            .into_iter()
+            .flat_map(|lines| STARTS.iter().map(|factor| exponential_start(lines, *factor)))
             .collect(),
     }
 }
 
+/// Equation 6 with the lines as tangents, its Stribeck velocity changed by a factor.
+fn exponential_start(lines: &[Lines; 2], factor: f64) -> Vec<f64> {
+    let start = lines.map(|one| {
+        let mut one = law::exponential_of_lines(&one);
+        one.stribeck_velocity *= factor;
+        one.breakaway = one.breakaway.max(0.1 * one.coulomb.abs());
+        one.coulomb = one.coulomb.max(0.1 * one.breakaway);
+        one
+    });
+    law::coefficients(&FrictionLaw::Exponential(start)).1.to_vec()
+}
+
 /// Best fit of a law to the points, equation 11 on averages.
-pub fn to_points(kind: LawKind, points: &[Point], lines: &[Lines; 2]) -> Option<LawFit> {
+pub fn to_points(kind: LawKind, points: &[Point], lines: &[[Lines; 2]]) -> Option<LawFit> {
     let fastest = points.iter().fold(0.0_f64, |m, point| m.max(point.velocity.abs()));
     let residuals = |theta: &[f64]| {
         let law = law::of(kind, theta)?;
@@ -64,7 +66,11 @@ pub fn to_points(kind: LawKind, points: &[Point], lines: &[Lines; 2]) -> Option<
     };
     starts(kind, lines)
         .iter()
-        .filter_map(|start| levenberg_marquardt(start, &law::steps(kind, start, fastest), residuals))
+        .filter_map(|start| {
+            let step = law::steps(kind, start, fastest);
+            let search = Search { step: &step, part: 1e-3, iterations: 60, tolerance: 1e-9 };
+            levenberg_marquardt(start, search, residuals)
+        })
         .min_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared))
         .map(|fit| LawFit { kind, fit })
 }

@@ -16,8 +16,6 @@ pub struct Fit {
     pub chi_squared: f64,
     /// Residuals less parameters.
     pub degrees_of_freedom: usize,
-    /// Iterations done, 0 for a linear fit.
-    pub iterations: usize,
 }
 
 impl Fit {
@@ -43,7 +41,6 @@ pub fn linear(x: &DMatrix<f64>, y: &DVector<f64>) -> Option<Fit> {
         covariance,
         chi_squared,
         degrees_of_freedom: y.len().saturating_sub(x.ncols()),
-        iterations: 0,
     })
 }
 
@@ -58,30 +55,47 @@ fn scaled_inverse(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| inverse[(i, j)] / (scale[i] * scale[j])))
 }
 
-/// Largest number of iterations of a non-linear fit.
-const ITERATIONS: usize = 60;
+/// How a non-linear fit is carried out.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<'a> {
+    /// One a parameter: the size over which the residuals bend little. A parameter of size zero is held at its start.
+    pub step: &'a [f64],
+    /// Differences are taken over this part of `step`.
+    pub part: f64,
+    /// Largest number of iterations.
+    pub iterations: usize,
+    /// Relative gain in the sum of squares below which the search ends.
+    pub tolerance: f64,
+}
 
-/// Non-linear fit from `start`. `step[k]` is the size of parameter `k` over which the residuals bend little: differences are taken
-/// over a fraction of it. `residuals` yields `None` where the parameters are not allowed.
+/// Non-linear fit from `start`. `residuals` yields `None` where the parameters are not allowed.
 /// Returns `None` where the start is not allowed or the residuals do not tell the parameters apart.
-pub fn levenberg_marquardt(start: &[f64], step: &[f64], residuals: impl Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Fit> {
+pub fn levenberg_marquardt(
+    start: &[f64],
+    search: Search,
+    residuals: impl Fn(&[f64]) -> Option<Vec<f64>>,
+) -> Option<Fit> {
+    let free: Vec<usize> = (0..start.len()).filter(|&k| search.step[k] > 0.0).collect();
     let mut parameters = start.to_vec();
     let mut r = DVector::from_vec(residuals(&parameters)?);
     let mut damping = 1e-3;
     let mut iterations = 0;
-    while iterations < ITERATIONS {
+    while iterations < search.iterations {
         iterations += 1;
-        let j = jacobian(&parameters, step, &residuals, r.len())?;
+        let j = jacobian(&parameters, &free, search, &residuals, r.len())?;
         let normal = j.transpose() * &j;
         let gradient = j.transpose() * &r;
         let mut gain = None;
         while damping < 1e10 {
             let mut damped = normal.clone();
-            for k in 0..parameters.len() {
+            for k in 0..free.len() {
                 damped[(k, k)] *= 1.0 + damping;
             }
             let trial = damped.cholesky().map(|factor| factor.solve(&-&gradient)).and_then(|delta| {
-                let next: Vec<f64> = parameters.iter().zip(delta.iter()).map(|(p, d)| p + d).collect();
+                let mut next = parameters.clone();
+                for (&k, d) in free.iter().zip(delta.iter()) {
+                    next[k] += d;
+                }
                 let after = DVector::from_vec(residuals(&next)?);
                 (after.norm_squared() < r.norm_squared()).then_some((next, after))
             });
@@ -95,34 +109,41 @@ pub fn levenberg_marquardt(start: &[f64], step: &[f64], residuals: impl Fn(&[f64
                 None => damping *= 11.0,
             }
         }
-        if gain.is_none_or(|gain| gain <= 1e-9 * r.norm_squared() + 1e-15) {
+        if gain.is_none_or(|gain| gain <= search.tolerance * r.norm_squared() + 1e-15) {
             break;
         }
     }
-    let j = jacobian(&parameters, step, &residuals, r.len())?;
-    let covariance = scaled_inverse(&(j.transpose() * &j))?;
-    let degrees_of_freedom = r.len().saturating_sub(parameters.len());
-    Some(Fit { parameters, covariance, chi_squared: r.norm_squared(), degrees_of_freedom, iterations })
+    let j = jacobian(&parameters, &free, search, &residuals, r.len())?;
+    let of_free = scaled_inverse(&(j.transpose() * &j))?;
+    let mut covariance = DMatrix::zeros(start.len(), start.len());
+    for (i, &k) in free.iter().enumerate() {
+        for (j, &l) in free.iter().enumerate() {
+            covariance[(k, l)] = of_free[(i, j)];
+        }
+    }
+    let degrees_of_freedom = r.len().saturating_sub(free.len());
+    Some(Fit { parameters, covariance, chi_squared: r.norm_squared(), degrees_of_freedom })
 }
 
-/// Central differences over a thousandth of each parameter's step.
+/// Central differences, one column a free parameter.
 fn jacobian(
     at: &[f64],
-    step: &[f64],
+    free: &[usize],
+    search: Search,
     residuals: &impl Fn(&[f64]) -> Option<Vec<f64>>,
     rows: usize,
 ) -> Option<DMatrix<f64>> {
-    let mut j = DMatrix::zeros(rows, at.len());
+    let mut j = DMatrix::zeros(rows, free.len());
     let mut p = at.to_vec();
-    for (k, &size) in step.iter().enumerate() {
-        let h = 1e-3 * size;
+    for (column, &k) in free.iter().enumerate() {
+        let h = search.part * search.step[k];
         p[k] = at[k] + h;
         let above = residuals(&p)?;
         p[k] = at[k] - h;
         let below = residuals(&p)?;
         p[k] = at[k];
         for i in 0..rows {
-            j[(i, k)] = (above[i] - below[i]) / (2.0 * h);
+            j[(i, column)] = (above[i] - below[i]) / (2.0 * h);
         }
     }
     Some(j)

@@ -1,8 +1,7 @@
 //! The two lines of equations 7 to 9 by the linear least squares of equations 12 to 14.
 //!
-//! The points of a direction, sorted by speed, are split in two; each part has its line. Of all splits whose lines meet
-//! (equation 8) between the parts, so that every point obeys the line it was given to, the one with the smallest sum of squares is taken;
-//! where no split is consistent in this way, the smallest sum of squares alone decides.
+//! The points of a direction, sorted by speed, are split in two; each part has its line. Splits whose lines meet (equation 8) far from
+//! the gap between the parts are refused: a point must obey the line it was given to. Of the others the smallest sum of squares wins.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,29 +22,36 @@ pub struct SpeedPoint {
 /// Points that a line needs.
 const FEWEST: usize = 2;
 
-/// Two lines through the points of one direction; `None` with fewer than four points or none that fall in speed.
-pub fn fit(points: &[SpeedPoint]) -> Option<Lines> {
+/// Splits that are handed on, best first: the law's own fit decides between them.
+const CANDIDATES: usize = 3;
+
+/// Two lines through the points of one direction, best split first; none with fewer than four points or where nothing falls in speed.
+pub fn fit(points: &[SpeedPoint]) -> Vec<Lines> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.speed.total_cmp(&b.speed));
-    let splits = FEWEST..=sorted.len().checked_sub(FEWEST)?;
-    let mut best: Option<(bool, f64, Lines)> = None;
-    for split in splits {
+    let mut found: Vec<(f64, Lines)> = Vec::new();
+    for split in FEWEST..=sorted.len().saturating_sub(FEWEST) {
         let (low, high) = sorted.split_at(split);
         let (Some((a1, b1, sum1)), Some((a2, b2, sum2))) = (line(low), line(high)) else { continue };
         let lines = Lines { a1, b1, a2, b2 };
         let meet = lines.switch_velocity();
-        let consistent = low[low.len() - 1].speed <= meet && meet <= high[0].speed;
-        let sum = sum1 + sum2;
-        let better = best.as_ref().is_none_or(|(other, least, _)| match (consistent, *other) {
-            (true, false) => true,
-            (false, true) => false,
-            _ => sum < *least,
-        });
-        if b2 > b1 && meet > 0.0 && better {
-            best = Some((consistent, sum, lines));
+        // The lines meet near the gap between both parts: no point is far on the other line's side.
+        let gap = high[0].speed - low[low.len() - 1].speed;
+        let near = low[low.len() - 1].speed - gap..=high[0].speed + gap;
+        if a1 > 0.0 && b2 > b1 && near.contains(&meet) {
+            found.push((sum1 + sum2, lines));
         }
     }
-    best.map(|(_, _, lines)| lines)
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().take(CANDIDATES).map(|(_, lines)| lines).collect()
+}
+
+/// A start for points that nowhere fall with speed: one line through all of them, and a hint of a fall at its low end.
+pub fn without_fall(points: &[SpeedPoint]) -> Option<Lines> {
+    let (a2, b2, _) = line(points)?;
+    let fastest = points.iter().fold(0.0_f64, |m, point| m.max(point.speed));
+    let fall = 0.05 * a2.abs();
+    Some(Lines { a1: a2 + fall, b1: b2 - 10.0 * fall / fastest, a2, b2 })
 }
 
 /// Weighted straight line: intercept, slope, sum of squares.

@@ -7,10 +7,12 @@ pub mod points;
 /// What an identification returns.
 pub mod result;
 
+mod balance;
 mod fit;
 mod law;
 mod least_squares;
 mod lines;
+mod motion;
 mod rigid_body;
 mod signals;
 mod statistics;
@@ -24,6 +26,8 @@ pub use result::{
     PerDirection, Quantity,
 };
 
+use balance::Balance;
+use motion::Track;
 use rigid_body::RigidBody;
 
 use crate::error::{Error, Result};
@@ -81,8 +85,12 @@ pub fn identify_joint(
     options: &Options,
 ) -> Result<JointIdentification> {
     let mut notes = Vec::new();
-    let points = measurement_points(model, joint, data, options)?;
+    let (points, tracks) = measurement_points(model, joint, data, options)?;
     let (lines, exponential) = both_laws(&points).ok_or_else(|| too_few(model, joint, &points))?;
+    let share = model.joints[joint].friction.map_or(0.0, |friction| friction.link_share);
+    let balance = Balance::new(&points, tracks, share);
+    let lines = balance.refine(&lines, false).unwrap_or(lines);
+    let exponential = balance.refine(&exponential, false).unwrap_or(exponential);
     let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &lines, &exponential);
     let backlash = if options.backlash {
         let sessions: Vec<&TimeSeries> = data.iter().collect();
@@ -102,24 +110,30 @@ pub fn identify_joint(
 }
 
 /// The measurement points of a joint in all sessions.
-fn measurement_points(model: &Model, joint: usize, data: &[TimeSeries], options: &Options) -> Result<Vec<Point>> {
-    let mut points = Vec::new();
+fn measurement_points(
+    model: &Model,
+    joint: usize,
+    data: &[TimeSeries],
+    options: &Options,
+) -> Result<(Vec<Point>, Vec<Track>)> {
+    let (mut points, mut tracks) = (Vec::new(), Vec::new());
     for (session, signals) in signals::of_sessions(model, joint, data)? {
         let rigid = RigidBody::new(model, joint, &data[session]);
         for window in windows::find(&signals, options) {
             points.push(Point::of(session, &signals, &rigid, window));
+            tracks.push(Track::of(&signals, &rigid, &model.joints[joint], window));
         }
     }
     let forward = points.iter().filter(|point| point.velocity > 0.0).count();
     if forward.min(points.len() - forward) < FEWEST_POINTS {
         return Err(too_few(model, joint, &points));
     }
-    Ok(points)
+    Ok((points, tracks))
 }
 
 /// Lines and exponential law of the points.
 fn both_laws(points: &[Point]) -> Option<(fit::LawFit, fit::LawFit)> {
-    let lines = fit::first_lines(points)?;
+    let lines = fit::first_lines(points);
     Some((fit::to_points(LawKind::TwoLines, points, &lines)?, fit::to_points(LawKind::Exponential, points, &lines)?))
 }
 

@@ -1,5 +1,7 @@
 //! What the rigid-body model says about a window: gravity `G_i(q)` and inertia `H_ii(q)` of equation 11 at the measured posture.
 
+use std::ops::Range;
+
 use nalgebra::Isometry3;
 
 use super::windows::Window;
@@ -9,6 +11,9 @@ use crate::units::JointKind;
 
 /// Postures that a window is sampled at.
 const SAMPLES: usize = 40;
+
+/// Samples between two evaluations of gravity along a motion.
+const STRIDE: usize = 5;
 
 /// The model along one session, seen from one joint.
 pub struct RigidBody<'a> {
@@ -41,7 +46,26 @@ impl<'a> RigidBody<'a> {
 
     /// `⟨H_ii⟩` [kg·m² or kg] over a window, the reflected rotor inertia included.
     pub fn inertia(&self, window: Window) -> f64 {
-        self.average(window, |q| self.link_inertia_at(q)) + self.model.joints[self.joint].reflected_inertia()
+        self.link_inertia(window) + self.model.joints[self.joint].reflected_inertia()
+    }
+
+    /// `⟨H_ii⟩` [kg·m² or kg] of the links alone.
+    pub fn link_inertia(&self, window: Window) -> f64 {
+        self.average(window, |q| self.link_inertia_at(q))
+    }
+
+    /// `G_i` [N·m or N] at every sample, computed at every [`STRIDE`]th and held between.
+    pub fn gravity_along(&self, samples: Range<usize>) -> Vec<f64> {
+        let start = samples.start;
+        let mut held = 0.0;
+        samples
+            .map(|k| {
+                if (k - start).is_multiple_of(STRIDE) {
+                    held = self.gravity_at(&self.posture(k));
+                }
+                held
+            })
+            .collect()
     }
 
     /// Mean of a function of the posture over a window.
