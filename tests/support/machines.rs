@@ -218,3 +218,27 @@ pub fn random_tree(mut uniform: impl FnMut() -> f64, joints: usize) -> Robot {
 pub fn no_parameters() -> BTreeMap<String, f64> {
     BTreeMap::new()
 }
+
+/// A chain of that many revolute joints with axes in turn vertical and horizontal, lighter towards its end.
+pub fn chain(joints: usize) -> Robot {
+    let link = |i: usize| {
+        let scale = 0.75_f64.powi(i as i32);
+        let inertia = Inertia {
+            mass: 2.0 * scale,
+            com: Vector3::new(0.0, 0.0, 0.1),
+            tensor: point_tensor(8e-3 * scale, 8e-3 * scale, 2e-3 * scale),
+        };
+        let axis = if i % 2 == 0 { Vector3::z() } else { Vector3::y() };
+        let parent = i.checked_sub(1);
+        body(&format!("joint{i}"), parent, JointKind::Revolute, Isometry3::translation(0.0, 0.0, 0.2), axis, inertia)
+    };
+    Robot { name: "chain".to_owned(), bodies: (0..joints).map(link).collect(), ..planar_arm() }
+}
+
+/// Every joint of a robot with the gear, friction, drive and sensors of the planar arm's second.
+pub fn geared(robot: Robot) -> Model {
+    let second = scara().joints[1].clone();
+    let joints =
+        robot.bodies.iter().map(|body| JointModel { name: body.joint.name.clone(), ..second.clone() }).collect();
+    model(robot, joints)
+}
