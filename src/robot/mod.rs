@@ -1,6 +1,7 @@
 //! What the machine is: kinematic tree, inertias, collision shapes, and the model file. No engine types.
 
 mod inertia;
+mod joint;
 pub mod model;
 mod read;
 pub mod tree;

@@ -166,12 +166,12 @@ fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
             return Err(error(text, element, attribute, "", "a name (missing)"));
         }
     }
-    if let ("joint", Some(kind)) = (element.name, element.attribute("type")) {
-        if !JOINT_TYPES.contains(&kind) {
-            return Err(error(text, element, "type", kind, &JOINT_TYPES.join(" or ")));
+    match (element.name, element.attribute("type")) {
+        ("joint", Some(kind)) if !JOINT_TYPES.contains(&kind) => {
+            Err(error(text, element, "type", kind, &JOINT_TYPES.join(" or ")))
         }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 fn check_numbers(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
