@@ -34,7 +34,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { engine: Engine::Rapier, bandwidth: 5.0, cutoff: 50.0 }
+        Self { engine: Engine::Rapier, bandwidth: 3.0, cutoff: 25.0 }
     }
 }
 
