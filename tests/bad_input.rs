@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 
 use lostmotion::dataset;
 use lostmotion::robot::Model;
+use lostmotion::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
@@ -51,6 +52,27 @@ position = { column = "angle", unit = "deg" }
 torque = { column = "load" }
 "#;
 
+const SCENARIO: &str = r#"schema = "lostmotion/scenario/1"
+name = "to_and_fro"
+robot = "model.toml"
+control_period = 0.001
+
+[reference]
+kind = "waypoints"
+
+[reference.joints.turn]
+positions_deg = [5, 0]
+speed_deg = 20
+acceleration_deg = 100
+
+[controller]
+law = "pi"
+
+[controller.joints.turn]
+proportional = 2.0
+integral = 20.0
+"#;
+
 /// A folder with one good file of every kind.
 struct Files(TempDir);
 
@@ -60,6 +82,7 @@ impl Files {
         files.put("robot.urdf", URDF);
         files.put("model.toml", MODEL);
         files.put("manifest.toml", MANIFEST);
+        files.put("scenario.toml", SCENARIO);
         files.put("raw.csv", raw_csv());
         files.put("run.csv", run_csv());
         files
@@ -164,7 +187,18 @@ fn property_good_files_pass() {
         assert!(output.status.success(), "{data}: {}", String::from_utf8_lossy(&output.stderr));
         assert!(files.path("out/report.json").is_file());
     }
-    let output = files.lostmotion(&["check", "model.toml", "robot.urdf", "manifest.toml", "run.csv", "run.mat"]);
+    let output = files.lostmotion(&["run", "scenario.toml", "--quiet", "--out", "run"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(files.path("run/report.json").is_file());
+    let output = files.lostmotion(&[
+        "check",
+        "model.toml",
+        "scenario.toml",
+        "robot.urdf",
+        "manifest.toml",
+        "run.csv",
+        "run.mat",
+    ]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
@@ -227,6 +261,37 @@ fn property_broken_text_is_refused_by_place_and_expectation() {
         refused(&files.replay("manifest.toml"), parts);
         assert_eq!(files.names(), before, "nothing is left behind by {name}: {from} → {to}");
     }
+}
+
+#[test]
+fn property_broken_scenarios_are_refused_by_place_and_expectation() {
+    let cases: &[(&str, &str, &[&str])] = &[
+        ("scenario/1", "scenario/7", &["scenario.toml:1", "schema", "lostmotion/scenario/1"]),
+        ("model.toml", "gone.toml", &["scenario.toml:3", "robot", "gone.toml"]),
+        ("control_period = 0.001", "control_period = 0", &["scenario.toml:4", "control_period", "> 0", "[s]"]),
+        ("control_period", "control_periode", &["scenario.toml:4", "control_period"]),
+        ("\"waypoints\"", "\"waypoint\"", &["scenario.toml:7", "reference.kind", "waypoint", "staircase"]),
+        ("reference.joints.turn", "reference.joints.spin", &["scenario.toml", "spin", "turn"]),
+        ("speed_deg = 20", "speed_deg = -20", &["scenario.toml:11", "reference.joints.turn.speed_deg", "-20", "> 0"]),
+        ("positions_deg = [5, 0]", "positions_deg = 5", &["scenario.toml:10", "positions_deg", "list"]),
+        ("\"pi\"", "\"pid\"", &["scenario.toml:15", "controller.law", "pid", "pi"]),
+        ("proportional = 2.0", "", &["scenario.toml", "controller.joints.turn.proportional", "missing"]),
+        ("integral = 20.0", "integral = -20.0", &["scenario.toml:19", "controller.joints.turn.integral", "-20"]),
+    ];
+    for (from, to, parts) in cases {
+        let files = Files::new();
+        let broken = SCENARIO.replace(from, to);
+        assert_ne!(SCENARIO, broken, "{from}");
+        files.put("scenario.toml", broken);
+        let before = files.names();
+        refused(&files.lostmotion(&["run", "scenario.toml", "--quiet", "--out", "out"]), parts);
+        assert_eq!(files.names(), before, "nothing is left behind by {from} → {to}");
+    }
+    let files = Files::new();
+    let set = |assignment: &str| files.lostmotion(&["run", "scenario.toml", "--quiet", "--set", assignment]);
+    refused(&set("control_period=-1"), &["control_period", "-1", "> 0"]);
+    refused(&set("model.joints.turn.gear_ratio=0"), &["joints.turn.gear_ratio", "0", "> 0"]);
+    refused(&set("control_period"), &["control_period", "KEY=VALUE"]);
 }
 
 #[test]
@@ -321,6 +386,7 @@ fn property_no_mutated_file_makes_a_reader_panic() {
         ("manifest.toml", 3, survive("manifest.toml", 3, ROUNDS, data)),
         ("model.toml", 4, survive("model.toml", 4, ROUNDS, model)),
         ("robot.urdf", 5, survive("robot.urdf", 5, ROUNDS, model)),
+        ("scenario.toml", 6, survive("scenario.toml", 6, ROUNDS, |path| Scenario::load(path, &[]).is_ok())),
     ] {
         // Most of these edits break something; that nearly none is refused would mean that nothing is checked.
         assert!(refused > ROUNDS / 10, "{name}, seed {seed}: {refused} of {ROUNDS} refused");
