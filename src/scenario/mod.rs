@@ -23,11 +23,15 @@ pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
 
 use std::path::PathBuf;
 
-use crate::control::Profile;
+use crate::control::{Profile, Target};
+use crate::dynamics::MotionCheck;
 use crate::error::Result;
 use crate::plant::Options;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
+
+/// [s] Interval at which a planned motion is looked at; between two looks it is taken as straight.
+const PLAN_INTERVAL: f64 = 0.01;
 
 /// What is done with the data of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,6 +107,21 @@ impl Scenario {
     /// # Errors
     /// The first time at which it happens, and to whom.
     pub fn check_motion(&self) -> Result<()> {
+        let mut check = MotionCheck::new(&self.model.robot)?;
+        let mut targets = vec![Target::default(); self.model.joints.len()];
+        for session in &self.sessions {
+            let samples = (session.duration / PLAN_INTERVAL).ceil() as usize + 1;
+            let times: Vec<f64> = (0..samples).map(|k| (k as f64 * PLAN_INTERVAL).min(session.duration)).collect();
+            let mut paths = vec![Vec::with_capacity(samples); targets.len()];
+            for &time in &times {
+                session.profile.sample(time, &mut targets);
+                for (path, target) in paths.iter_mut().zip(&targets) {
+                    path.push(target.position);
+                }
+            }
+            let paths: Vec<&[f64]> = paths.iter().map(Vec::as_slice).collect();
+            check.check(&times, &paths)?;
+        }
         Ok(())
     }
 }
