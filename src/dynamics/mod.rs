@@ -10,7 +10,7 @@
 //! acceleration of the origin `p̈` (gravity is an acceleration of the base by `−g`); mass `m`, first moment `h = m c` and
 //! tensor `I` about the origin. `R`, `p`: pose of a body in its parent. The joint's axis is `s`.
 //!
-//! Nothing allocates once a [`Dynamics`] is built. Reference: R. Featherstone (2008), Rigid Body Dynamics Algorithms.
+//! Once a [`Dynamics`] is built nothing allocates but `poses` and `potential_energy`. Reference: R. Featherstone (2008), Rigid Body Dynamics Algorithms.
 
 #![allow(clippy::needless_range_loop, reason = "a body, its parent, frame and motion are visited by one index")]
 
