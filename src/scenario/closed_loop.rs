@@ -1,5 +1,9 @@
 //! The loop of sensors, controller and machine, and a scenario's run through it.
 
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+
 use super::{Recorder, Regulator, Run, Scenario, Session};
 use crate::control::{Profile, Target};
 use crate::error::Result;
@@ -51,20 +55,32 @@ pub fn closed_loop(
     recorder
 }
 
-/// Runs every session of a scenario under a seed. `progress` is called with the simulated seconds done and those in all.
+/// Runs the sessions of a scenario under a seed, side by side. `progress` is called with the simulated seconds done and those
+/// in all.
 ///
 /// # Errors
 /// The planned motion leaves the limits or collides; an effect of the model does not fit.
-pub fn simulate(scenario: &Scenario, seed: u64, progress: &mut dyn FnMut(f64, f64)) -> Result<Run> {
+pub fn simulate(scenario: &Scenario, seed: u64, progress: &(dyn Fn(f64, f64) + Sync)) -> Result<Run> {
     scenario.check_motion()?;
     let all: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
-    let mut done = 0.0;
-    let mut sessions = Vec::with_capacity(scenario.sessions.len());
-    for (number, session) in scenario.sessions.iter().enumerate() {
-        let seed = seed.wrapping_add((number as u64) << 32);
-        sessions.push(run_session(scenario, session, seed, &mut |time| progress(done + time, all))?);
-        done += session.duration;
-    }
+    let done = Mutex::new(vec![0.0; scenario.sessions.len()]);
+    let report = |number: usize, time: f64| {
+        let sum = done.lock().map_or(0.0, |mut done| {
+            done[number] = time;
+            done.iter().sum()
+        });
+        progress(sum, all);
+    };
+    let sessions = scenario
+        .sessions
+        .par_iter()
+        .enumerate()
+        .map(|(number, session)| {
+            // A session has noise and encoder phases of its own.
+            let seed = seed.wrapping_add((number as u64) << 32);
+            run_session(scenario, session, seed, &mut |time| report(number, time))
+        })
+        .collect::<Result<Vec<_>>>()?;
     progress(all, all);
     Ok(Run { sessions })
 }
