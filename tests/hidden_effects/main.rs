@@ -2,12 +2,26 @@
 //!
 //! Layout of a set: `data/set_<seed>/{model.toml, robot.urdf, staircase.csv, fast_1.csv, fast_2.csv, fast_3.csv}`, and what was hidden in
 //! `truth/set_<seed>.json`. Seeds 1 to 999 are for tuning by hand, seeds from 1000 on are for the tests: nothing may be tuned to them.
+//! A set is judged right only where the hidden effect and no other is named.
 
 mod generate;
 mod hidden;
 mod machine;
 mod motion;
 mod record;
+mod verdict;
+
+use std::ops::Range;
+
+use lostmotion::dataset;
+use lostmotion::robot::Model;
+
+/// Seeds of the sets that hide an effect.
+const HIDING: Range<u64> = 1000..1024;
+/// Seeds of the sets that hide nothing.
+const EMPTY: Range<u64> = 2000..2010;
+/// Most sets of `HIDING` that may be judged wrong.
+const MOST_WRONG: usize = 2;
 
 /// The generating process: does nothing unless its variables are set, see [`generate`].
 #[test]
@@ -19,16 +33,49 @@ fn generate_one() {
 #[test]
 fn property_a_set_can_be_read_and_is_the_same_again() {
     let folders = [tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder")];
-    let sets = [0, 1].map(|i| generate::in_own_process(folders[i].path(), 1000, true));
-    let model = lostmotion::robot::Model::load(&sets[0].model).expect("the nominal model");
+    let [one, other] = [0, 1].map(|i| generate::in_own_process(folders[i].path(), HIDING.start, true));
+    let model = Model::load(&one.model).expect("the nominal model");
     assert!(model.effects.is_empty() && model.joints.iter().all(|joint| joint.backlash.is_none()));
-    let joints = lostmotion::dataset::joints_of(&model);
-    for (one, other) in
-        sets[0].data.iter().chain([&sets[0].hold_out]).zip(sets[1].data.iter().chain([&sets[1].hold_out]))
-    {
-        let session = lostmotion::dataset::load(one, &joints).expect("a recording");
+    let joints = dataset::joints_of(&model);
+    let files = |set: &generate::Set| [set.data.as_slice(), std::slice::from_ref(&set.hold_out)].concat();
+    for (one, other) in files(&one).iter().zip(&files(&other)) {
+        let session = dataset::load(one, &joints).expect("a recording");
         assert!(session.notes.is_empty(), "{:?}", session.notes);
         assert_eq!(session.series.joints.len(), 2);
         assert_eq!(std::fs::read(one).expect("bytes"), std::fs::read(other).expect("bytes"));
     }
+}
+
+#[test]
+fn recover_the_hidden_effect_by_name() {
+    let verdicts = verdict::verdicts(HIDING, true);
+    let wrong: Vec<String> = verdicts.iter().filter(|one| !one.is_right()).map(verdict::Verdict::line).collect();
+    assert!(wrong.len() <= MOST_WRONG, "{} of {} wrong:\n{}", wrong.len(), verdicts.len(), wrong.join("\n"));
+}
+
+#[test]
+fn property_nothing_is_found_where_nothing_is_hidden() {
+    let verdicts = verdict::verdicts(EMPTY, false);
+    let wrong: Vec<String> = verdicts.iter().filter(|one| !one.is_right()).map(verdict::Verdict::line).collect();
+    assert!(wrong.is_empty(), "{} of {} wrong:\n{}", wrong.len(), verdicts.len(), wrong.join("\n"));
+}
+
+/// For tuning: `HIDDEN_EFFECTS_TUNE=1..25 cargo test --release --test hidden_effects tune -- --ignored --nocapture`.
+#[test]
+#[ignore = "prints verdicts on tuning seeds"]
+fn tune() {
+    let given = std::env::var("HIDDEN_EFFECTS_TUNE").unwrap_or_else(|_| "1..7".to_owned());
+    let (first, last) = given.split_once("..").expect("a range FIRST..LAST");
+    let seeds = first.parse::<u64>().expect("a number")..last.parse().expect("a number");
+    assert!(seeds.end <= 1000, "seeds from 1000 on are for the tests");
+    let hiding = verdict::verdicts(seeds.clone(), true);
+    let empty = verdict::verdicts(seeds.map(|seed| seed + 500).filter(|seed| *seed < 1000), false);
+    let right = |verdicts: &[verdict::Verdict]| verdicts.iter().filter(|one| one.is_right()).count();
+    println!(
+        "{} of {} hidden effects, {} of {} empty sets right",
+        right(&hiding),
+        hiding.len(),
+        right(&empty),
+        empty.len()
+    );
 }
