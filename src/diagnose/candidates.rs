@@ -10,10 +10,12 @@ use crate::effects::{CATALOGUE, Effect, Scope};
 const SHORTLIST: usize = 3;
 /// More shapes than these are scanned by their score first.
 const MANY_SHAPES: usize = 6;
+/// [nats, rows taken as independent] Training gain below which nothing more is asked.
+const LEAST_GAIN: f64 = 10.0;
 /// Steps of the golden section that refines a shape.
 const REFINEMENTS: usize = 12;
 
-/// How well a model predicts, by joint, in independent nats.
+/// How well a model predicts, by joint, in nats as if rows were independent.
 #[derive(Debug, Clone)]
 pub struct Prediction {
     /// On the rows that it was fitted on.
@@ -24,6 +26,21 @@ pub struct Prediction {
     pub held_out: Vec<f64>,
     /// Scale of the training error.
     pub scale: Vec<f64>,
+    /// Independent samples per row.
+    pub independence: Vec<f64>,
+}
+
+impl Prediction {
+    /// What speaks for this model against a poorer one. How many rows are independent is judged by the errors of the richer one:
+    /// an effect that is not modelled makes errors that never forget.
+    pub fn against(&self, before: &Self) -> Vec<Evidence> {
+        let evidence = |joint: usize| Evidence {
+            folds: self.independence[joint] * (self.folds[joint] - before.folds[joint]),
+            held_out: self.independence[joint] * (self.held_out[joint] - before.held_out[joint]),
+            log_scale: (before.scale[joint] / self.scale[joint]).ln(),
+        };
+        (0..self.folds.len()).map(evidence).collect()
+    }
 }
 
 /// What speaks for a term on one joint.
@@ -97,11 +114,9 @@ pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
         folds.iter_mut().zip(part?).for_each(|(sum, value)| *sum += value);
     }
     let held_out = problem.likelihood_elsewhere(terms, &fitted, Part::HeldOut);
-    Some(Prediction { training: training(problem, &fitted), folds, held_out, scale: fitted.solution.scale })
-}
-
-fn training(problem: &Problem, fitted: &Fitted) -> Vec<f64> {
-    fitted.solution.log_likelihood.iter().zip(&problem.independence).map(|(l, independence)| l * independence).collect()
+    let independence = problem.independence_of(&fitted);
+    let training = fitted.solution.log_likelihood;
+    Some(Prediction { training, folds, held_out, scale: fitted.solution.scale, independence })
 }
 
 fn gain(before: &[f64], after: &[f64]) -> f64 {
@@ -122,7 +137,7 @@ impl Search<'_, '_> {
         let mut terms = self.terms.clone();
         terms.push(term);
         match self.problem.fit_loosely(&terms, Part::Train) {
-            Some(fitted) => gain(self.before, &training(self.problem, &fitted)),
+            Some(fitted) => gain(self.before, &fitted.solution.log_likelihood),
             None => f64::NEG_INFINITY,
         }
     }
@@ -307,15 +322,8 @@ fn assess(search: &Search, before: &Prediction, effect: &'static dyn Effect, joi
     let coefficients: Vec<f64> = (0..term.coefficients()).map(|k| fitted.solution.coefficients[at + k]).collect();
     let sensible = is_sensible(search.problem, &term, &coefficients);
     // What gains nothing where it was fitted needs no cross-validation.
-    if training_gain > 1.0 {
-        let after = predict(search.problem, &terms)?;
-        for joint in 0..dof {
-            evidence[joint] = Evidence {
-                folds: after.folds[joint] - before.folds[joint],
-                held_out: after.held_out[joint] - before.held_out[joint],
-                log_scale: (before.scale[joint] / after.scale[joint]).ln(),
-            };
-        }
+    if training_gain > LEAST_GAIN {
+        evidence = predict(search.problem, &terms)?.against(before);
         evidence[joints[0]].folds -= (shapes as f64).ln();
     }
     Some(Candidate { terms: vec![term], evidence, sensible })

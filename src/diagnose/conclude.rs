@@ -36,7 +36,7 @@ pub fn diagnosis(
         Uncertainty::new(problem, &terms, &selection.fitted).ok_or_else(|| super::nothing_moves(model))?;
     let effects = found(problem, selection, &uncertainty, options);
     progress("measuring the gap", 0.9);
-    let gaps = gaps(model, train, problem);
+    let gaps = if options.backlash { gaps(model, train, problem) } else { vec![None; model.joints.len()] };
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();

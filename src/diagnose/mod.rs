@@ -45,11 +45,13 @@ pub struct Options {
     pub rules: Rules,
     /// Part at the end of each session that is held out where no session is, 0 to 1.
     pub held_out_share: f64,
+    /// Whether gaps that the model file leaves out are measured too; it takes most of the time.
+    pub backlash: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rules: Rules::default(), held_out_share: 0.3 }
+        Self { rules: Rules::default(), held_out_share: 0.3, backlash: true }
     }
 }
 
@@ -107,7 +109,7 @@ fn find_zones(problem: &mut Problem) -> Result<()> {
     problem.zones = zones::rigid_zone(&problem.motion, &coulomb);
     for (joint, model) in problem.motion.model.joints.iter().enumerate() {
         let found = problem.rows(joint, Part::Train).len();
-        let needed = 100;
+        let needed = 30;
         if found < needed {
             return Err(Error::TooLittleData {
                 quantity: "torque",

@@ -170,7 +170,7 @@ impl<'m> Problem<'m> {
         Some(Fitted { solution, baseline_at, term_at })
     }
 
-    /// Log-likelihood of each joint on another part under a loose fit, independent samples counted.
+    /// Log-likelihood of each joint on another part under a loose fit, as if rows were independent.
     pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
         let (system, _, _) = self.system(terms, part, true);
         let blocks = system.blocks.iter().zip(&fitted.solution.scale).enumerate();
@@ -180,7 +180,7 @@ impl<'m> Problem<'m> {
                 if part == Part::HeldOut {
                     self.free_new_sessions(joint, terms, &fitted.solution.coefficients, &fitted.term_at, &mut residual);
                 }
-                self.independence[joint] * residual.iter().map(|e| log_density(*e, *scale, NU)).sum::<f64>()
+                residual.iter().map(|e| log_density(*e, *scale, NU)).sum::<f64>()
             })
             .collect()
     }
@@ -314,9 +314,9 @@ impl<'m> Problem<'m> {
         system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[0])
     }
 
-    /// Counts independent samples: rows over twice the time in which the weighted residual forgets itself.
-    pub fn count_independent(&mut self, fitted: &Fitted) {
-        for joint in 0..self.baseline.len() {
+    /// Independent samples per row of each joint: one over the time in which the weighted residual forgets itself, in rows.
+    pub fn independence_of(&self, fitted: &Fitted) -> Vec<f64> {
+        let independence = |joint: usize| {
             let rows = self.rows(joint, Part::Train);
             let (e, w) = (&fitted.solution.residual[joint], &fitted.solution.weights[joint]);
             let z: Vec<f64> = e.iter().zip(w).map(|(e, w)| e * w.sqrt()).collect();
@@ -332,8 +332,14 @@ impl<'m> Problem<'m> {
                 }
                 sum += 2.0 * correlation;
             }
-            self.independence[joint] = 1.0 / sum;
-        }
+            1.0 / sum
+        };
+        (0..self.baseline.len()).map(independence).collect()
+    }
+
+    /// Counts independent samples once and for all.
+    pub fn count_independent(&mut self, fitted: &Fitted) {
+        self.independence = self.independence_of(fitted);
     }
 
     /// Writes fitted friction into the motion, for the columns of effects that build on it.

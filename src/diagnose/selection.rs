@@ -128,12 +128,7 @@ pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize) -> Opti
     let others: Vec<&Term> =
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
     let (after, before) = (predict(problem, &all)?, predict(problem, &others)?);
-    let evidence = |joint: usize| Evidence {
-        folds: after.folds[joint] - before.folds[joint],
-        held_out: after.held_out[joint] - before.held_out[joint],
-        log_scale: (before.scale[joint] / after.scale[joint]).ln(),
-    };
-    Some((0..after.folds.len()).map(evidence).collect())
+    Some(after.against(&before))
 }
 
 /// Drops what the others have made superfluous, the weakest first.

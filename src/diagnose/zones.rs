@@ -2,8 +2,8 @@
 //!
 //! Around reversals, and where the torque through the gear changes its sign, links float in their gaps; what one link does there,
 //! the others feel. Rows from 0.1 s before to 0.4 s after a reversal and 0.15 s before to 0.3 s after a change of flank are left out,
-//! on all joints. Which flank carries is not measured: with a link torque `T` (inertia, gravity) and friction of `0.03` to `0.65` of
-//! Coulomb friction behind the gear the flank is in doubt while `−0.65 < T sgn v / F_C < −0.03`. A machine without gaps is rigid everywhere.
+//! on all joints. Which flank carries is not measured: with a link torque `T` (inertia, gravity) and friction of `0.08` to `0.6` of
+//! Coulomb friction behind the gear the flank is in doubt while `−0.6 < T sgn v / F_C < −0.08`. A machine without gaps is rigid everywhere.
 
 use super::observe::rest_speed;
 use crate::effects::Motion;
@@ -13,7 +13,9 @@ const REVERSAL: [f64; 2] = [0.1, 0.4];
 /// [s] Before and after a change of flank.
 const FLANK: [f64; 2] = [0.15, 0.3];
 /// `T sgn v / F_C` between which the flank is in doubt.
-const DOUBT: [f64; 2] = [-0.65, -0.03];
+const DOUBT: [f64; 2] = [-0.6, -0.08];
+/// [s] Half of the time over which the load is averaged before the flank is judged.
+const SETTLING: f64 = 0.1;
 
 /// What a joint does in a row.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -47,13 +49,14 @@ fn states(motion: &Motion, joint: usize, coulomb: f64) -> Vec<State> {
     let m = &motion.joints[joint];
     let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let rest = rest_speed(motion.model, joint, fastest);
+    let load = settled(motion, &m.link_torque);
     (0..motion.rows())
         .map(|row| {
             let v = m.v[row];
             if v.abs() < rest {
                 return State::Rest;
             }
-            let load = m.link_torque[row] * v.signum();
+            let load = load[row] * v.signum();
             if load > DOUBT[1] * coulomb {
                 State::Carried(v > 0.0, true)
             } else if load < DOUBT[0] * coulomb {
@@ -61,6 +64,27 @@ fn states(motion: &Motion, joint: usize, coulomb: f64) -> Vec<State> {
             } else {
                 State::InDoubt(v > 0.0)
             }
+        })
+        .collect()
+}
+
+/// Running mean, so that noise of the acceleration does not turn flanks.
+fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
+    let (mut first, mut last, mut sum) = (0, 0, 0.0);
+    let near = |a: usize, b: usize| {
+        motion.session[a] == motion.session[b] && (motion.time[a] - motion.time[b]).abs() <= SETTLING
+    };
+    (0..values.len())
+        .map(|row| {
+            while last < values.len() && (last <= row || near(last, row)) {
+                sum += values[last];
+                last += 1;
+            }
+            while !near(first, row) {
+                sum -= values[first];
+                first += 1;
+            }
+            sum / (last - first) as f64
         })
         .collect()
 }
