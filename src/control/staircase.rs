@@ -7,7 +7,8 @@
 //!             \__/            \______/      when it reverses against friction that the controller does not know
 //! ```
 //!
-//! The joint ends every pair of steps where it began. It brakes gently, so that the link's own friction keeps it pressed to
+//! The joint ends every pair of steps where it began, or a little further on: a gap measured at turns that all share one phase
+//! of an encoder count would share its error as well. It brakes gently, so that the link's own friction keeps it pressed to
 //! the flank that drives it and the gap is still whole when the motor reverses ("uniform deceleration, with low velocity
 //! rate change value"); it may speed up faster, because then the flank pushes.
 //! Reference: L. Márton, B. Lantos (2009), Figure 2 and section III.
@@ -49,6 +50,8 @@ pub struct Staircase {
     pub steady_time: f64,
     /// `s` [rad or m] way at constant velocity on top of it, ≥ 0.
     pub settling_way: f64,
+    /// [rad or m] how far each pair of steps ends beyond where it began, in the direction of its first step, ≥ 0.
+    pub advance: f64,
     /// Direction of each pair's first step: +1 or −1.
     pub direction: f64,
 }
@@ -60,8 +63,8 @@ impl Staircase {
         let track = &mut profile.tracks_mut()[self.joint];
         track.coast(start - track.duration());
         for speed in self.steps.speeds() {
-            for direction in [self.direction, -self.direction] {
-                let constant = self.steady_time + self.settling_way / speed;
+            for (direction, shortfall) in [(self.direction, 0.0), (-self.direction, self.advance)] {
+                let constant = (self.steady_time + (self.settling_way - shortfall) / speed).max(0.0);
                 track.trapezoid(direction * speed, self.acceleration, constant, self.deceleration);
             }
         }

@@ -98,6 +98,7 @@ fn staircase(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
             deceleration: required(&table, "deceleration", kind, &acceleration)?,
             steady_time: table.number_or("steady_time", &Range::non_negative("s"), 1.0)?,
             settling_way: angle(&table, "settling_way", kind, &way)?.unwrap_or(0.0),
+            advance: angle(&table, "advance", kind, &way)?.unwrap_or(0.0),
             direction: table.optional_choice("direction", &[("positive", 1.0), ("negative", -1.0)])?.unwrap_or(1.0),
         };
         table.finish()?;
