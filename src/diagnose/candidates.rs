@@ -235,7 +235,7 @@ struct Spacing {
 
 impl Spacing {
     fn around(&self, value: f64) -> (f64, f64) {
-        ((value - self.step).max(0.5 * self.first), (value + self.step).min(2.0 * self.last))
+        ((value - self.step).max(self.first), (value + self.step).min(self.last))
     }
 }
 
@@ -325,8 +325,20 @@ fn assess(search: &Search, before: &Prediction, effect: &'static dyn Effect, joi
     if training_gain > LEAST_GAIN {
         evidence = predict(search.problem, &terms)?.against(before);
         evidence[joints[0]].folds -= (shapes as f64).ln();
+        evidence[joints[0]].folds += at_rest(search.problem, &term, &coefficients);
     }
     Some(Candidate { terms: vec![term], evidence, sensible })
+}
+
+/// [nats] What the current before the first motion says of an effect on one joint.
+fn at_rest(problem: &Problem, term: &Term, coefficients: &[f64]) -> f64 {
+    let joint = term.joints[0];
+    let offset = term.effect.reading_at_rest(coefficients);
+    let span = problem.motion.joints[joint].friction.breakaway / problem.motion.model.joints[joint].torque_per_ampere();
+    match problem.standstill[joint] {
+        Some(standstill) if offset != 0.0 => standstill.evidence(offset, span),
+        _ => 0.0,
+    }
 }
 
 /// Whether the parameters lie in their ranges.

@@ -130,14 +130,24 @@ fn found(problem: &Problem, selection: &Selection, uncertainty: &Uncertainty, op
 /// Effects whose evidence came close, and the probability that the right one was taken.
 fn rivals(taken: &Taken, options: &Options) -> (Vec<String>, f64) {
     let total: f64 = taken.evidence.iter().map(Evidence::total).sum();
+    let own: usize = taken.terms.iter().map(|term| term.coefficients() + term.shape.len()).sum();
     let close = |rival: &&Candidate| rival.sensible && rival.total() > 0.85 * total;
     let names = taken.rivals.iter().filter(close).map(|rival| rival.effect().name().to_owned()).collect();
-    // Evidence is counted in independent samples of a model that is never quite right: a tenth of it is taken at its word.
-    let odds = |difference: f64| (0.1 * difference).exp();
-    let weight_of_rivals: f64 =
-        taken.rivals.iter().filter(|rival| rival.sensible).map(|rival| odds(rival.total() - total)).sum();
-    let weight_of_nothing = odds(options.rules.nats * 0.5 - total);
-    (names, 1.0 / (1.0 + weight_of_rivals + weight_of_nothing))
+    let probability = probability(total, own, options, taken.rivals.iter().filter(|rival| rival.sensible));
+    (names, probability)
+}
+
+/// Probability that an effect of this evidence is what is named: the evidence is that of a model which is never quite right, so that
+/// differences count relative to it; a rival pays for parameters that it needs beyond those of the effect.
+fn probability<'c>(total: f64, own: usize, options: &Options, rivals: impl Iterator<Item = &'c Candidate>) -> f64 {
+    let unit = 0.02 * total + 3.0;
+    let odds = |difference: f64| (difference / unit).exp();
+    let of_rival = |rival: &Candidate| {
+        let extra = rival.complexity().saturating_sub(own).min(1) as f64;
+        odds(rival.total() - total - extra * (options.rules.tie * total + unit))
+    };
+    let of_rivals: f64 = rivals.map(of_rival).sum();
+    1.0 / (1.0 + of_rivals + odds(options.rules.nats - 2.0 * unit - total))
 }
 
 /// [%] by which a term lowers the RMS error of its joints on what is held out.

@@ -21,6 +21,7 @@ mod regression;
 /// What a diagnosis returns.
 pub mod result;
 mod selection;
+mod standstill;
 mod unexplained;
 mod views;
 mod zones;
@@ -73,6 +74,7 @@ pub fn diagnose(
     let motion = observe::observe(model, &sessions, &typical_inertia(model))?;
     let held_out = held_out_rows(&motion, train.len(), options.held_out_share);
     let mut problem = Problem::new(motion, held_out);
+    problem.standstill = standstill::Standstill::of(&problem.motion, &sessions);
     progress("fitting the baseline", 0.1);
     find_zones(&mut problem)?;
     let selection = selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;

@@ -17,6 +17,8 @@ const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
 const WIDTH_STEP: f64 = 1.3;
 /// Noise of the acceleration may make this share of the RMS torque.
 const NOISE_SHARE: f64 = 0.015;
+/// Rows are this share of the narrowest half width apart.
+const ROW_SPACING: f64 = 0.6;
 /// Rows that a recording is reduced to at most, so that time grows slowly with length.
 const MOST_ROWS: usize = 24_000;
 
@@ -155,11 +157,11 @@ fn append(
         .map(|q| (edge..q.len() - edge).step_by(16).map(|i| rough.averages(q, i).rate.abs()).fold(0.0, f64::max))
         .collect();
     let rest: Vec<f64> = (0..dof).map(|joint| rest_speed(motion.model, joint, fastest[joint])).collect();
-    // The narrowest kernel that this machine can need sets the spacing of the rows: half of it.
+    // The narrowest kernel that this machine can need sets the spacing of the rows.
     let narrowest = (0..dof)
         .map(|j| wanted_half_width(motion.model.joints[j].encoder_step(), fastest[j], inertia[j], noise[j], dt))
         .fold(HALF_WIDTHS[0], f64::max);
-    let step = ((0.5 * narrowest).max(shortest_step) / dt).round().max(1.0) as usize;
+    let step = ((ROW_SPACING * narrowest).max(shortest_step) / dt).round().max(1.0) as usize;
     for centre in (edge..session.len() - edge).step_by(step) {
         let mut width = narrowest;
         for joint in 0..dof {

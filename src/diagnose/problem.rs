@@ -4,7 +4,8 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::baseline::{Falling, JointBaseline, VISCOUS, stribeck_grid};
-use super::regression::{Block, NU, Solution, System, log_density};
+use super::regression::{Block, NU, Solution, System, profile_likelihood};
+use super::standstill::Standstill;
 use crate::effects::{Effect, Motion, Scope};
 
 /// Where an effect is put to the test: the joints that share its coefficients.
@@ -72,6 +73,8 @@ pub struct Problem<'m> {
     pub baseline: Vec<JointBaseline>,
     /// Independent samples per row, one a joint.
     pub independence: Vec<f64>,
+    /// Currents before the first motion, one a joint.
+    pub standstill: Vec<Option<Standstill>>,
     fold: Vec<usize>,
 }
 
@@ -96,7 +99,8 @@ impl<'m> Problem<'m> {
         let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / BLOCK) as usize + s) % FOLDS).collect();
         let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
         let independence = vec![1.0; motion.joints.len()];
-        Self { motion, zones, held_out, baseline, independence, fold }
+        let standstill = vec![None; motion.joints.len()];
+        Self { motion, zones, held_out, baseline, independence, standstill, fold }
     }
 
     /// Rows of a joint that take part.
@@ -173,16 +177,14 @@ impl<'m> Problem<'m> {
     /// Log-likelihood of each joint on another part under a loose fit, as if rows were independent.
     pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
         let (system, _, _) = self.system(terms, part, true);
-        let blocks = system.blocks.iter().zip(&fitted.solution.scale).enumerate();
-        blocks
-            .map(|(joint, (block, scale))| {
-                let mut residual = block.residual(&fitted.solution.coefficients);
-                if part == Part::HeldOut {
-                    self.free_new_sessions(joint, terms, &fitted.solution.coefficients, &fitted.term_at, &mut residual);
-                }
-                residual.iter().map(|e| log_density(*e, *scale, NU)).sum::<f64>()
-            })
-            .collect()
+        let of_block = |(joint, block): (usize, &Block)| {
+            let mut residual = block.residual(&fitted.solution.coefficients);
+            if part == Part::HeldOut {
+                self.free_new_sessions(joint, terms, &fitted.solution.coefficients, &fitted.term_at, &mut residual);
+            }
+            profile_likelihood(&residual, NU)
+        };
+        system.blocks.iter().enumerate().map(of_block).collect()
     }
 
     /// Frees on held-out rows what may differ in sessions that no row was trained on: the Coulomb level (within a prior of 5 %),

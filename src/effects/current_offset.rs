@@ -61,6 +61,10 @@ impl Effect for CurrentOffset {
         vec![vec![motion.model.joints[joint].torque_per_ampere(); motion.rows()]]
     }
 
+    fn reading_at_rest(&self, coefficients: &[f64]) -> f64 {
+        coefficients[0]
+    }
+
     fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
         vec![coefficients[0]]
     }

@@ -166,6 +166,11 @@ pub trait Effect: Sync {
     /// For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 
+    /// [A] What the current sensor of its joint reads while no current flows.
+    fn reading_at_rest(&self, _coefficients: &[f64]) -> f64 {
+        0.0
+    }
+
     /// Its parameters from the coefficients, in the order of [`About::parameters`]; those with a default may be missing at the end.
     fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64>;
 }

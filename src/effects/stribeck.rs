@@ -84,9 +84,20 @@ impl Effect for Stribeck {
     }
 
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
-        let fastest = motion.joints[joint].v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        // From a thousandth to a fifth of the largest speed, a factor of 1.5 apart.
-        (0..14).map(|step| vec![fastest * 1e-3 * 1.5_f64.powi(step)]).collect()
+        let mut speeds: Vec<f64> = motion.joints[joint].v.iter().map(|v| v.abs()).collect();
+        let directions = &motion.joints[joint].direction;
+        let mut moving = directions.iter().map(|direction| *direction != 0.0);
+        speeds.retain(|_| moving.next().unwrap_or(false));
+        speeds.sort_by(f64::total_cmp);
+        let (Some(fastest), Some(slow)) = (speeds.last(), speeds.get(speeds.len() / 20)) else { return Vec::new() };
+        // From the speed below which a twentieth of the motion runs, so that the law is seen to fall, to half of the largest.
+        let mut shapes = Vec::new();
+        let mut v_s = *slow;
+        while v_s < 0.5 * fastest {
+            shapes.push(vec![v_s]);
+            v_s *= 1.4;
+        }
+        shapes
     }
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
