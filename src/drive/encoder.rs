@@ -97,7 +97,7 @@ impl Stretch {
 }
 
 /// The velocity channel of an encoder.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VelocityMeter {
     /// Filtered differences of the position that was read.
     LowPass {

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 
 use super::coupled::Coupled;
 use super::joint::{Phase, Power};
-use super::mobility::{Mobility, Response};
+use super::mobility::{Mobility, Response, Surprise};
 use super::mode::{Change, Margins, Mode, Slip};
 use super::rigid_body::RigidBody;
 
@@ -131,6 +131,15 @@ impl Integrator {
         self.mobility.push(time, &self.mass, &self.bias);
     }
 
+    /// Asks the engine at a state, and compares its answer with what the polynomial says there.
+    pub fn offer_node(&mut self, time: f64, y: &[Phase]) -> Surprise {
+        if y.iter().any(|phase| !(phase.q.is_finite() && phase.v.is_finite())) {
+            return Surprise { mobility: f64::INFINITY, acceleration: f64::INFINITY };
+        }
+        self.evaluate(y);
+        self.mobility.offer(time, &self.mass, &self.bias, &mut self.response)
+    }
+
     fn respond(&mut self, source: Source, time: f64, y: &[Phase]) {
         match source {
             Source::Polynomial => self.mobility.at(time, &mut self.response),
@@ -141,13 +150,23 @@ impl Integrator {
         }
     }
 
-    /// [rad/s] Angular frequency of the stiffest gear between its rotor and its link, at the newest evaluation.
-    pub fn fastest(&mut self) -> f64 {
+    /// [rad/s] Fastest pole of a gear between its rotor and its link, and the joint it belongs to, at the newest evaluation.
+    pub fn fastest(&mut self) -> (usize, f64) {
         self.mobility.newest(&mut self.response);
-        let frequency = |(i, law): (usize, &super::joint::JointLaws)| {
-            (law.gear.stiffness * (1.0 / law.rotor_inertia + self.response.w(i, i))).sqrt()
-        };
-        self.coupled.laws.iter().enumerate().map(frequency).fold(0.0, f64::max)
+        let mut fastest = (0, 0.0);
+        for (i, law) in self.coupled.laws.iter().enumerate() {
+            let inverse = 1.0 / law.rotor_inertia + self.response.w(i, i);
+            let (omega_squared, delta) = (law.gear.stiffness * inverse, 0.5 * law.gear.damping * inverse);
+            let pole = if delta * delta > omega_squared {
+                delta + (delta * delta - omega_squared).sqrt()
+            } else {
+                omega_squared.sqrt()
+            };
+            if pole > fastest.1 || !pole.is_finite() {
+                fastest = (i, pole);
+            }
+        }
+        fastest
     }
 
     /// Decides the modes of everything that rests, after the command may have jumped.

@@ -1,7 +1,7 @@
 //! `W = M⁻¹` and `a₀ = M⁻¹ h` between evaluations of the rigid-body engine.
 //!
 //! An engine is asked once an interval. Over the interval that lies ahead both are extrapolated by the cubic through the last
-//! four evaluations; once its end has been evaluated, the interval is gone through again under the cubic that includes it.
+//! four evaluations. What the engine then says at its end tells by how much the cubic was wrong: the *surprise*.
 //! Interpolating the inverse rather than `M` leaves no matrix to factor inside a step.
 
 use nalgebra::DMatrix;
@@ -48,16 +48,37 @@ impl Mobility {
 
     /// Adds what an engine said at a time later than all before.
     pub fn push(&mut self, time: f64, mass: &DMatrix<f64>, h: &[f64]) {
+        invert(self.joints, mass, h, &mut self.factor, &mut self.nodes[NODES - 1]);
+        self.accept(time);
+    }
+
+    /// Takes note of what an engine says at a time later than all before, and tells how far the polynomial is from it there.
+    /// Nothing changes until it is accepted.
+    pub fn offer(&mut self, time: f64, mass: &DMatrix<f64>, h: &[f64], response: &mut Response) -> Surprise {
+        let squares = self.joints * self.joints;
+        self.at(time, response);
+        // The oldest evaluation is about to be dropped, and the polynomial is drawn: its room is free.
+        let answer = &mut self.nodes[NODES - 1];
+        invert(self.joints, mass, h, &mut self.factor, answer);
+        let mut largest = 0.0_f64;
+        let mut apart = [0.0_f64; 2];
+        for (entry, (said, guessed)) in answer.iter().zip(&response.entries).enumerate() {
+            let part = usize::from(entry >= squares);
+            // `max` would drop a NaN, which is the greatest surprise of all.
+            let miss = (said - guessed).abs();
+            apart[part] = if miss.is_nan() { f64::INFINITY } else { apart[part].max(miss) };
+            if part == 0 {
+                largest = largest.max(said.abs());
+            }
+        }
+        Surprise { mobility: apart[0] / largest, acceleration: apart[1] }
+    }
+
+    /// Accepts what was offered.
+    pub fn accept(&mut self, time: f64) {
         self.times.truncate(NODES - 1);
         self.times.insert(0, time);
         self.nodes.rotate_right(1);
-        invert(self.joints, mass, h, &mut self.factor, &mut self.nodes[0]);
-        self.draw();
-    }
-
-    /// Replaces the newest evaluation.
-    pub fn replace_newest(&mut self, mass: &DMatrix<f64>, h: &[f64]) {
-        invert(self.joints, mass, h, &mut self.factor, &mut self.nodes[0]);
         self.draw();
     }
 
@@ -100,6 +121,22 @@ impl Mobility {
     /// Writes `W` and `a₀` of an engine's answer.
     pub fn exact(&mut self, mass: &DMatrix<f64>, h: &[f64], response: &mut Response) {
         invert(self.joints, mass, h, &mut self.factor, &mut response.entries);
+    }
+}
+
+/// By how much an extrapolation was wrong at its end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surprise {
+    /// [1] of `W`, against its largest entry.
+    pub mobility: f64,
+    /// [rad/s² or m/s²] of `a₀`.
+    pub acceleration: f64,
+}
+
+impl Surprise {
+    /// Whether it is within a bound; no surprise that is not a number is.
+    pub fn within(&self, bound: &Self) -> bool {
+        self.mobility <= bound.mobility && self.acceleration <= bound.acceleration
     }
 }
 

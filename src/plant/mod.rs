@@ -21,9 +21,10 @@ pub mod world;
 use coupled::Coupled;
 use integrator::{Integrator, Source, State, Step};
 use joint::{JointLaws, Phase, Power};
+use mobility::Surprise;
 use mode::{Mode, Slip};
 pub use rigid_body::RigidBody;
-use sensors::Sensors;
+use sensors::{Sensors, Tracker};
 pub use world::World;
 
 use crate::drive::PowerStage;
@@ -80,9 +81,20 @@ pub struct Energy {
     pub stored: f64,
 }
 
-/// Longest step times the stiffest gear's angular frequency: ahead, where it has to be stable and roughly right, and for good,
-/// where Runge-Kutta 4 loses `(ωh)⁵/120 = 4e-5` of an oscillation's amplitude a step.
-const LONGEST_STEP: [f64; 2] = [1.0, 0.35];
+/// Longest step times the fastest pole of a gear: Runge-Kutta 4 then loses `(ωh)⁵/120 = 4e-5` of an oscillation a step.
+const LONGEST_STEP: f64 = 0.35;
+
+/// Longest step times the fastest pole where only stability counts.
+const STABLE_STEP: f64 = 1.0;
+
+/// An extrapolation that is right: 1e-5 rad/s² at the end of a millisecond are 2e-9 rad/s of velocity.
+const NO_SURPRISE: Surprise = Surprise { mobility: 1e-7, acceleration: 1e-5 };
+
+/// An extrapolation after which the interpolation is right: its error is 24 times smaller.
+const SOME_SURPRISE: Surprise = Surprise { mobility: 1e-4, acceleration: 1e-1 };
+
+/// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
+const FASTEST: f64 = 1e5;
 
 /// A machine that moves.
 pub struct Plant {
@@ -90,11 +102,16 @@ pub struct Plant {
     sensors: Vec<Sensors>,
     robot: Robot,
     step: f64,
-    /// [1/s] Runge-Kutta steps a second: ahead under the extrapolated response, and for good.
-    rates: [f64; 2],
+    /// [1/s] Runge-Kutta steps a second.
+    rate: f64,
+    /// [rad/s] Fastest pole of a gear.
+    fastest: f64,
+    /// Whether the last extrapolation was right.
+    calm: bool,
     every_stage: bool,
     state: State,
-    predicted: State,
+    saved: State,
+    saved_trackers: Vec<Tracker>,
     commands: Vec<f64>,
     states: Vec<JointState>,
     readings: Vec<Reading>,
@@ -132,21 +149,33 @@ impl Plant {
         };
         let mut plant = Self {
             integrator: Integrator::new(Coupled::new(laws), links),
-            sensors,
-            robot: model.robot,
+            robot: model.robot.clone(),
             step: options.step,
-            rates: [0.0; 2],
+            rate: 0.0,
+            fastest: 0.0,
+            calm: false,
             every_stage: options.every_stage,
-            predicted: state.clone(),
+            saved: state.clone(),
+            saved_trackers: sensors.iter().map(|sensors| sensors.tracker).collect(),
+            sensors,
             state,
             commands: vec![0.0; n],
             states: vec![JointState::default(); n],
             readings: vec![Reading::default(); n],
         };
         plant.place(&vec![0.0; n]);
-        let fastest = plant.integrator.fastest();
+        let (joint, fastest) = plant.integrator.fastest();
+        if !fastest.is_finite() || fastest > FASTEST {
+            let key = format!("joints.{}.gear_stiffness", model.joints[joint].name);
+            let expected = format!(
+                "a gear between rotor and link whose fastest motion is below {FASTEST:.0} rad/s, with inertia on both sides \
+                 (here {fastest:.3e} rad/s)"
+            );
+            return Err(Error::input(&model.source, Place::File, key, model.joints[joint].gear_stiffness, expected));
+        }
         let asked = options.substeps.max(1) as f64 / options.step;
-        plant.rates = [fastest / LONGEST_STEP[0], asked.max(fastest / LONGEST_STEP[1])];
+        plant.fastest = fastest;
+        plant.rate = asked.max(fastest / LONGEST_STEP);
         Ok(plant)
     }
 
@@ -215,27 +244,60 @@ impl Plant {
         self.observe();
     }
 
-    /// One interval between evaluations: ahead under the extrapolated response, then again under the interpolated one.
+    /// One interval between evaluations, the cheapest way that holds: under the extrapolated response if it turns out right;
+    /// else again under the response interpolated with what the engine said at its end; else with the engine at every stage.
     fn advance_piece(&mut self, until: f64) {
-        let Self { integrator, sensors, state, predicted, commands, rates, every_stage, .. } = self;
-        let [ahead, steps] = rates.map(|rate| ((until - state.time) * rate - 1e-6).ceil().max(1.0) as usize);
-        let mut watch = |step: &Step| {
+        if self.every_stage || !self.integrator.mobility.is_full() {
+            self.go_through(until, Source::Engine);
+            self.integrator.push_node(until, &self.state.joints);
+            return;
+        }
+        let surprise = if self.calm { self.try_out(until) } else { self.look_ahead(until) };
+        let done = self.calm && surprise.within(&NO_SURPRISE);
+        self.calm = surprise.within(&NO_SURPRISE);
+        if done {
+            self.integrator.mobility.accept(until);
+        } else if surprise.within(&SOME_SURPRISE) {
+            self.integrator.mobility.accept(until);
+            self.go_through(until, Source::Polynomial);
+        } else {
+            self.go_through(until, Source::Engine);
+            self.integrator.push_node(until, &self.state.joints);
+        }
+    }
+
+    /// Goes through an interval in full; where that turns out to be wrong, everything is as before.
+    fn try_out(&mut self, until: f64) -> Surprise {
+        self.saved.copy_from(&self.state);
+        self.saved_trackers.iter_mut().zip(&self.sensors).for_each(|(saved, sensors)| *saved = sensors.tracker);
+        self.go_through(until, Source::Polynomial);
+        let surprise = self.integrator.offer_node(until, &self.state.joints);
+        if !surprise.within(&NO_SURPRISE) {
+            self.state.copy_from(&self.saved);
+            self.sensors.iter_mut().zip(&self.saved_trackers).for_each(|(sensors, saved)| sensors.tracker = *saved);
+        }
+        surprise
+    }
+
+    /// Looks at the end of an interval in the fewest steps that are stable.
+    fn look_ahead(&mut self, until: f64) -> Surprise {
+        let Self { integrator, state, saved, commands, fastest, .. } = self;
+        let steps = ((until - state.time) * *fastest / STABLE_STEP).ceil().max(1.0) as usize;
+        saved.copy_from(state);
+        integrator.settle(saved, commands, Source::Polynomial);
+        integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
+        integrator.offer_node(until, &saved.joints)
+    }
+
+    fn go_through(&mut self, until: f64, source: Source) {
+        let Self { integrator, sensors, state, commands, rate, .. } = self;
+        let steps = ((until - state.time) * *rate - 1e-6).ceil().max(1.0) as usize;
+        integrator.settle(state, commands, source);
+        integrator.advance(state, commands, until, steps, source, |step: &Step| {
             for (i, sensors) in sensors.iter_mut().enumerate() {
                 sensors.watch(step.time, &step.joints[0][i], &step.joints[1][i]);
             }
-        };
-        if *every_stage || !integrator.mobility.is_full() {
-            integrator.settle(state, commands, Source::Engine);
-            integrator.advance(state, commands, until, steps, Source::Engine, &mut watch);
-            integrator.push_node(until, &state.joints);
-            return;
-        }
-        integrator.settle(state, commands, Source::Polynomial);
-        predicted.copy_from(state);
-        integrator.advance(predicted, commands, until, ahead, Source::Polynomial, |_| {});
-        integrator.push_node(until, &predicted.joints);
-        integrator.settle(state, commands, Source::Polynomial);
-        integrator.advance(state, commands, until, steps, Source::Polynomial, &mut watch);
+        });
     }
 
     fn observe(&mut self) {

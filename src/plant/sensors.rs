@@ -5,13 +5,20 @@ use crate::drive::{Counter, CurrentSensor, Noise, Stretch, VelocityMeter};
 use crate::effects::{Reading, SensorAction};
 use crate::robot::JointModel;
 
+/// What the encoder remembers of the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tracker {
+    count: f64,
+    velocity: Option<VelocityMeter>,
+}
+
 /// Encoder, velocity and current sensor of a joint.
 pub struct Sensors {
+    /// What the encoder remembers; a stretch of motion is taken back by putting back what was remembered before it.
+    pub tracker: Tracker,
     counter: Option<Counter>,
-    velocity: Option<VelocityMeter>,
     current: Option<CurrentSensor>,
     noise: Noise,
-    count: f64,
     actions: Vec<Box<dyn SensorAction>>,
 }
 
@@ -21,12 +28,12 @@ impl Sensors {
         let mut noise = Noise::new(seed, stream);
         let phase = noise.uniform();
         let counter = joint.encoder.filter(|_| !ideal).map(|encoder| Counter::new(&encoder, joint.gear_ratio, phase));
+        let velocity = joint.velocity_sensor.filter(|_| counter.is_some()).map(VelocityMeter::new);
         Self {
-            velocity: joint.velocity_sensor.filter(|_| counter.is_some()).map(VelocityMeter::new),
+            tracker: Tracker { count: 0.0, velocity },
             current: joint.current_sensor.filter(|_| !ideal),
             counter,
             noise,
-            count: 0.0,
             actions: Vec::new(),
         }
     }
@@ -39,9 +46,9 @@ impl Sensors {
     /// Starts anew at a place: what the sensors remember of the past is gone.
     pub fn restart(&mut self, y: &Phase) {
         if let Some(counter) = &self.counter {
-            self.count = counter.count(y.theta);
+            self.tracker.count = counter.count(y.theta);
         }
-        if let Some(meter) = &mut self.velocity {
+        if let Some(meter) = &mut self.tracker.velocity {
             meter.restart();
         }
     }
@@ -51,19 +58,19 @@ impl Sensors {
     pub fn watch(&mut self, time: [f64; 2], from: &Phase, to: &Phase) {
         let Some(counter) = &self.counter else { return };
         let count = counter.count(to.theta);
-        if count != self.count {
-            if let Some(meter) = &mut self.velocity {
+        if count != self.tracker.count {
+            if let Some(meter) = &mut self.tracker.velocity {
                 let stretch = Stretch { time, position: [from.theta, to.theta], velocity: [from.omega, to.omega] };
-                meter.watch(counter, &stretch, self.count, count);
+                meter.watch(counter, &stretch, self.tracker.count, count);
             }
-            self.count = count;
+            self.tracker.count = count;
         }
     }
 
     /// What the sensors say.
     pub fn read(&mut self, time: f64, y: &Phase, current: f64) -> Reading {
-        let position = self.counter.as_ref().map_or(y.theta, |counter| counter.position(self.count));
-        let velocity = match (&self.counter, &mut self.velocity) {
+        let position = self.counter.as_ref().map_or(y.theta, |counter| counter.position(self.tracker.count));
+        let velocity = match (&self.counter, &mut self.tracker.velocity) {
             (Some(counter), Some(meter)) => meter.read(counter, time, position),
             _ => y.omega,
         };

@@ -228,7 +228,7 @@ pub fn chain(joints: usize) -> Robot {
             com: Vector3::new(0.0, 0.0, 0.1),
             tensor: point_tensor(8e-3 * scale, 8e-3 * scale, 2e-3 * scale),
         };
-        let axis = if i % 2 == 0 { Vector3::z() } else { Vector3::y() };
+        let axis = if i.is_multiple_of(2) { Vector3::z() } else { Vector3::y() };
         let parent = i.checked_sub(1);
         body(&format!("joint{i}"), parent, JointKind::Revolute, Isometry3::translation(0.0, 0.0, 0.2), axis, inertia)
     };
