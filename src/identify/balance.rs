@@ -11,11 +11,14 @@ use super::law::{self, CENTRIFUGAL, PER_DIRECTION};
 use super::least_squares::{Search, levenberg_marquardt};
 use super::motion::{PARTS, Track};
 use super::points::Point;
-use super::statistics::{mean, mean_with_error};
-use crate::gearhead::Friction;
+use super::result::LawKind;
+use super::statistics::median;
+use crate::gearhead::FrictionLaw;
 
 /// Repetitions with new standard errors.
 const REWEIGHTINGS: usize = 3;
+/// Residuals, in robust standard deviations of all, beyond which a window's weight falls (P. J. Huber 1964).
+const HUBER: f64 = 2.0;
 /// Deviations from the median, in robust standard deviations, beyond which a part is left out.
 const OUTLIER: f64 = 6.0;
 /// Parts that a window needs; with fewer in agreement all are taken, and their scatter tells how little they are worth.
@@ -23,21 +26,20 @@ const FEWEST_PARTS: usize = 6;
 /// Differences are taken over this part of a coefficient: wide enough to average over the instants at which a rotor sticks or slips.
 const DIFFERENCE: f64 = 0.01;
 
-/// The windows of a joint and how its friction is shared between rotor and link.
+/// The windows of a joint by direction.
 pub struct Balance {
     sides: [Vec<Track>; 2],
     fastest: f64,
-    link_share: f64,
     /// Smallest standard error that a window is given [N·m or N]: its torque noise alone.
     floors: [Vec<f64>; 2],
 }
 
-/// What was last computed for a direction: the coefficients and the lacking torques of its windows.
-type Cache = RefCell<Option<(Vec<f64>, Vec<[f64; PARTS]>)>>;
+/// What was last computed for a direction: the coefficients and the residuals of its windows.
+type Cache = RefCell<Option<(Vec<f64>, Vec<f64>)>>;
 
 impl Balance {
     /// The balance of these windows; `points` and `tracks` in the same order.
-    pub fn new(points: &[Point], tracks: Vec<Track>, link_share: f64) -> Self {
+    pub fn new(points: &[Point], tracks: Vec<Track>) -> Self {
         let mut sides = [Vec::new(), Vec::new()];
         let mut floors = [Vec::new(), Vec::new()];
         for (point, track) in points.iter().zip(tracks) {
@@ -45,46 +47,72 @@ impl Balance {
             sides[point.direction().index()].push(track);
         }
         let fastest = points.iter().fold(0.0_f64, |m, point| m.max(point.velocity.abs()));
-        Self { sides, fastest, link_share, floors }
+        Self { sides, fastest, floors }
     }
 
-    /// The fit continued from one to averages; `None` where it leads nowhere.
-    pub fn refine(&self, start: &LawFit, free_centrifugal: bool) -> Option<LawFit> {
+    /// The fit continued from one to averages, `C_ii` held at zero: the motion of a single joint of a chain of rigid bodies has none.
+    /// `None` where it leads nowhere.
+    pub fn refine(&self, start: &LawFit) -> Option<LawFit> {
         let mut found = start.clone();
-        let caches: [Cache; 2] = [RefCell::new(None), RefCell::new(None)];
+        found.fit.parameters[CENTRIFUGAL] = 0.0;
         for _ in 0..REWEIGHTINGS {
-            let judged = self.judge(&found, &caches)?;
-            let mut steps = law::steps(found.kind, &found.fit.parameters, self.fastest);
-            if !free_centrifugal {
-                steps[CENTRIFUGAL] = 0.0;
-                found.fit.parameters[CENTRIFUGAL] = 0.0;
-            }
-            let residuals = |theta: &[f64]| {
-                let mut all = Vec::new();
-                for (k, judged) in judged.iter().enumerate() {
-                    let lacking = self.lacking(&found, theta, k, &caches[k])?;
-                    all.extend(lacking.iter().zip(judged).map(|(parts, one)| one.residual(parts)));
-                }
-                Some(all)
-            };
-            let search = Search { step: &steps, part: DIFFERENCE, iterations: 6, tolerance: 1e-3 };
-            let fit = levenberg_marquardt(&found.fit.parameters, search, residuals)?;
-            found = LawFit { kind: found.kind, fit };
+            let judged = self.judge(&found)?;
+            found = self.search(&found, &judged, false)?;
         }
         Some(found)
     }
 
-    /// The usable parts of each window under a law, and the standard error of their mean.
-    fn judge(&self, fit: &LawFit, caches: &[Cache; 2]) -> Option<[Vec<Judged>; 2]> {
-        let of = |k: usize| -> Option<Vec<Judged>> {
-            let lacking = self.lacking(fit, &fit.fit.parameters, k, &caches[k])?;
-            Some(lacking.iter().zip(&self.floors[k]).map(|(parts, floor)| Judged::of(parts, *floor)).collect())
-        };
-        Some([of(0)?, of(1)?])
+    /// The fit repeated with `C_ii` among its unknowns, as in equation 12.
+    pub fn with_centrifugal(&self, found: &LawFit) -> Option<LawFit> {
+        let judged = self.judge(found)?;
+        self.search(found, &judged, true)
     }
 
-    /// Lacking torques of the windows of a direction; recomputed only where its own coefficients changed.
-    fn lacking(&self, fit: &LawFit, theta: &[f64], k: usize, cache: &Cache) -> Option<Vec<[f64; PARTS]>> {
+    /// One fit with the windows' standard errors fixed.
+    fn search(&self, from: &LawFit, judged: &[Vec<Judged>; 2], free_centrifugal: bool) -> Option<LawFit> {
+        let mut step = law::steps(from.kind, &from.fit.parameters, self.fastest);
+        if !free_centrifugal {
+            step[CENTRIFUGAL] = 0.0;
+        }
+        let caches: [Cache; 2] = [RefCell::new(None), RefCell::new(None)];
+        let residuals = |theta: &[f64]| {
+            let mut all = self.residuals(from.kind, theta, 0, &judged[0], &caches[0])?;
+            all.extend(self.residuals(from.kind, theta, 1, &judged[1], &caches[1])?);
+            Some(all)
+        };
+        let search = Search { step: &step, part: DIFFERENCE, iterations: 6, tolerance: 1e-3 };
+        let fit = levenberg_marquardt(&from.fit.parameters, search, residuals)?;
+        Some(LawFit { kind: from.kind, fit })
+    }
+
+    /// `Σ r²` of a fit, every window weighted by its sensor noise alone: what two laws can be compared by.
+    pub fn misfit(&self, found: &LawFit) -> Option<f64> {
+        let judged = self.judge(found)?;
+        let mut sum = 0.0;
+        for (one, floor) in judged.iter().flatten().zip(self.floors.iter().flatten()) {
+            sum += (one.lacking / floor).powi(2);
+        }
+        Some(sum)
+    }
+
+    /// The usable parts of each window under a law, and the standard error of what it lacks there.
+    fn judge(&self, fit: &LawFit) -> Option<[Vec<Judged>; 2]> {
+        let law = law::of(fit.kind, &fit.fit.parameters)?;
+        let centrifugal = fit.fit.parameters[CENTRIFUGAL];
+        let mut judged = [0, 1].map(|k| {
+            let tracks = self.sides[k].iter().zip(&self.floors[k]);
+            tracks.map(|(track, floor)| Judged::of(track, *floor, &law, centrifugal)).collect::<Vec<_>>()
+        });
+        let ratio = |one: &Judged| (one.lacking / one.std_error).abs();
+        let scale = 1.4826 * median(judged.iter().flatten().map(ratio).collect());
+        for one in judged.iter_mut().flatten() {
+            one.std_error *= (ratio(one) / (HUBER * scale)).max(1.0).min(1e3);
+        }
+        Some(judged)
+    }
+
+    /// Residuals of the windows of a direction; recomputed only where its own coefficients changed.
+    fn residuals(&self, kind: LawKind, theta: &[f64], k: usize, judged: &[Judged], cache: &Cache) -> Option<Vec<f64>> {
         let mut own = theta[k * PER_DIRECTION..(k + 1) * PER_DIRECTION].to_vec();
         own.push(theta[CENTRIFUGAL]);
         if let Some((at, values)) = cache.borrow().as_ref()
@@ -92,23 +120,30 @@ impl Balance {
         {
             return Some(values.clone());
         }
-        let friction = Friction { law: law::of(fit.kind, theta)?, link_share: self.link_share };
-        let values: Vec<_> = self.sides[k].iter().map(|track| track.lacking(&friction, theta[CENTRIFUGAL])).collect();
+        let law = law::of(kind, theta)?;
+        let centrifugal = theta[CENTRIFUGAL];
+        let of = |(track, one): (&Track, &Judged)| track.lacking_over(&one.parts, &law, centrifugal).0 / one.std_error;
+        let values: Vec<f64> = self.sides[k].iter().zip(judged).map(of).collect();
         *cache.borrow_mut() = Some((own, values.clone()));
         Some(values)
     }
 }
+
 /// The parts of a window in which the reconstruction holds.
 #[derive(Debug, Clone)]
 struct Judged {
     parts: Range<usize>,
+    /// [N·m or N] what the law lacks over these parts.
+    lacking: f64,
+    /// [N·m or N] its standard error; larger where the window stands out from all others.
     std_error: f64,
 }
 
 impl Judged {
     /// The longest run of consecutive parts that agree with their median, and the standard error of its mean. Where a rotor has lost its
     /// link, at a reversal above all, the momentum that the link brings back is not known, and such parts stand out by far.
-    fn of(lacking: &[f64; PARTS], floor: f64) -> Self {
+    fn of(track: &Track, floor: f64, law: &FrictionLaw, centrifugal: f64) -> Self {
+        let lacking = track.lacking(law, centrifugal);
         let middle = median(lacking.to_vec());
         let spread = 1.4826 * median(lacking.iter().map(|part| (part - middle).abs()).collect());
         let limit = OUTLIER * spread.max(floor * (PARTS as f64).sqrt());
@@ -124,19 +159,7 @@ impl Judged {
             }
         }
         let parts = if best.len() >= FEWEST_PARTS { best } else { 0..PARTS };
-        let (_, error) = mean_with_error(&lacking[parts.clone()]);
-        let floor = floor * (PARTS as f64 / parts.len() as f64).sqrt();
-        Self { parts, std_error: error.max(floor) }
+        let (lacking, std_error) = track.lacking_over(&parts, law, centrifugal);
+        Self { parts, lacking, std_error }
     }
-
-    /// Mean lacking torque in standard errors.
-    fn residual(&self, lacking: &[f64; PARTS]) -> f64 {
-        mean(&lacking[self.parts.clone()]) / self.std_error
-    }
-}
-
-/// Median; NaN of nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { f64::NAN } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }

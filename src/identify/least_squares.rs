@@ -19,12 +19,12 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// `max(1, χ²/ν)`: what the covariance is multiplied with where the residuals are larger than their errors say.
+    /// `χ²/ν`: what the covariance is multiplied with, because the residuals know their size better than the errors given to them.
     pub fn inflation(&self) -> f64 {
-        (self.chi_squared / self.degrees_of_freedom.max(1) as f64).max(1.0)
+        self.chi_squared / self.degrees_of_freedom.max(1) as f64
     }
 
-    /// Standard error of a parameter, inflated.
+    /// Standard error of a parameter.
     pub fn std_error(&self, index: usize) -> f64 {
         (self.covariance[(index, index)] * self.inflation()).sqrt()
     }

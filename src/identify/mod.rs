@@ -29,6 +29,7 @@ pub use result::{
 use balance::Balance;
 use motion::Track;
 use rigid_body::RigidBody;
+use summary::Laws;
 
 use crate::error::{Error, Result};
 use crate::gearhead::Friction;
@@ -87,11 +88,9 @@ pub fn identify_joint(
     let mut notes = Vec::new();
     let (points, tracks) = measurement_points(model, joint, data, options)?;
     let (lines, exponential) = both_laws(&points).ok_or_else(|| too_few(model, joint, &points))?;
-    let share = model.joints[joint].friction.map_or(0.0, |friction| friction.link_share);
-    let balance = Balance::new(&points, tracks, share);
-    let lines = balance.refine(&lines, false).unwrap_or(lines);
-    let exponential = balance.refine(&exponential, false).unwrap_or(exponential);
-    let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &lines, &exponential);
+    let balance = Balance::new(&points, tracks);
+    let laws = balanced(&balance, [lines, exponential], &mut notes);
+    let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &laws);
     let backlash = if options.backlash {
         let sessions: Vec<&TimeSeries> = data.iter().collect();
         let link_share = model.joints[joint].friction.map_or(0.0, |friction| friction.link_share);
@@ -121,7 +120,7 @@ fn measurement_points(
         let rigid = RigidBody::new(model, joint, &data[session]);
         for window in windows::find(&signals, options) {
             points.push(Point::of(session, &signals, &rigid, window));
-            tracks.push(Track::of(&signals, &rigid, &model.joints[joint], window));
+            tracks.push(Track::of(&signals, &rigid, window));
         }
     }
     let forward = points.iter().filter(|point| point.velocity > 0.0).count();
@@ -129,6 +128,27 @@ fn measurement_points(
         return Err(too_few(model, joint, &points));
     }
     Ok((points, tracks))
+}
+
+/// Both laws fitted to the balance, and the preferred one with `C_ii` free. Where that is not zero, it stays in the law.
+fn balanced(balance: &Balance, [lines, exponential]: [fit::LawFit; 2], notes: &mut Vec<String>) -> Laws {
+    let mut refined = |start: fit::LawFit| match balance.refine(&start) {
+        Some(found) => found,
+        None => {
+            notes.push(format!("{:?}: no balance over the motion found, averages of steady windows used", start.kind));
+            start
+        }
+    };
+    let (mut lines, mut exponential) = (refined(lines), refined(exponential));
+    let misfit = |found: &fit::LawFit| balance.misfit(found).unwrap_or(f64::INFINITY);
+    let preferred = if misfit(&lines) < misfit(&exponential) { LawKind::TwoLines } else { LawKind::Exponential };
+    let best = if preferred == LawKind::TwoLines { &mut lines } else { &mut exponential };
+    let with_centrifugal = balance.with_centrifugal(best).unwrap_or_else(|| best.clone());
+    if summary::centrifugal_is_real(&with_centrifugal) {
+        notes.push("C_ii differs from zero: it is kept in the friction law's fit".to_owned());
+        *best = with_centrifugal.clone();
+    }
+    Laws { lines, exponential, preferred, with_centrifugal }
 }
 
 /// Lines and exponential law of the points.

@@ -4,26 +4,38 @@
 //! the average torque is not the friction at the average velocity. So the averages of equation 11 are taken over the motion itself:
 //!
 //! ```text
-//!   J θ̈ = τ − T − F_r(θ̇)      H_ii q̈ = T − G − C_ii q̇² − F_l(q̇)      T: dead zone of the gear
-//!   residual = (1/t) Σ J δθ̇
+//!   (J + H_ii) θ̈ = τ − G − C_ii θ̇² − F(θ̇)          residual = (1/t) Σ (J + H_ii) δθ̇
 //! ```
 //!
-//! Rotor and link follow the measured torque; every encoder edge corrects position and velocity with the gain of a Kalman filter, and a
-//! position that leaves the count that was read is held back. The momentum `J δθ̇` of all corrections of a window, over its time, is the
+//! Rotor and link, as one mass, follow the measured torque; every encoder edge corrects position and velocity with the gain of a Kalman
+//! filter, and a position that leaves the count that was read is held back. The momentum of all corrections over a stretch of time is the
 //! torque that the friction law lacks there: zero on average for the true law, whatever the motion was, standstill included.
+//! Left out: the gap. While a rotor has lost its link the balance does not hold, and `balance` drops such parts of a window.
+
+use std::ops::Range;
 
 use super::rigid_body::RigidBody;
 use super::signals::Signals;
+use super::statistics::median;
 use super::windows::Window;
-use crate::gearhead::{DeadZone, Direction, Friction};
-use crate::robot::JointModel;
+use crate::gearhead::{Direction, FrictionLaw};
 
 /// [s] Longest step of the mechanics.
-const STEP: f64 = 2e-4;
+const STEP: f64 = 1e-3;
+/// Speed on top of a twentieth [rad/s or m/s] over which the slope of friction is taken.
+const SLOPE_SPEED: f64 = 1e-6;
 /// [s] Motion before a window in which the filter settles.
 const LEAD: f64 = 0.25;
 /// Standard deviation of what the model's torque lacks from sample to sample, as a part of the torque.
 const MODEL_ERROR: f64 = 0.05;
+/// The same once the law is nearly right and the motion is one of rotor and link together.
+const SMALL_MODEL_ERROR: f64 = 0.005;
+/// Standard deviation of an edge's position in counts.
+const EDGE: f64 = 0.005;
+/// Part of a count by which a predicted position may leave the count that is read before it is held back.
+const HELD: f64 = 0.1;
+/// [s] Time over which the first guess of a velocity is taken.
+const START_TIME: f64 = 0.1;
 /// Residuals of a window, averages over its parts.
 pub const PARTS: usize = 16;
 
@@ -42,23 +54,19 @@ pub struct Track {
     lead: usize,
     /// [rad/s or m/s] velocity at the start of the lead-in.
     start_velocity: f64,
-    /// `H_ii` [kg·m² or kg] of the link over the window.
-    link: f64,
-    /// `J` [kg·m² or kg] rotor on the joint side.
-    rotor: f64,
+    /// `J + H_ii` [kg·m² or kg] over the window.
+    inertia: f64,
     /// Size of a count [rad or m].
     count: f64,
     /// Variance of the torque's noise [N²·m² or N²].
     noise_variance: f64,
     /// Variance of what the model's torque lacks in one sample, noise included [N²·m² or N²].
     torque_variance: f64,
-    /// Gear without its gap.
-    gear: DeadZone,
 }
 
 impl Track {
     /// The track of a window.
-    pub fn of(signals: &Signals, rigid: &RigidBody, joint: &JointModel, window: Window) -> Self {
+    pub fn of(signals: &Signals, rigid: &RigidBody, window: Window) -> Self {
         let lead = ((LEAD / signals.interval) as usize).min(window.start);
         let from = window.start - lead;
         let samples = from..window.end + 1;
@@ -67,23 +75,18 @@ impl Track {
         let position = signals.position[samples].to_vec();
         let head = (lead / 2).max(1).min(position.len() - 1);
         let level = torque.iter().sum::<f64>() / torque.len() as f64;
+        let noise_variance = signals.torque_noise.powi(2).max(white_noise(&torque).powi(2)).max((1e-4 * level).powi(2));
         Self {
             interval: signals.interval,
             start_velocity: (position[head] - position[0]) / (head as f64 * signals.interval),
-            noise_variance: signals.torque_noise.powi(2),
-            torque_variance: signals.torque_noise.powi(2) + (MODEL_ERROR * level).powi(2),
+            noise_variance,
+            torque_variance: noise_variance + (MODEL_ERROR * level).powi(2),
             torque,
             gravity,
             position,
             lead,
-            link: rigid.link_inertia(window),
-            rotor: joint.reflected_inertia(),
+            inertia: rigid.inertia(window),
             count: signals.count,
-            gear: DeadZone {
-                backlash: joint.backlash.unwrap_or(0.0),
-                stiffness: joint.gear_stiffness,
-                damping: joint.gear_damping,
-            },
         }
     }
 
@@ -92,15 +95,34 @@ impl Track {
         (self.noise_variance / (self.position.len() - self.lead) as f64).sqrt()
     }
 
+    /// First sample of a part of the window.
+    fn part_start(&self, part: usize) -> usize {
+        self.lead + part * (self.position.len() - 1 - self.lead) / PARTS
+    }
+
+    /// Constant torque that the law lacks over some parts of the window and its standard error [N·m or N]: the filter's third state,
+    /// unknown at the start as the velocity is.
+    pub fn lacking_over(&self, parts: &Range<usize>, law: &FrictionLaw, centrifugal: f64) -> (f64, f64) {
+        let (first, last) = (self.part_start(parts.start), self.part_start(parts.end));
+        let is_edge = |k: &usize| self.position[*k] != self.position[*k - 1];
+        let first = (first.max(1)..last).find(is_edge).unwrap_or(first);
+        let mut state = State::unknown(self, first, last);
+        for k in first..last {
+            state.advance(self, k, law, centrifugal);
+            state.correct(self, self.position[k], self.position[k + 1]);
+        }
+        (state.lacking, state.p22.sqrt() * state.surprise())
+    }
+
     /// Mean torque that the law lacks over each of [`PARTS`] parts of the window [N·m or N], positive drives positively.
-    pub fn lacking(&self, friction: &Friction, centrifugal: f64) -> [f64; PARTS] {
+    pub fn lacking(&self, law: &FrictionLaw, centrifugal: f64) -> [f64; PARTS] {
         let mut state = State::start(self);
         let samples = self.position.len() - 1;
         let (mut momentum, mut parts) = (0.0, [0.0; PARTS]);
         let mut part = 0;
         let window = samples - self.lead;
         for k in 0..samples {
-            state.advance(self, k, friction, centrifugal);
+            state.advance(self, k, law, centrifugal);
             let correction = state.correct(self, self.position[k], self.position[k + 1]);
             if k >= self.lead {
                 momentum += correction;
@@ -116,68 +138,104 @@ impl Track {
     }
 }
 
-/// Rotor, link and the filter's covariance of the rotor's position and velocity.
+/// Position and velocity, and their covariance.
 #[derive(Debug, Clone, Copy)]
 struct State {
     theta: f64,
     omega: f64,
-    q: f64,
-    q_dot: f64,
-    in_contact: bool,
+    lacking: f64,
     p00: f64,
     p01: f64,
     p11: f64,
+    p02: f64,
+    p12: f64,
+    p22: f64,
+    noise: f64,
+    /// Sum of the squared innovations of the edges over their variance, and their number.
+    innovations: (f64, f64),
 }
 
 impl State {
-    /// In contact, in the middle of its count, at the velocity of the lead-in.
+    /// In the middle of its count, at the velocity of the lead-in.
     fn start(track: &Track) -> Self {
         let omega = track.start_velocity;
         let theta = track.position[0] + 0.5 * track.count;
-        let q = theta - 0.5 * track.gear.backlash * omega.signum();
         let p00 = track.count * track.count / 12.0;
-        Self { theta, omega, q, q_dot: omega, in_contact: true, p00, p01: 0.0, p11: omega * omega }
+        let noise = track.torque_variance;
+        Self {
+            theta,
+            omega,
+            lacking: 0.0,
+            p00,
+            p01: 0.0,
+            p11: omega * omega,
+            p02: 0.0,
+            p12: 0.0,
+            p22: 0.0,
+            noise,
+            innovations: (0.0, 0.0),
+        }
+    }
+
+    /// At an edge, at about the velocity of the next tenth of a second, the lacking torque anything.
+    fn unknown(track: &Track, first: usize, last: usize) -> Self {
+        let ahead = (first + (START_TIME / track.interval) as usize).min(last);
+        let omega = (track.position[ahead] - track.position[first]) / ((ahead - first) as f64 * track.interval);
+        let slack = track.count / ((ahead - first) as f64 * track.interval);
+        let backward = first > 0 && track.position[first] < track.position[first - 1];
+        let theta = track.position[first] + if backward { track.count } else { 0.0 } + 0.5 * omega * track.interval;
+        let level = track.torque[first..last].iter().map(|torque| torque.abs()).sum::<f64>() / (last - first) as f64;
+        let p00 = (omega * track.interval).powi(2) / 12.0 + (EDGE * track.count).powi(2);
+        let noise = track.noise_variance + (SMALL_MODEL_ERROR * level).powi(2);
+        Self {
+            theta,
+            omega,
+            lacking: 0.0,
+            p00,
+            p01: 0.0,
+            p11: slack * slack,
+            p02: 0.0,
+            p12: 0.0,
+            p22: level * level,
+            noise,
+            innovations: (0.0, 0.0),
+        }
     }
 
     /// Over one sample interval, with the mean of the torques read at both of its ends.
-    fn advance(&mut self, track: &Track, sample: usize, friction: &Friction, centrifugal: f64) {
-        let torque = 0.5 * (track.torque[sample] + track.torque[sample + 1]);
-        let weight = track.gravity[sample];
-        let substeps = (track.interval / STEP).ceil().max(1.0);
+    fn advance(&mut self, track: &Track, sample: usize, law: &FrictionLaw, centrifugal: f64) {
+        let torque = 0.5 * (track.torque[sample] + track.torque[sample + 1]) - track.gravity[sample] + self.lacking;
+        let substeps = (track.interval / STEP - 1e-9).ceil().max(1.0);
         let dt = track.interval / substeps;
         let before = self.omega;
         for _ in 0..substeps as usize {
-            let gear = track.gear.torque(self.theta - self.q, self.omega - self.q_dot);
-            self.in_contact = gear != 0.0;
-            self.omega = slide(self.omega, torque - gear, track.rotor, dt, friction, 1.0 - friction.link_share);
-            let load = gear - weight - centrifugal * self.q_dot * self.q_dot;
-            self.q_dot = slide(self.q_dot, load, track.link, dt, friction, friction.link_share);
-            self.theta += dt * self.omega;
-            self.q += dt * self.q_dot;
+            let net = torque - centrifugal * self.omega * self.omega;
+            let omega = slide(self.omega, net, track.inertia, dt, law);
+            self.theta += 0.5 * dt * (self.omega + omega);
+            self.omega = omega;
         }
-        self.spread(track, friction, before);
+        self.spread(track, law, before);
     }
 
     /// Covariance over one sample interval.
-    fn spread(&mut self, track: &Track, friction: &Friction, before: f64) {
+    fn spread(&mut self, track: &Track, law: &FrictionLaw, before: f64) {
         let dt = track.interval;
-        let inertia = self.inertia(track);
-        let speed = before.abs();
-        let small = 0.05 * speed + 1e-6;
         let direction = Direction::of(before);
-        let slope = (friction.law.magnitude(direction, speed + small)
-            - friction.law.magnitude(direction, (speed - small).max(0.0)))
-            / (speed + small - (speed - small).max(0.0));
-        let growth = (-slope * dt / inertia).clamp(-0.5, 0.5).exp();
-        let noise = track.torque_variance * (dt / inertia).powi(2);
+        let (low, high) = (0.95 * before.abs(), 1.05 * before.abs() + SLOPE_SPEED);
+        let slope = (law.magnitude(direction, high) - law.magnitude(direction, low)) / (high - low);
+        let growth = (-slope * dt / track.inertia).clamp(-0.5, 0.5).exp();
+        let push = dt / track.inertia;
         self.p00 += dt * (2.0 * self.p01 + dt * self.p11);
-        self.p01 = growth * (self.p01 + dt * self.p11);
-        self.p11 = growth * growth * self.p11 + noise;
+        self.p01 = growth * (self.p01 + dt * self.p11) + push * (self.p02 + dt * self.p12);
+        self.p02 += dt * self.p12;
+        self.p11 = growth * growth * self.p11 + push * (2.0 * growth * self.p12 + push * (self.p22 + self.noise));
+        self.p12 = growth * self.p12 + push * self.p22;
     }
 
-    /// What moves with the rotor.
-    fn inertia(&self, track: &Track) -> f64 {
-        if self.in_contact { track.rotor + track.link } else { track.rotor }
+    /// Factor by which the innovations are larger than the filter expects, at least 1.
+    fn surprise(&self) -> f64 {
+        let (sum, count) = self.innovations;
+        (sum / count.max(1.0)).sqrt().max(1.0)
     }
 
     /// Takes the new reading in; returns the momentum of the correction [N·m·s or N·s].
@@ -185,37 +243,50 @@ impl State {
         let dt = track.interval;
         let (low, high) = (now, now + track.count);
         let (innovation, variance) = if now == before {
-            let held = self.theta.clamp(low, high);
+            let slack = (HELD * track.count).max(2.0 * self.p00.sqrt()).min(0.5 * track.count);
+            let held = self.theta.clamp(low - slack, high + slack);
             if held == self.theta {
                 return 0.0;
             }
-            (held - self.theta, (0.02 * track.count).powi(2))
+            (held - self.theta, (HELD * track.count).powi(2))
         } else {
             let boundary = if now > before { low } else { high };
             let speed = self.omega.abs();
             let travel = (0.5 * speed * dt).min(0.5 * track.count).copysign(now - before);
-            (boundary + travel - self.theta, (speed * dt).powi(2) / 12.0 + (0.005 * track.count).powi(2))
+            (boundary + travel - self.theta, (speed * dt).powi(2) / 12.0 + (EDGE * track.count).powi(2))
         };
         let total = self.p00 + variance;
-        let (k0, k1) = (self.p00 / total, self.p01 / total);
-        let (delta_theta, delta_omega) = (k0 * innovation, k1 * innovation);
-        self.theta += delta_theta;
+        self.innovations.0 += innovation * innovation / total;
+        self.innovations.1 += 1.0;
+        let [k0, k1, k2] = [self.p00, self.p01, self.p02].map(|p| p / total);
+        let delta_omega = k1 * innovation;
+        self.theta += k0 * innovation;
         self.omega += delta_omega;
-        if self.in_contact {
-            self.q += delta_theta;
-            self.q_dot += delta_omega;
-        }
+        self.lacking += k2 * innovation;
+        self.p22 -= k2 * self.p02;
+        self.p12 -= k2 * self.p01;
         self.p11 -= k1 * self.p01;
+        self.p02 *= 1.0 - k0;
         self.p01 *= 1.0 - k0;
         self.p00 *= 1.0 - k0;
-        self.inertia(track) * delta_omega
+        track.inertia * delta_omega
     }
 }
 
-/// Velocity of one mass after a step under its share of the dry friction, which holds it where it can stop it within the step.
-fn slide(velocity: f64, torque: f64, inertia: f64, dt: f64, friction: &Friction, share: f64) -> f64 {
+/// Velocity after a step under dry friction, which holds the mass where it can stop it within the step; friction at the mean speed.
+fn slide(velocity: f64, torque: f64, inertia: f64, dt: f64, law: &FrictionLaw) -> f64 {
     let free = velocity + dt * torque / inertia;
-    let speed = if velocity * free > 0.0 { velocity.abs() } else { 0.0 };
-    let drop = dt * share * friction.law.magnitude(Direction::of(free), speed) / inertia;
-    if free.abs() <= drop { 0.0 } else { free - drop.copysign(free) }
+    let direction = Direction::of(free);
+    let pass = |speed: f64| {
+        let drop = dt * law.magnitude(direction, speed) / inertia;
+        if free.abs() <= drop { 0.0 } else { free - drop.copysign(free) }
+    };
+    let first = pass(if velocity * free > 0.0 { velocity.abs() } else { 0.0 });
+    if first == 0.0 || velocity * first <= 0.0 { first } else { pass(0.5 * (velocity + first).abs()) }
+}
+
+/// Standard deviation of the white noise of a signal that is smooth otherwise, from the median of its second differences.
+fn white_noise(signal: &[f64]) -> f64 {
+    let seconds = signal.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).abs()).collect();
+    1.4826 * median(seconds).max(0.0) / 6f64.sqrt()
 }

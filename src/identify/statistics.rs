@@ -8,6 +8,12 @@ pub fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / samples.len() as f64
 }
 
+/// Median; NaN of nothing.
+pub fn median(mut samples: Vec<f64>) -> f64 {
+    let middle = samples.len() / 2;
+    if samples.is_empty() { f64::NAN } else { *samples.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
 /// Mean and its standard error by batch means: the scatter of the means of 16 consecutive batches, each longer than the
 /// correlation of the samples, carries that correlation into the error.
 pub fn mean_with_error(samples: &[f64]) -> (f64, f64) {

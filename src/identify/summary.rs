@@ -9,18 +9,26 @@ use crate::gearhead::FrictionLaw;
 use crate::robot::Model;
 use crate::units::JointKind;
 
+/// Both laws as fitted, and which of them the data prefer.
+pub struct Laws {
+    /// Equation 9.
+    pub lines: LawFit,
+    /// Equation 6.
+    pub exponential: LawFit,
+    /// The law with the smaller misfit.
+    pub preferred: LawKind,
+    /// The preferred law with `C_ii` among its unknowns.
+    pub with_centrifugal: LawFit,
+}
+
 /// Friction of a joint and `C_ii`, from the fits of both laws.
-pub fn friction(
-    kind: JointKind,
-    points: &[Point],
-    lines: &LawFit,
-    exponential: &LawFit,
-) -> (FrictionIdentification, Quantity) {
+pub fn friction(kind: JointKind, points: &[Point], laws: &Laws) -> (FrictionIdentification, Quantity) {
     let (effort, position) = (kind.effort_unit(), kind.position_unit());
-    let preferred = if lines.fit.chi_squared < exponential.fit.chi_squared { lines } else { exponential };
-    let centrifugal = quantity(preferred, CENTRIFUGAL, format!("{effort}·s²/{position}²"));
+    let Laws { lines, exponential, preferred, with_centrifugal } = laws;
+    let preferred = *preferred;
+    let centrifugal = quantity(with_centrifugal, CENTRIFUGAL, format!("{effort}·s²/{position}²"));
     let found = FrictionIdentification {
-        preferred: preferred.kind,
+        preferred,
         lines: PerDirection { positive: lines_of(kind, lines, 0), negative: lines_of(kind, lines, 1) },
         exponential: PerDirection {
             positive: exponential_of(kind, exponential, 0),
@@ -29,6 +37,12 @@ pub fn friction(
         speeds: fastest_and_slowest(points),
     };
     (found, centrifugal)
+}
+
+/// Whether the 95 % interval of `C_ii` leaves zero out.
+pub fn centrifugal_is_real(fit: &LawFit) -> bool {
+    let Quantity { interval: [low, high], .. } = quantity(fit, CENTRIFUGAL, String::new());
+    low > 0.0 || high < 0.0
 }
 
 /// Smallest and largest speed of the points.
