@@ -104,3 +104,69 @@ fn analytic_gravity_is_held_by_the_motor() {
     // Rounding of 1e-15 grows with the pendulum's unstable balance of rotor torque: e^{t} at most.
     assert!((plant.states()[0].link_position - q).abs() < 1e-9);
 }
+
+#[test]
+fn equivalent_engines_over_the_staircase() {
+    // ±0.5 to 10 deg/s in steps of 0.5 deg/s, a second each way, one joint at a time, under PI control with exact sensors.
+    let model = load("scara");
+    let mut plants = [Engine::Rapier, Engine::Reduced]
+        .map(|engine| Plant::new(&model, &Options { engine, ideal_sensors: true, ..Options::default() }).unwrap());
+    let n = model.joints.len();
+    let inertia = [0.3, 0.05];
+    let mut integral = vec![vec![0.0; n]; 2];
+    let mut worst = 0.0_f64;
+    let mut travel = [0.0_f64; 2];
+    for k in 0..80_000 {
+        let t = f64::from(k) * 1e-3;
+        let moving = usize::from(t >= 40.0);
+        let stair = ((t % 40.0) / 2.0).floor() + 1.0;
+        let speed = 0.5_f64.to_radians() * stair * if t % 2.0 < 1.0 { 1.0 } else { -1.0 };
+        for (plant, integral) in plants.iter_mut().zip(&mut integral) {
+            let mut command = vec![0.0; n];
+            for joint in 0..2 {
+                let error = if joint == moving { speed } else { 0.0 } - plant.states()[joint].motor_velocity;
+                let gain = 60.0 * inertia[joint] / model.joints[joint].torque_per_ampere();
+                integral[joint] += 30.0 * gain * error * 1e-3;
+                command[joint] = gain * error + integral[joint];
+            }
+            plant.advance(&command, 1e-3);
+        }
+        for (a, b) in plants[0].states().iter().zip(plants[1].states()) {
+            worst =
+                worst.max((a.link_position - b.link_position).abs().max((a.motor_position - b.motor_position).abs()));
+        }
+        travel[moving] = travel[moving].max(plants[0].states()[moving].link_position.abs());
+    }
+    println!("staircase: engines differ by {worst:.1e} rad, travel {travel:.3?}");
+    // What a replay may depend on the engine by: a ten-thousandth of an encoder count.
+    assert!(worst < 1e-8, "{worst:e}");
+    assert!(travel.iter().all(|&q| q > 0.1), "{travel:?}");
+}
+
+#[test]
+fn analytic_load_raises_the_breakaway_of_an_effect() {
+    // A rotor at rest on a gear that a blocked link has wound up by T: friction holds it up to τ = T + F + μ T.
+    let (level, mu, load) = (0.2, 0.15, 1.0);
+    let joint = lostmotion::robot::JointModel {
+        friction: Some(friction(level, level, 0.1, 0.0, 0.0)),
+        ..plain_joint("joint1")
+    };
+    for (coefficient, expected) in [(0.0, load + level), (mu, load + level + mu * load)] {
+        let mut model = model(turntable(1e9), vec![joint.clone()]);
+        model.effects.push(lostmotion::robot::EffectEntry {
+            effect: "load_dependent_friction".to_owned(),
+            joint: Some("joint1".to_owned()),
+            parameters: [("coefficient".to_owned(), coefficient)].into(),
+        });
+        let mut plant = Plant::new(&model, &Options { ideal_sensors: true, ..Options::default() }).unwrap();
+        plant.launch(&[lostmotion::effects::JointState { motor_position: load / 3000.0, ..Default::default() }]);
+        let mut torque = load;
+        plant.advance(&[torque], 1e-3);
+        while plant.sticks(0)[0] && torque < 2.0 * expected {
+            torque += 1e-4;
+            plant.advance(&[torque], 1e-3);
+        }
+        // The ramp's step of 1e-4; the heavy link gives way by 1e-9 rad.
+        assert!((torque / expected - 1.0).abs() < 2e-4, "{torque} {expected}");
+    }
+}
