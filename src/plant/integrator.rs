@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::coupled::Coupled;
 use super::joint::{Phase, Power};
 use super::mobility::{Mobility, Response, Surprise};
-use super::mode::{Change, Margins, Mode, Slip};
+use super::mode::{Margins, Mode};
 use super::rigid_body::RigidBody;
 
 /// Where `W` and `a₀` come from during a stretch of time.
@@ -62,25 +62,25 @@ pub struct Integrator {
     pub links: Box<dyn RigidBody>,
     /// Their response between evaluations.
     pub mobility: Mobility,
-    response: Response,
-    mass: DMatrix<f64>,
-    bias: Vec<f64>,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    rates: [Vec<Phase>; 4],
-    power: Power,
-    end_rate: Vec<Phase>,
-    end_power: Power,
+    pub(super) response: Response,
+    pub(super) mass: DMatrix<f64>,
+    pub(super) bias: Vec<f64>,
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
+    pub(super) rates: [Vec<Phase>; 4],
+    pub(super) power: Power,
+    pub(super) end_rate: Vec<Phase>,
+    pub(super) end_power: Power,
     /// [s] Step that the remainders belong to.
-    remainders_of: f64,
+    pub(super) remainders_of: f64,
     /// What remains of a current's distance from its command after half that step, one a joint.
-    remainders: Vec<f64>,
-    stage: Vec<Phase>,
-    end: Vec<Phase>,
-    probe: Vec<Phase>,
-    probe_rate: Vec<Phase>,
-    margins: [Vec<Margins>; 2],
-    probe_margins: Vec<Margins>,
+    pub(super) remainders: Vec<f64>,
+    pub(super) stage: Vec<Phase>,
+    pub(super) end: Vec<Phase>,
+    pub(super) probe: Vec<Phase>,
+    pub(super) probe_rate: Vec<Phase>,
+    pub(super) margins: [Vec<Margins>; 2],
+    pub(super) probe_margins: Vec<Margins>,
 }
 
 /// Events in a row without time passing, after which time is made to pass.
@@ -140,7 +140,7 @@ impl Integrator {
         self.mobility.offer(time, &self.mass, &self.bias, &mut self.response)
     }
 
-    fn respond(&mut self, source: Source, time: f64, y: &[Phase]) {
+    pub(super) fn respond(&mut self, source: Source, time: f64, y: &[Phase]) {
         match source {
             Source::Polynomial => self.mobility.at(time, &mut self.response),
             Source::Engine => {
@@ -306,147 +306,4 @@ impl Integrator {
         state.done.work += work.work;
         state.done.dissipated += work.dissipated;
     }
-
-    /// The event that comes first in a step: joint, kind, and the share of the step before it.
-    fn earliest(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Option<(usize, Change, f64)> {
-        let mut first: Option<(usize, Change, f64)> = None;
-        for joint in 0..state.joints.len() {
-            for (kind, change) in Change::ALL.into_iter().enumerate() {
-                let (from, to) = (self.margins[0][joint].0[kind], self.margins[1][joint].0[kind]);
-                if to < 0.0 {
-                    let share = if from <= 0.0 {
-                        0.0
-                    } else {
-                        self.root(state, commands, h, source, (joint, kind), [from, to])
-                    };
-                    if first.is_none_or(|(_, _, earliest)| share < earliest) {
-                        first = Some((joint, change, share));
-                    }
-                }
-            }
-        }
-        first
-    }
-
-    /// Share of the step at which a margin is zero, by the Illinois rule along the step's interpolant.
-    fn root(
-        &mut self,
-        state: &State,
-        commands: &[f64],
-        h: f64,
-        source: Source,
-        (joint, kind): (usize, usize),
-        ends: [f64; 2],
-    ) -> f64 {
-        let (mut a, mut b) = (0.0, 1.0);
-        let [mut fa, mut fb] = ends;
-        let mut side = 0;
-        for _ in 0..50 {
-            let s = (a * fb - b * fa) / (fb - fa);
-            let f = self.margin_at(state, commands, h, source, (joint, kind), s);
-            if (b - a) < 1e-12 || f == 0.0 {
-                return s;
-            }
-            if f > 0.0 {
-                if (s - a).abs() < 1e-13 {
-                    return s;
-                }
-                (a, fa) = (s, f);
-                if side == 1 {
-                    fb *= 0.5;
-                }
-                side = 1;
-            } else {
-                if (b - s).abs() < 1e-13 {
-                    return s;
-                }
-                (b, fb) = (s, f);
-                if side == -1 {
-                    fa *= 0.5;
-                }
-                side = -1;
-            }
-        }
-        0.5 * (a + b)
-    }
-
-    /// A margin inside a step.
-    fn margin_at(
-        &mut self,
-        state: &State,
-        commands: &[f64],
-        h: f64,
-        source: Source,
-        (joint, kind): (usize, usize),
-        s: f64,
-    ) -> f64 {
-        let mut probe = std::mem::take(&mut self.probe);
-        for (i, phase) in probe.iter_mut().enumerate() {
-            *phase = hermite(&state.joints[i], &self.rates[0][i], &self.end[i], &self.end_rate[i], h, s);
-            if state.modes[i].saturation == 0 {
-                let remainder = self.coupled.laws[i].power.remainder(s * h);
-                phase.current = commands[i] + (state.joints[i].current - commands[i]) * remainder;
-            }
-        }
-        let time = state.time + s * h;
-        self.respond(source, time, &probe);
-        let Self { coupled, response, probe_rate, probe_margins, .. } = self;
-        coupled.derivative(time, &probe, &state.modes, commands, response, probe_rate);
-        coupled.margins(time, &probe, &state.modes, commands, probe_margins);
-        self.probe = probe;
-        self.probe_margins[joint].0[kind]
-    }
-
-    /// Changes a mode at the state.
-    fn change(&mut self, state: &mut State, commands: &[f64], joint: usize, change: Change, source: Source) {
-        let law = &self.coupled.laws[joint];
-        let (y, mode) = (&mut state.joints[joint], &mut state.modes[joint]);
-        match change {
-            Change::Contact => {
-                let before = law.elastic_energy(y, mode.contact);
-                mode.contact = if mode.contact == 0 { law.nearer_flank(y) } else { 0 };
-                // Compression that remains when a tooth leaves relaxes in its own damper.
-                state.done.dissipated += before - law.elastic_energy(y, mode.contact);
-            }
-            Change::Saturation => {
-                let demand = law.power.demand(commands[joint], y.current, y.omega);
-                mode.saturation = if mode.saturation == 0 { if demand > 0.0 { 1 } else { -1 } } else { 0 };
-            }
-            Change::Rotor if mode.rotor == Slip::Stuck => {
-                let flow = law.flow(state.time, y, mode, commands[joint]);
-                mode.rotor = Slip::towards(flow.rotor_drive);
-            }
-            Change::Rotor => {
-                y.omega = 0.0;
-                mode.rotor = Slip::Stuck;
-                let flow = law.flow(state.time, y, mode, commands[joint]);
-                if law.margins(state.time, y, mode, commands[joint], &flow, 0.0).0[1] < 0.0 {
-                    mode.rotor = Slip::towards(flow.rotor_drive);
-                }
-            }
-            Change::Link if mode.link == Slip::Stuck => {
-                self.respond(source, state.time, &state.joints);
-                let Self { coupled, response, probe_rate, .. } = self;
-                coupled.derivative(state.time, &state.joints, &state.modes, commands, response, probe_rate);
-                state.modes[joint].link = Slip::towards(coupled.holds[joint]);
-            }
-            Change::Link => {
-                y.v = 0.0;
-                mode.link = Slip::Stuck;
-                self.respond(source, state.time, &state.joints);
-                let Self { coupled, response, probe_rate, .. } = self;
-                let modes = &mut state.modes;
-                coupled.settle_links(state.time, &state.joints, modes, commands, response, probe_rate);
-            }
-        }
-    }
-}
-
-/// Cubic through two states and their rates, at a share of the step between them.
-fn hermite(y0: &Phase, r0: &Phase, y1: &Phase, r1: &Phase, h: f64, s: f64) -> Phase {
-    let (s2, s3) = (s * s, s * s * s);
-    let (a, b) = (3.0 * s2 - 2.0 * s3, s - 2.0 * s2 + s3);
-    let c = s3 - s2;
-    let at = |f: fn(&Phase) -> f64| f(y0) + a * (f(y1) - f(y0)) + h * (b * f(r0) + c * f(r1));
-    Phase { theta: at(|p| p.theta), omega: at(|p| p.omega), q: at(|p| p.q), v: at(|p| p.v), current: at(|p| p.current) }
 }

@@ -5,34 +5,33 @@
 //! ```text
 //!   J θ̈ = K i + τ_e − T − F_r       M(q) q̈ + h(q, q̇) = T + τ_l − c q̇ − F_l       L di/dt = u − R i − K θ̇
 //! ```
-//! One line a joint: [`joint`] holds the laws, [`coupled`] joins them, [`integrator`] steps between located events,
-//! [`mobility`] carries `M` and `h` from one evaluation of the engine to the next, [`world`] is the engine.
+//! One line a joint: [`joint`] holds the laws, [`coupled`] joins them, [`integrator`] steps between located events (`events`),
+//! [`mobility`] carries `M` and `h` from one evaluation of the engine to the next (`pace`), [`world`] is the engine.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
 
+mod build;
 pub mod coupled;
+mod events;
 pub mod integrator;
 pub mod joint;
 pub mod mobility;
 pub mod mode;
+mod pace;
 pub mod rigid_body;
 mod sensors;
 pub mod world;
 
-use coupled::Coupled;
-use integrator::{Integrator, Source, State, Step};
-use joint::{JointLaws, Phase, Power};
-use mobility::Surprise;
+use build::resting_mode;
+use integrator::{Integrator, State};
+use joint::{Phase, Power};
 use mode::{Mode, Slip};
 pub use rigid_body::RigidBody;
 use sensors::{Sensors, Tracker};
 pub use world::World;
 
-use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
-use crate::effects::{self, Action, JointState, Reading};
-use crate::error::{Error, Place, Result};
-use crate::gearhead::DeadZone;
-use crate::robot::{JointModel, Model, Robot};
+use crate::effects::{JointState, Reading};
+use crate::robot::Robot;
 
 /// Version of the rigid-body engine, as Cargo.toml pins it.
 pub const RAPIER_VERSION: &str = "0.36.1";
@@ -81,21 +80,6 @@ pub struct Energy {
     pub stored: f64,
 }
 
-/// Longest step times the fastest pole of a gear: Runge-Kutta 4 then loses `(ωh)⁵/120 = 4e-5` of an oscillation a step.
-const LONGEST_STEP: f64 = 0.35;
-
-/// Longest step times the fastest pole where only stability counts.
-const STABLE_STEP: f64 = 1.0;
-
-/// An extrapolation that is right: 1e-5 rad/s² at the end of a millisecond are 2e-9 rad/s of velocity.
-const NO_SURPRISE: Surprise = Surprise { mobility: 1e-7, acceleration: 1e-5 };
-
-/// An extrapolation after which the interpolation is right: its error is 24 times smaller.
-const SOME_SURPRISE: Surprise = Surprise { mobility: 1e-4, acceleration: 1e-1 };
-
-/// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
-const FASTEST: f64 = 1e5;
-
 /// A machine that moves.
 pub struct Plant {
     integrator: Integrator,
@@ -118,67 +102,6 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Builds the machine of a model, with its effects installed, at rest at zero.
-    ///
-    /// # Errors
-    /// An effect is unknown or its parameters do not fit.
-    pub fn new(model: &Model, options: &Options) -> Result<Self> {
-        let mut model = model.clone();
-        let actions = install(&mut model)?;
-        let mut laws: Vec<JointLaws> =
-            model.joints.iter().zip(&model.robot.bodies).map(|(joint, body)| laws_of(joint, &body.joint)).collect();
-        let mut sensors: Vec<Sensors> = (model.joints.iter().enumerate())
-            .map(|(i, joint)| Sensors::new(joint, options.ideal_sensors, options.seed, i as u64))
-            .collect();
-        for action in actions {
-            match action {
-                Action::Joint(joint, action) => laws[joint].actions.push(action),
-                Action::Sensor(joint, action) => sensors[joint].push(action),
-            }
-        }
-        let links: Box<dyn RigidBody> = match options.engine {
-            Engine::Rapier => Box::new(World::new(&model.robot)),
-            Engine::Reduced => Box::new(Dynamics::new(&model.robot)),
-        };
-        let n = laws.len();
-        let state = State {
-            time: 0.0,
-            joints: vec![Phase::default(); n],
-            modes: laws.iter().map(resting_mode).collect(),
-            done: Power::default(),
-        };
-        let mut plant = Self {
-            integrator: Integrator::new(Coupled::new(laws), links),
-            robot: model.robot.clone(),
-            step: options.step,
-            rate: 0.0,
-            fastest: 0.0,
-            calm: false,
-            every_stage: options.every_stage,
-            saved: state.clone(),
-            saved_trackers: sensors.iter().map(|sensors| sensors.tracker).collect(),
-            sensors,
-            state,
-            commands: vec![0.0; n],
-            states: vec![JointState::default(); n],
-            readings: vec![Reading::default(); n],
-        };
-        plant.place(&vec![0.0; n]);
-        let (joint, fastest) = plant.integrator.fastest();
-        if !fastest.is_finite() || fastest > FASTEST {
-            let key = format!("joints.{}.gear_stiffness", model.joints[joint].name);
-            let expected = format!(
-                "a gear between rotor and link whose fastest motion is below {FASTEST:.0} rad/s, with inertia on both sides \
-                 (here {fastest:.3e} rad/s)"
-            );
-            return Err(Error::input(&model.source, Place::File, key, model.joints[joint].gear_stiffness, expected));
-        }
-        let asked = options.substeps.max(1) as f64 / options.step;
-        plant.fastest = fastest;
-        plant.rate = asked.max(fastest / LONGEST_STEP);
-        Ok(plant)
-    }
-
     /// Puts everything to rest at these link positions [rad or m], rotors in the middle of their gaps, time and work at zero.
     pub fn place(&mut self, positions: &[f64]) {
         let at_rest = |&q: &f64| Phase { theta: q, q, ..Phase::default() };
@@ -244,62 +167,6 @@ impl Plant {
         self.observe();
     }
 
-    /// One interval between evaluations, the cheapest way that holds: under the extrapolated response if it turns out right;
-    /// else again under the response interpolated with what the engine said at its end; else with the engine at every stage.
-    fn advance_piece(&mut self, until: f64) {
-        if self.every_stage || !self.integrator.mobility.is_full() {
-            self.go_through(until, Source::Engine);
-            self.integrator.push_node(until, &self.state.joints);
-            return;
-        }
-        let surprise = if self.calm { self.try_out(until) } else { self.look_ahead(until) };
-        let done = self.calm && surprise.within(&NO_SURPRISE);
-        self.calm = surprise.within(&NO_SURPRISE);
-        if done {
-            self.integrator.mobility.accept(until);
-        } else if surprise.within(&SOME_SURPRISE) {
-            self.integrator.mobility.accept(until);
-            self.go_through(until, Source::Polynomial);
-        } else {
-            self.go_through(until, Source::Engine);
-            self.integrator.push_node(until, &self.state.joints);
-        }
-    }
-
-    /// Goes through an interval in full; where that turns out to be wrong, everything is as before.
-    fn try_out(&mut self, until: f64) -> Surprise {
-        self.saved.copy_from(&self.state);
-        self.saved_trackers.iter_mut().zip(&self.sensors).for_each(|(saved, sensors)| *saved = sensors.tracker);
-        self.go_through(until, Source::Polynomial);
-        let surprise = self.integrator.offer_node(until, &self.state.joints);
-        if !surprise.within(&NO_SURPRISE) {
-            self.state.copy_from(&self.saved);
-            self.sensors.iter_mut().zip(&self.saved_trackers).for_each(|(sensors, saved)| sensors.tracker = *saved);
-        }
-        surprise
-    }
-
-    /// Looks at the end of an interval in the fewest steps that are stable.
-    fn look_ahead(&mut self, until: f64) -> Surprise {
-        let Self { integrator, state, saved, commands, fastest, .. } = self;
-        let steps = ((until - state.time) * *fastest / STABLE_STEP).ceil().max(1.0) as usize;
-        saved.copy_from(state);
-        integrator.settle(saved, commands, Source::Polynomial);
-        integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
-        integrator.offer_node(until, &saved.joints)
-    }
-
-    fn go_through(&mut self, until: f64, source: Source) {
-        let Self { integrator, sensors, state, commands, rate, .. } = self;
-        let steps = ((until - state.time) * *rate - 1e-6).ceil().max(1.0) as usize;
-        integrator.settle(state, commands, source);
-        integrator.advance(state, commands, until, steps, source, |step: &Step| {
-            for (i, sensors) in sensors.iter_mut().enumerate() {
-                sensors.watch(step.time, &step.joints[0][i], &step.joints[1][i]);
-            }
-        });
-    }
-
     fn observe(&mut self) {
         let State { time, joints, modes, .. } = &self.state;
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
@@ -345,51 +212,5 @@ impl Plant {
             stored += law.elastic_energy(&joints[i], modes[i].contact);
         }
         Energy { work: done.work, dissipated: done.dissipated, stored }
-    }
-}
-
-fn install(model: &mut Model) -> Result<Vec<Action>> {
-    let mut actions = Vec::new();
-    for entry in model.effects.clone() {
-        let unknown = |key: &str, value: &str, expected: &str| {
-            Error::input(&model.source, Place::File, format!("effects.{key}"), value, expected)
-        };
-        let effect = effects::find(&entry.effect)
-            .ok_or_else(|| unknown("effect", &entry.effect, "a name of the catalogue (`lostmotion list effects`)"))?;
-        let joint = match &entry.joint {
-            Some(name) => Some(
-                (model.joints.iter().position(|joint| &joint.name == name))
-                    .ok_or_else(|| unknown("joint", name, "a joint that the model lists"))?,
-            ),
-            None => None,
-        };
-        actions.extend(effect.install(model, joint, &entry.parameters)?);
-    }
-    Ok(actions)
-}
-
-fn laws_of(joint: &JointModel, link: &crate::robot::Joint) -> JointLaws {
-    JointLaws {
-        rotor_inertia: joint.reflected_inertia(),
-        power: PowerStage::new(&joint.motor, &joint.amplifier, joint.torque_per_ampere()),
-        gear: DeadZone {
-            backlash: joint.backlash.unwrap_or(0.0),
-            stiffness: joint.gear_stiffness,
-            damping: joint.gear_damping,
-        },
-        friction: joint.friction,
-        link_coulomb: link.friction,
-        link_damping: link.damping,
-        actions: Vec::new(),
-    }
-}
-
-fn resting_mode(law: &JointLaws) -> Mode {
-    let slip = |has_friction: bool| if has_friction { Slip::Stuck } else { Slip::Free };
-    Mode {
-        contact: i8::from(law.gear.backlash == 0.0),
-        rotor: slip(law.rotor_has_friction()),
-        link: slip(law.link_has_friction()),
-        saturation: 0,
     }
 }

@@ -1,0 +1,127 @@
+//! From a model to a machine.
+
+use super::coupled::Coupled;
+use super::integrator::{Integrator, State};
+use super::joint::{JointLaws, Phase, Power};
+use super::mode::{Mode, Slip};
+use super::pace::LONGEST_STEP;
+use super::sensors::Sensors;
+use super::{Engine, Options, Plant, RigidBody, World};
+use crate::drive::PowerStage;
+use crate::dynamics::Dynamics;
+use crate::effects::{self, Action, JointState, Reading};
+use crate::error::{Error, Place, Result};
+use crate::gearhead::DeadZone;
+use crate::robot::{JointModel, Model};
+
+/// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
+const FASTEST: f64 = 1e5;
+
+impl Plant {
+    /// Builds the machine of a model, with its effects installed, at rest at zero.
+    ///
+    /// # Errors
+    /// An effect is unknown or its parameters do not fit.
+    pub fn new(model: &Model, options: &Options) -> Result<Self> {
+        let mut model = model.clone();
+        let actions = install(&mut model)?;
+        let mut laws: Vec<JointLaws> =
+            model.joints.iter().zip(&model.robot.bodies).map(|(joint, body)| laws_of(joint, &body.joint)).collect();
+        let mut sensors: Vec<Sensors> = (model.joints.iter().enumerate())
+            .map(|(i, joint)| Sensors::new(joint, options.ideal_sensors, options.seed, i as u64))
+            .collect();
+        for action in actions {
+            match action {
+                Action::Joint(joint, action) => laws[joint].actions.push(action),
+                Action::Sensor(joint, action) => sensors[joint].push(action),
+            }
+        }
+        let links: Box<dyn RigidBody> = match options.engine {
+            Engine::Rapier => Box::new(World::new(&model.robot)),
+            Engine::Reduced => Box::new(Dynamics::new(&model.robot)),
+        };
+        let n = laws.len();
+        let state = State {
+            time: 0.0,
+            joints: vec![Phase::default(); n],
+            modes: laws.iter().map(resting_mode).collect(),
+            done: Power::default(),
+        };
+        let mut plant = Self {
+            integrator: Integrator::new(Coupled::new(laws), links),
+            robot: model.robot.clone(),
+            step: options.step,
+            rate: 0.0,
+            fastest: 0.0,
+            calm: false,
+            every_stage: options.every_stage,
+            saved: state.clone(),
+            saved_trackers: sensors.iter().map(|sensors| sensors.tracker).collect(),
+            sensors,
+            state,
+            commands: vec![0.0; n],
+            states: vec![JointState::default(); n],
+            readings: vec![Reading::default(); n],
+        };
+        plant.place(&vec![0.0; n]);
+        let (joint, fastest) = plant.integrator.fastest();
+        if !fastest.is_finite() || fastest > FASTEST {
+            let key = format!("joints.{}.gear_stiffness", model.joints[joint].name);
+            let expected = format!(
+                "a gear between rotor and link whose fastest motion is below {FASTEST:.0} rad/s, with inertia on both sides \
+                 (here {fastest:.3e} rad/s)"
+            );
+            return Err(Error::input(&model.source, Place::File, key, model.joints[joint].gear_stiffness, expected));
+        }
+        let asked = options.substeps.max(1) as f64 / options.step;
+        plant.fastest = fastest;
+        plant.rate = asked.max(fastest / LONGEST_STEP);
+        Ok(plant)
+    }
+}
+
+fn install(model: &mut Model) -> Result<Vec<Action>> {
+    let mut actions = Vec::new();
+    for entry in model.effects.clone() {
+        let unknown = |key: &str, value: &str, expected: &str| {
+            Error::input(&model.source, Place::File, format!("effects.{key}"), value, expected)
+        };
+        let effect = effects::find(&entry.effect)
+            .ok_or_else(|| unknown("effect", &entry.effect, "a name of the catalogue (`lostmotion list effects`)"))?;
+        let joint = match &entry.joint {
+            Some(name) => Some(
+                (model.joints.iter().position(|joint| &joint.name == name))
+                    .ok_or_else(|| unknown("joint", name, "a joint that the model lists"))?,
+            ),
+            None => None,
+        };
+        actions.extend(effect.install(model, joint, &entry.parameters)?);
+    }
+    Ok(actions)
+}
+
+fn laws_of(joint: &JointModel, link: &crate::robot::Joint) -> JointLaws {
+    JointLaws {
+        rotor_inertia: joint.reflected_inertia(),
+        power: PowerStage::new(&joint.motor, &joint.amplifier, joint.torque_per_ampere()),
+        gear: DeadZone {
+            backlash: joint.backlash.unwrap_or(0.0),
+            stiffness: joint.gear_stiffness,
+            damping: joint.gear_damping,
+        },
+        friction: joint.friction,
+        link_coulomb: link.friction,
+        link_damping: link.damping,
+        actions: Vec::new(),
+    }
+}
+
+pub(super) fn resting_mode(law: &JointLaws) -> Mode {
+    let slip = |has_friction: bool| if has_friction { Slip::Stuck } else { Slip::Free };
+    Mode {
+        contact: i8::from(law.gear.backlash == 0.0),
+        rotor: slip(law.rotor_has_friction()),
+        link: slip(law.link_has_friction()),
+        saturation: 0,
+    }
+}
