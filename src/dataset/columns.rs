@@ -10,12 +10,13 @@ use crate::timeseries::{Channel, JointSeries, TimeSeries};
 use crate::units::{Dimension, JointKind, UNITS, unit};
 
 /// Name of a channel in canonical columns, `<joint>.<name>`, and in manifests.
-pub const CHANNEL_COLUMNS: [(&str, Channel); 10] = [
+pub const CHANNEL_COLUMNS: [(&str, Channel); 11] = [
     ("position", Channel::Position),
     ("velocity", Channel::Velocity),
     ("current", Channel::Current),
     ("torque", Channel::Torque),
     ("force", Channel::Torque),
+    ("effort", Channel::Torque),
     ("reference_position", Channel::ReferencePosition),
     ("reference_velocity", Channel::ReferenceVelocity),
     ("command_current", Channel::CommandCurrent),
@@ -23,7 +24,7 @@ pub const CHANNEL_COLUMNS: [(&str, Channel); 10] = [
     ("temperature", Channel::Temperature),
 ];
 
-/// Channel of a canonical name, where it fits the kind of the joint: `force` slides, `torque` turns.
+/// Channel of a canonical name, where it fits the kind of the joint: `force` slides, `torque` turns, `effort` does either.
 pub fn column_of(name: &str, kind: JointKind) -> Option<Channel> {
     let misfit = match kind {
         JointKind::Revolute => "force",
@@ -108,6 +109,12 @@ pub(super) struct PlannedJoint {
     pub(super) controller: Option<Controller>,
 }
 
+impl PlannedJoint {
+    fn has(&self, channel: Channel) -> bool {
+        self.channels.iter().any(|(known, _)| *known == channel)
+    }
+}
+
 /// Name of a session: the file's stem.
 pub(super) fn session_name(path: &Path) -> String {
     path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
@@ -136,6 +143,15 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Plan>
             planned.push(PlannedJoint { name: joint.clone(), channels: Vec::new(), controller: None });
             planned.len() - 1
         });
+        if planned[index].has(channel) {
+            return Err(Error::input(
+                &table.file,
+                Place::Line(1),
+                "column",
+                &column.name,
+                "each channel of a joint once",
+            ));
+        }
         planned[index].channels.push((channel, source(&column.name)));
     }
     if planned.is_empty() {

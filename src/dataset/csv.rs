@@ -45,26 +45,16 @@ pub(super) fn read(path: &Path) -> Result<Table> {
             return Err(Error::input(path, Place::Row(rows), "fields", record.len(), expected));
         }
         for (column, cell) in columns.iter_mut().zip(&record) {
-            column.push(cell, rows);
+            put(column, cell, rows);
         }
     }
     Ok(Table { file: path.to_owned(), columns, notes })
 }
 
-impl Column {
-    fn push(&mut self, cell: &[u8], row: usize) {
-        let text = cell.trim_ascii();
-        match std::str::from_utf8(text).ok().and_then(|text| text.parse().ok()) {
-            Some(value) => self.values.push(value),
-            None => {
-                self.values.push(f64::NAN);
-                if self.fault.is_none() {
-                    let shown = String::from_utf8_lossy(&text[..text.len().min(SHOWN_BYTES)]).into_owned();
-                    self.fault = Some((row, shown));
-                }
-            }
-        }
-    }
+fn put(column: &mut Column, cell: &[u8], row: usize) {
+    let text = cell.trim_ascii();
+    let value = std::str::from_utf8(text).ok().and_then(|text| text.parse().ok());
+    column.put(value, row, || String::from_utf8_lossy(&text[..text.len().min(SHOWN_BYTES)]).into_owned());
 }
 
 fn named_columns(path: &Path, header: &ByteRecord) -> Result<Vec<Column>> {
@@ -125,10 +115,10 @@ pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
 }
 
 fn written_channels(joint: &JointSeries, kind: JointKind) -> impl Iterator<Item = (&'static str, &[f64])> {
-    let skipped = match kind {
-        JointKind::Revolute => "force",
-        JointKind::Prismatic => "torque",
+    let effort = match kind {
+        JointKind::Revolute => "torque",
+        JointKind::Prismatic => "force",
     };
-    let known = CHANNEL_COLUMNS.iter().filter(move |(name, _)| *name != skipped);
+    let known = CHANNEL_COLUMNS.iter().filter(move |(name, channel)| *channel != Channel::Torque || *name == effort);
     known.filter_map(|&(name, channel): &(&'static str, Channel)| Some((name, joint.get(channel)?)))
 }

@@ -146,7 +146,7 @@ fn source(table: &Table<'_>, factor: f64) -> Result<Source> {
 }
 
 fn channels(joint: &Table<'_>, kind: JointKind) -> Result<Vec<(Channel, Source)>> {
-    let mut channels = Vec::new();
+    let mut channels: Vec<(Channel, Source)> = Vec::new();
     for (name, _) in CHANNEL_COLUMNS {
         let Some(channel) = column_of(name, kind) else {
             if joint.has(name) {
@@ -155,6 +155,9 @@ fn channels(joint: &Table<'_>, kind: JointKind) -> Result<Vec<(Channel, Source)>
             continue;
         };
         let Some(table) = joint.optional_table(name)? else { continue };
+        if channels.iter().any(|(known, _)| *known == channel) {
+            return Err(joint.error(name, "each channel of a joint once"));
+        }
         let scale = table.number_or("scale", &Range::any("SI per unit"), 1.0)?;
         if scale == 0.0 {
             return Err(table.error("scale", "a number other than zero"));

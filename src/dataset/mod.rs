@@ -9,8 +9,14 @@ mod checks;
 mod columns;
 mod csv;
 mod guess;
+#[cfg(feature = "mcap")]
+mod joint_state;
 mod manifest;
 mod mat;
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod survey;
 mod table;
 
@@ -77,7 +83,7 @@ pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
     model.joints.iter().map(|joint| (joint.name.clone(), joint.kind)).collect()
 }
 
-/// Reads a recording: a manifest (`.toml`), or a file with canonical columns (`.csv`, `.mat`).
+/// Reads a recording: a manifest (`.toml`), or a file with canonical columns (`.csv`, `.mat`, `.parquet`, `.mcap`).
 ///
 /// # Errors
 /// The file cannot be read, its format is not known, or its content cannot be used: the error names file, row and column.
@@ -118,13 +124,19 @@ pub fn read_table(path: &Path) -> Result<Table> {
     match extension(path).as_str() {
         "csv" => csv::read(path),
         "mat" => mat::read(path),
-        other => Err(Error::input(
-            path,
-            Place::File,
-            "format",
-            if other.is_empty() { "no extension" } else { other },
-            "a file of data: .csv, .mat (MATLAB 5), or a manifest .toml",
-        )),
+        #[cfg(feature = "parquet")]
+        "parquet" => parquet::read(path),
+        #[cfg(feature = "mcap")]
+        "mcap" => mcap::read(path),
+        other => {
+            let found = if other.is_empty() { "no extension" } else { other };
+            let mut expected = String::from("a file of data: .csv, .mat (MATLAB 5), ");
+            for (format, built) in [("parquet", cfg!(feature = "parquet")), ("mcap", cfg!(feature = "mcap"))] {
+                let without = if built { "" } else { " (this build lacks the feature of that name)" };
+                expected += &format!(".{format}{without}, ");
+            }
+            Err(Error::input(path, Place::File, "format", found, expected + "or a manifest .toml"))
+        }
     }
 }
 

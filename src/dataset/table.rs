@@ -27,6 +27,16 @@ pub struct Column {
     pub fault: Option<(usize, String)>,
 }
 
+impl Column {
+    /// Adds the value of a row, or what stands there instead of a number.
+    pub(super) fn put(&mut self, value: Option<f64>, row: usize, shown: impl FnOnce() -> String) {
+        if value.is_none() && self.fault.is_none() {
+            self.fault = Some((row, shown()));
+        }
+        self.values.push(value.unwrap_or(f64::NAN));
+    }
+}
+
 impl Table {
     /// The column of that name.
     pub fn column(&self, name: &str) -> Option<&Column> {
