@@ -246,16 +246,10 @@ fn spacing(shapes: &[Vec<f64>]) -> Option<Spacing> {
 
 /// All candidates beside the terms of the model, each with its best shapes, by falling evidence.
 /// Joint effects are gathered over the joints where `enough` holds.
-pub fn candidates(
-    problem: &Problem,
-    terms: &[Term],
-    fitted: &Fitted,
-    enough: &(dyn Fn(&Evidence) -> bool + Sync),
-) -> Vec<Candidate> {
+pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence) -> bool + Sync)) -> Vec<Candidate> {
     let own: Vec<&Term> = terms.iter().collect();
     let Some(before) = predict(problem, &own) else { return Vec::new() };
     let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
-    let _ = fitted;
     let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before.training };
     let places = places(problem, terms);
     let found: Vec<Option<Candidate>> =

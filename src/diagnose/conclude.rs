@@ -6,7 +6,7 @@ use super::candidates::{Candidate, Evidence};
 use super::estimate::{self, Uncertainty};
 use super::problem::{Part, Problem, Term};
 use super::regression::NU;
-use super::result::{BaselineEstimate, CandidateRecord, Diagnosis, FoundEffect, Measured, Method, Split, Verdict};
+use super::result::{BaselineEstimate, CandidateRecord, Diagnosis, FoundEffect, Measured, Method, Verdict};
 use super::selection::{Selection, Taken, evidence_beside};
 use super::views::{self, Residual};
 use super::{Options, extend, floor, observe, typical_inertia, unexplained};
@@ -256,7 +256,6 @@ fn method(problem: &Problem, sessions: &[&TimeSeries], trained: usize, options: 
     } else {
         format!("the last {:.0} % of each session", 100.0 * options.held_out_share)
     };
-    let _ = Split::Train;
     Method {
         filter: "biweight kernel without phase shift, the same on torque and motion, as narrow as the encoder allows".to_owned(),
         half_width,

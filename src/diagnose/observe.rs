@@ -106,7 +106,7 @@ pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64]) 
         let signals = signals(model, session)?;
         let dt = session.sample_interval();
         let widest = (HALF_WIDTHS[1] / dt) as usize;
-        if !(dt > 0.0) || session.len() < 4 * widest {
+        if dt.is_nan() || dt <= 0.0 || session.len() < 4 * widest {
             return Err(Error::TooLittleData {
                 quantity: "motion",
                 joint: session.name.clone(),
@@ -164,9 +164,9 @@ fn append(
     let step = ((ROW_SPACING * narrowest).max(shortest_step) / dt).round().max(1.0) as usize;
     for centre in (edge..session.len() - edge).step_by(step) {
         let mut width = narrowest;
-        for joint in 0..dof {
+        for (joint, rest) in rest.iter().enumerate() {
             let speed = rough.averages(&signals.position[joint], centre).rate.abs();
-            if speed > rest[joint] {
+            if speed > *rest {
                 let encoder_step = motion.model.joints[joint].encoder_step();
                 width = width.max(wanted_half_width(encoder_step, speed, inertia[joint], noise[joint], dt));
             }

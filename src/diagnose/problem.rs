@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::baseline::{Falling, JointBaseline, VISCOUS, stribeck_grid};
+use super::baseline::{Falling, JointBaseline, stribeck_grid};
 use super::regression::{Block, NU, Solution, System, profile_likelihood};
 use super::standstill::Standstill;
 use crate::effects::{Effect, Motion, Scope};
@@ -351,10 +351,5 @@ impl<'m> Problem<'m> {
             let coefficients: Vec<f64> = (0..baseline.len()).map(|k| fitted.solution.coefficients[at + k]).collect();
             self.motion.joints[joint].friction = baseline.friction(&coefficients);
         }
-    }
-
-    /// Viscous coefficient's position of a joint.
-    pub fn viscous_at(&self, fitted: &Fitted, joint: usize) -> usize {
-        fitted.baseline_at[joint] + VISCOUS
     }
 }

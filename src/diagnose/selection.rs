@@ -21,13 +21,15 @@ pub struct Rules {
     /// [1] Part of the strongest effect's torque on a joint that a further effect has to move there: an effect whose law is not
     /// quite the catalogue's leaves a residue of a few per cent that others can pick up.
     pub residue: f64,
+    /// [1] Part of the evidence per trained row that a further effect has to keep per held-out row.
+    pub held_out_part: f64,
     /// Most effects that are taken.
     pub most: usize,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Self { nats: 12.0, log_scale: 0.02, held_out_loss: 1.0, tie: 0.02, residue: 0.08, most: 6 }
+        Self { nats: 12.0, log_scale: 0.02, held_out_loss: 1.0, tie: 0.02, residue: 0.2, held_out_part: 0.3, most: 6 }
     }
 }
 
@@ -84,7 +86,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
         progress("trying effects", round as f64 / (rules.most + 1) as f64);
         problem.count_independent(&fitted);
         let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
-        let found = candidates(problem, &terms, &fitted, &|evidence| rules.enough(evidence));
+        let found = candidates(problem, &terms, &|evidence| rules.enough(evidence));
         if round == 0 {
             first_round.clone_from(&found);
         }
@@ -168,7 +170,28 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
         taken.terms.retain(|term| term.joints.iter().any(|joint| moved[*joint] >= rules.residue * strongest[*joint]));
     }
     taken.retain(|taken| !taken.terms.is_empty());
+    drop_local(problem, rules, taken);
     resettle(problem, taken).map(|_| ())
+}
+
+/// Drops all but the strongest effect where the held-out data hold too little of what the training data promise.
+fn drop_local(problem: &Problem, rules: &Rules, taken: &mut Vec<Taken>) {
+    let rows =
+        |part: Part| (0..problem.baseline.len()).map(|joint| problem.rows(joint, part).len()).sum::<usize>() as f64;
+    let share = rules.held_out_part * rows(Part::HeldOut) / rows(Part::Train).max(1.0);
+    let evidence: Vec<Evidence> = (0..taken.len())
+        .map(|index| {
+            let of_joints = evidence_beside(problem, taken, index).unwrap_or_default();
+            of_joints.iter().fold(Evidence::default(), |sum, e| Evidence {
+                folds: sum.folds + e.folds,
+                held_out: sum.held_out + e.held_out,
+                log_scale: sum.log_scale.max(e.log_scale),
+            })
+        })
+        .collect();
+    let strongest = evidence.iter().map(Evidence::total).fold(f64::NEG_INFINITY, f64::max);
+    let mut of = evidence.iter();
+    taken.retain(|_| of.next().is_none_or(|e| e.total() >= strongest || e.held_out >= share * e.folds));
 }
 
 /// Drops what the others have made superfluous, the weakest first.

@@ -9,6 +9,9 @@ use super::regression::Score;
 use super::result::Unexplained;
 use super::selection::Rules;
 
+/// Part of the RMS torque that a pattern has to have: less is what the law of an effect or of friction does not get right.
+const LEAST_AMPLITUDE: f64 = 0.01;
+
 /// A shape that a residual can have.
 struct Probe {
     columns: Vec<Vec<f64>>,
@@ -40,8 +43,13 @@ pub fn unexplained(problem: &Problem, terms: &[&Term], rules: &Rules) -> Vec<Une
         let Some((gain, probe)) = best else { continue };
         // A score gain of g nats over n rows lowers the scale of the error by about g/n.
         if nats(*gain, probe) > rules.nats && *gain / rows.len().max(1) as f64 > rules.log_scale {
-            let amplitude = amplitude(probe, block, &rows, &solution.weights[joint], &solution.residual[joint]);
+            let amplitude = amplitude(probe, &rows, &solution.residual[joint]);
             let model = &problem.motion.model.joints[joint];
+            let torque = &problem.motion.joints[joint].torque;
+            let power: f64 = rows.iter().map(|row| torque[*row].powi(2)).sum();
+            if amplitude < LEAST_AMPLITUDE * (power / rows.len().max(1) as f64).sqrt() {
+                continue;
+            }
             let pattern = format!("{}, {amplitude:.3} {}", probe.words, model.kind.effort_unit());
             found.push(Unexplained { joint: model.name.clone(), pattern });
         }
@@ -50,18 +58,11 @@ pub fn unexplained(problem: &Problem, terms: &[&Term], rules: &Rules) -> Vec<Une
 }
 
 /// RMS of the pattern's part in the residual times √2: the amplitude of a harmonic.
-fn amplitude(
-    probe: &Probe,
-    block: &super::regression::Block,
-    rows: &[usize],
-    weights: &[f64],
-    residual: &[f64],
-) -> f64 {
+fn amplitude(probe: &Probe, rows: &[usize], residual: &[f64]) -> f64 {
     let mut columns: Vec<(usize, Vec<f64>)> = Vec::new();
     for column in &probe.columns {
         columns.push((columns.len(), rows.iter().map(|row| column[*row]).collect()));
     }
-    let _ = (block, weights);
     let unknowns = columns.len();
     let fitted = super::regression::Block { y: residual.to_vec(), columns };
     let system = super::regression::System { blocks: vec![fitted], unknowns, priors: Vec::new() };

@@ -61,22 +61,6 @@ fn point(mass: f64, position: Vector3<f64>) -> Inertia {
     Inertia { mass, com: position, tensor: Matrix3::zeros() }
 }
 
-/// Tensor of a point mass at `r`, per kilogram.
-fn steiner(r: &Vector3<f64>) -> Matrix3<f64> {
-    Matrix3::identity() * r.norm_squared() - r * r.transpose()
-}
-
-/// Both bodies as one.
-fn merged(a: &Inertia, b: &Inertia) -> Inertia {
-    let mass = a.mass + b.mass;
-    if mass <= 0.0 {
-        return *a;
-    }
-    let com = (a.com * a.mass + b.com * b.mass) / mass;
-    let part = |body: &Inertia| body.tensor + steiner(&(body.com - com)) * body.mass;
-    Inertia { mass, com, tensor: part(a) + part(b) }
-}
-
 /// The line along which the payload is sought: unit vector from the last joint through its body's centre of mass, and that distance.
 fn line(robot: &Robot) -> Option<(Vector3<f64>, f64)> {
     let body = robot.bodies.last()?;
@@ -105,7 +89,7 @@ impl Effect for Payload {
         let given = Parameters::check(&ABOUT, model, given)?;
         let position = Vector3::new(given.get("x"), given.get("y"), given.get("z"));
         if let Some(body) = model.robot.bodies.last_mut() {
-            body.inertia = merged(&body.inertia, &point(given.get("mass"), position));
+            body.inertia = body.inertia.joined(&point(given.get("mass"), position));
         }
         Ok(Vec::new())
     }

@@ -1,0 +1,276 @@
+//! The catalogue: what an effect does to a simulated machine is what its columns say of the measured torque.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use lostmotion::effects::{
+    self, Action, CATALOGUE, Effect, JointMotion, JointState, Motion, Reading, Scope, SymmetricFriction,
+};
+use lostmotion::error::Error;
+use lostmotion::robot::Model;
+
+const URDF: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0.15 0.02 0"/><mass value="1.5"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.012" iyz="0" izz="0.012"/></inertial></link>
+  <link name="fore"><inertial><origin xyz="0.12 0.01 0"/><mass value="1.0"/><inertia ixx="0.0006" ixy="0" ixz="0" iyy="0.006" iyz="0" izz="0.006"/></inertial></link>
+  <joint name="joint1" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="3" velocity="3"/></joint>
+  <joint name="joint2" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="3" velocity="3"/></joint>
+</robot>"#;
+
+fn model() -> Model {
+    let joint = |name: &str| {
+        format!(
+            "[joints.{name}]\ngear_ratio = 5.0\nrotor_inertia = 0.0008\ngear_stiffness = 3000.0\ngear_damping = 2.0\nbacklash = 0.005\n\
+             [joints.{name}.motor]\ntorque_constant = 0.02\n\
+             [joints.{name}.friction]\ncoulomb = 0.4\nbreakaway = 0.4\nstribeck_velocity = 0.05\nviscous = 0.3\nlink_share = 0.2\n"
+        )
+    };
+    let text = format!(
+        "schema = \"lostmotion/model/1\"\nname = \"arm\"\nurdf = \"arm.urdf\"\n{}{}",
+        joint("joint1"),
+        joint("joint2")
+    );
+    Model::from_texts(&text, URDF, Path::new("model.toml")).expect("a good model")
+}
+
+/// Some rows of a motion in both directions, with everything that columns read.
+fn motion(model: &Model) -> Motion<'_> {
+    let rows = 24;
+    let mut motion = Motion {
+        model,
+        sessions: 1,
+        session: vec![0; rows],
+        time: (0..rows).map(|row| row as f64).collect(),
+        half_width: vec![0.0; rows],
+        joints: Vec::new(),
+    };
+    for joint in 0..2 {
+        let mut m = JointMotion {
+            friction: SymmetricFriction { coulomb: 0.4, breakaway: 0.4, stribeck_velocity: 0.05, viscous: 0.3 },
+            has_current: true,
+            ..JointMotion::default()
+        };
+        for row in 0..rows {
+            let x = row as f64 + 0.3 * joint as f64;
+            m.q.push(1.3 * (0.7 * x).sin());
+            m.v.push(0.9 * (1.1 * x + 0.4).cos());
+            m.a.push(3.0 * (0.9 * x + 1.0).sin());
+            m.direction.push(m.v[row].signum());
+            m.torque.push(0.5 * x.sin());
+            m.torque_rate.push((0.37 * x).cos());
+        }
+        motion.joints.push(m);
+    }
+    for (joint, torque) in motion.inverse_dynamics(&model.robot, false).into_iter().enumerate() {
+        motion.joints[joint].rigid.clone_from(&torque);
+        motion.joints[joint].link_torque = torque;
+    }
+    motion
+}
+
+/// Torque [N·m] that the motor needs along the motion, the joint's links rigid, with everything that acts.
+fn needed(model: &Model, actions: &mut [Action], motion: &Motion, joint: usize) -> Vec<f64> {
+    let links = motion.inverse_dynamics(&model.robot, false).swap_remove(joint);
+    let law = model.joints[joint].friction.expect("the model has friction");
+    let row_torque = |row: usize| {
+        let m = &motion.joints[joint];
+        let state = JointState {
+            time: motion.time[row],
+            motor_position: m.q[row],
+            motor_velocity: m.v[row],
+            link_position: m.q[row],
+            link_velocity: m.v[row],
+            gear_torque: m.link_torque[row] + law.link_share * 0.0,
+            current: 0.0,
+        };
+        let (mut level, mut drive) = (law.law.kinetic(m.v[row]).abs(), 0.0);
+        for action in actions.iter() {
+            if let Action::Joint(index, action) = action
+                && *index == joint
+            {
+                level = action.dry_friction(&state, level);
+                drive += action.motor_torque(&state) + action.link_torque(&state);
+            }
+        }
+        links[row] + level * m.v[row].signum() - drive
+    };
+    let mut torque: Vec<f64> = (0..motion.rows()).map(row_torque).collect();
+    for action in actions {
+        if let Action::Sensor(index, action) = action
+            && *index == joint
+        {
+            let per_ampere = model.joints[joint].torque_per_ampere();
+            for (row, torque) in torque.iter_mut().enumerate() {
+                let mut reading = Reading { current: *torque / per_ampere, ..Reading::default() };
+                action.alter(motion.time[row], &mut reading);
+                *torque = reading.current * per_ampere;
+            }
+        }
+    }
+    torque
+}
+
+fn named(effect: &dyn Effect, values: &[f64]) -> BTreeMap<String, f64> {
+    effect.about().parameters.iter().zip(values).map(|(spec, value)| (spec.name.to_owned(), *value)).collect()
+}
+
+/// Coefficients that mean a sensible amount of each effect.
+fn amounts(effect: &dyn Effect) -> (Vec<f64>, Vec<f64>) {
+    match effect.name() {
+        // A tilt of 0.1 mrad: the columns are its first order, the error of 1e-8 relative to gravity is what the tolerance allows.
+        "base_tilt" => (vec![6e-5, -8e-5], Vec::new()),
+        "cable_spring" => (vec![0.2, -0.06], Vec::new()),
+        "cogging" => (vec![0.03, -0.02], vec![4.0]),
+        "coulomb_asymmetry" => (vec![-0.2], Vec::new()),
+        "current_offset" => (vec![0.3], Vec::new()),
+        "load_dependent_friction" => (vec![0.15], vec![0.0]),
+        "payload" => (vec![0.4], vec![0.25]),
+        "position_dependent_friction" => (vec![0.1, 0.15], vec![2.0]),
+        "quadratic_drag" => (vec![0.2], Vec::new()),
+        "stribeck" => (vec![0.1], vec![0.04]),
+        "viscous_asymmetry" => (vec![0.12], Vec::new()),
+        other => panic!("{other} is not checked"),
+    }
+}
+
+#[test]
+fn equivalent_columns_are_what_the_simulation_adds() {
+    for effect in CATALOGUE.iter().filter(|effect| effect.name() != "sensor_delay") {
+        let nominal = model();
+        let motion = motion(&nominal);
+        let (coefficients, shape) = amounts(*effect);
+        for joint in 0..2 {
+            let parameters = named(*effect, &effect.parameters(&motion, joint, &shape, &coefficients));
+            let mut extended = nominal.clone();
+            let place = (effect.about().scope == Scope::Joint).then_some(joint);
+            let mut actions = effect.install(&mut extended, place, &parameters).expect("it can be installed");
+            let with = needed(&extended, &mut actions, &motion, joint);
+            let without = needed(&nominal, &mut [], &motion, joint);
+            let columns = effect.columns(&motion, joint, &shape);
+            for row in 0..motion.rows() {
+                let added: f64 = columns.iter().zip(&coefficients).map(|(column, c)| c * column[row]).sum();
+                let difference = with[row] - without[row];
+                // Both are the same formula, but for the second order of the tilt: 1e-8 · 20 N·m.
+                assert!(
+                    (added - difference).abs() < 1e-6,
+                    "{} on joint {joint}, row {row}: columns say {added}, the simulation adds {difference}",
+                    effect.name()
+                );
+                // A column that is zero everywhere would pass the line above.
+            }
+            let size = with.iter().zip(&without).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(size > 1e-5, "{} does nothing on joint {joint}", effect.name());
+        }
+    }
+}
+
+#[test]
+fn analytic_a_late_current_is_the_current_of_then() {
+    let effect = effects::find("sensor_delay").expect("it is in the catalogue");
+    let (delay, dt) = (0.0042, 0.001);
+    let mut model = model();
+    let mut actions =
+        effect.install(&mut model, None, &BTreeMap::from([("current_delay".to_owned(), delay)])).expect("a good delay");
+    assert_eq!(actions.len(), 2, "one for each joint");
+    let Some(Action::Sensor(_, action)) = actions.first_mut() else { panic!("a delay acts on readings") };
+    for k in 0..100 {
+        let time = f64::from(k) * dt;
+        let mut reading = Reading { position: time.sin(), velocity: time.cos(), current: 3.0 * time };
+        action.alter(time, &mut reading);
+        assert_eq!((reading.position, reading.velocity), (time.sin(), time.cos()), "only the current is late");
+        // A ramp is reproduced exactly by linear interpolation; before the first sample there is nothing older.
+        let expected = 3.0 * (time - delay).max(0.0);
+        assert!((reading.current - expected).abs() < 1e-12, "at {time}: {} instead of {expected}", reading.current);
+    }
+}
+
+#[test]
+fn analytic_a_delay_of_the_current_is_told_from_one_of_the_position_by_sign() {
+    let effect = effects::find("sensor_delay").expect("it is in the catalogue");
+    let nominal = model();
+    let motion = motion(&nominal);
+    // i(t − T) ≈ i − T di/dt: the column is minus the rate of the torque.
+    assert_eq!(effect.columns(&motion, 0, &[])[0][3], -motion.joints[0].torque_rate[3]);
+    assert_eq!(effect.parameters(&motion, 0, &[], &[0.003]), vec![0.003, 0.0]);
+    assert_eq!(effect.parameters(&motion, 0, &[], &[-0.003]), vec![0.0, 0.003]);
+}
+
+#[test]
+fn analytic_a_tilted_base_sees_gravity_lean_towards_its_azimuth() {
+    let effect = effects::find("base_tilt").expect("it is in the catalogue");
+    let mut model = model();
+    let g = model.robot.gravity.norm();
+    let parameters = BTreeMap::from([("tilt".to_owned(), 0.3), ("azimuth".to_owned(), 1.1)]);
+    effect.install(&mut model, None, &parameters).expect("a good tilt");
+    let expected = [g * 0.3_f64.sin() * 1.1_f64.cos(), g * 0.3_f64.sin() * 1.1_f64.sin(), -g * 0.3_f64.cos()];
+    for (is, should) in model.robot.gravity.iter().zip(expected) {
+        assert!((is - should).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn property_the_catalogue_is_complete_and_in_order() {
+    let names: Vec<&str> = CATALOGUE.iter().map(|effect| effect.name()).collect();
+    let mut sorted = names.clone();
+    sorted.sort_unstable();
+    sorted.dedup();
+    assert_eq!(names, sorted, "alphabetical, each once");
+    for effect in CATALOGUE {
+        let about = effect.about();
+        assert!(effects::find(about.name).is_some());
+        assert!(!about.parameters.is_empty() && about.parameters.iter().all(|spec| spec.min < spec.max));
+        assert!(!about.look_alikes.contains(&about.name), "{} looks like itself", about.name);
+        for text in [about.summary, about.equation, about.signature, about.separate_by, about.reference] {
+            assert!(!text.is_empty(), "{} lacks a text", about.name);
+        }
+    }
+}
+
+#[test]
+fn property_wrong_parameters_are_refused_by_name() {
+    let refused = |name: &str, joint: Option<usize>, parameters: &[(&str, f64)]| {
+        let given = parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        let effect = effects::find(name).expect("it is in the catalogue");
+        match effect.install(&mut model(), joint, &given) {
+            Err(Error::Input(error)) => error.key,
+            Err(other) => panic!("{name}: {other}"),
+            Ok(_) => panic!("{name} took {parameters:?}"),
+        }
+    };
+    assert_eq!(refused("payload", None, &[("mass", -1.0)]), "effects.payload.mass");
+    assert_eq!(refused("payload", None, &[]), "effects.payload.mass");
+    assert_eq!(refused("quadratic_drag", Some(0), &[("coefficient", f64::NAN)]), "effects.quadratic_drag.coefficient");
+    assert_eq!(refused("base_tilt", None, &[("tilt", 0.1), ("angle", 0.1)]), "effects.base_tilt.angle");
+    assert_eq!(refused("current_offset", None, &[("offset", 0.1)]), "effects.current_offset.joint");
+    assert_eq!(refused("current_offset", Some(7), &[("offset", 0.1)]), "effects.current_offset.joint");
+}
+
+#[test]
+fn property_friction_effects_need_a_friction_to_alter() {
+    for (name, parameters) in [
+        ("coulomb_asymmetry", vec![("asymmetry", 0.1)]),
+        ("viscous_asymmetry", vec![("positive", 0.1), ("negative", 0.2)]),
+        ("stribeck", vec![("breakaway", 0.5), ("stribeck_velocity", 0.1)]),
+        ("position_dependent_friction", vec![("amplitude", 0.1), ("order", 1.0)]),
+    ] {
+        let mut model = model();
+        model.joints[0].friction = None;
+        let given = parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        let effect = effects::find(name).expect("it is in the catalogue");
+        match effect.install(&mut model, Some(0), &given) {
+            Err(Error::Input(error)) => assert_eq!(error.key, "joints.joint1.friction"),
+            _ => panic!("{name} altered a friction that is not there"),
+        }
+    }
+}
+
+#[test]
+fn analytic_the_kernel_passes_slow_ripple_and_stops_fast_ripple() {
+    use lostmotion::effects::motion::kernel_gain;
+    assert!((kernel_gain(0.0) - 1.0).abs() < 1e-15);
+    // ∫ 15/16 (1 − s²)² cos(2 s) ds over −1 to 1, by adaptive quadrature.
+    assert!((kernel_gain(2.0) - 0.744_179_808_964_299_4).abs() < 1e-12);
+    assert!((kernel_gain(7.0) + 0.041_101_919_630_755_4).abs() < 1e-12);
+    // The series of small arguments meets the closed form where they change over (x² = 0.01).
+    assert!((kernel_gain(0.099_999) - kernel_gain(0.100_001)).abs() < 1e-6);
+}
