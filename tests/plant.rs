@@ -293,3 +293,23 @@ fn equivalent_smooth_motion_at_default_settings() {
         assert!(fastest > 1.5, "the motion is to be fast: {fastest}");
     }
 }
+
+#[test]
+fn property_uneven_periods_change_nothing() {
+    // A constant command in pieces of all lengths, some of them nothing.
+    let run = |lengths: &[f64]| {
+        let mut plant = Plant::new(&scara(), &ideal()).unwrap();
+        for _ in 0..100 {
+            lengths.iter().for_each(|&length| plant.advance(&[4.0, -2.0], length));
+        }
+        let states = plant.states();
+        assert!((plant.time() - 1.0).abs() < 1e-9);
+        [states[0].link_position, states[1].link_position]
+    };
+    let even = run(&[1e-3; 10]);
+    let uneven = run(&[0.0, 1e-6, 2.5e-3, 0.0, 1e-4, -1.0, 4.9e-3, 2.499e-3]);
+    for (a, b) in even.iter().zip(&uneven) {
+        // Both within the plant's own error: 1e-4 degrees.
+        assert!((a - b).abs() < 1.7e-6, "{even:?} {uneven:?}");
+    }
+}

@@ -152,12 +152,16 @@ impl Plant {
         &self.readings
     }
 
-    /// Holds a command current [A], one a joint, for a duration [s].
+    /// Holds a command current [A], one a joint, for a duration [s]; nothing moves in a duration that is not positive.
     pub fn advance(&mut self, command_current: &[f64], duration: f64) {
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
             self.commands[i] = law.power.clamp(command_current[i]);
         }
         let start = self.state.time;
+        if duration.is_nan() || start + duration <= start {
+            self.observe();
+            return;
+        }
         let pieces = (duration / self.step - 1e-9).ceil().max(1.0);
         for piece in 1..=pieces as usize {
             let until =
