@@ -52,6 +52,8 @@ pub(super) struct Spread {
     pub share: [f64; 2],
     /// [1] standard deviation of the factor on the friction law.
     pub level: f64,
+    /// [s] time over which that factor changes.
+    pub level_time: f64,
     /// [N·m or N] standard deviation of the torque of a sample.
     pub torque: f64,
     /// `σ_o` in counts: how sharp a count's ends are.
@@ -72,7 +74,7 @@ pub(super) struct Score {
 /// The guesses that a reversal starts with, and the noise that each meets.
 pub(super) struct Draws {
     start: Vec<[f64; 4]>,
-    noise: Vec<f64>,
+    noise: Vec<[f64; 2]>,
 }
 
 impl Draws {
@@ -81,23 +83,29 @@ impl Draws {
         let mut rng = ChaCha8Rng::seed_from_u64(window.seed);
         let mut draw = || StandardNormal.sample(&mut rng);
         let start = (0..members).map(|_| std::array::from_fn(|_| draw())).collect();
-        let noise = (0..members * window.position.len()).map(|_| draw()).collect();
+        let noise = (0..members * window.position.len()).map(|_| [draw(), draw()]).collect();
         Self { start, noise }
     }
 }
 
-/// `ln L` of a reversal for the gap `b`.
-pub(super) fn score(window: &Window, draws: &Draws, gap: f64, spread: &Spread) -> Score {
+/// `ln L` of a reversal for the gap `b`. Below `floor` the gap is given up: what is left of the reversal could only lower it.
+pub(super) fn score(window: &Window, draws: &Draws, gap: f64, spread: &Spread, floor: f64) -> Score {
     let mut members = guesses(window, draws, gap, spread);
     let blur = spread.blur * window.count;
     let (mut log_likelihood, mut worst) = (0.0, 0.0_f64);
+    let keep = (-window.interval / spread.level_time).exp();
+    let renew = (1.0 - keep * keep).sqrt() * spread.level;
     for (k, noise) in draws.noise.chunks_exact(members.len()).take(window.position.len() - 1).enumerate() {
-        for (member, n) in members.iter_mut().zip(noise) {
-            window.transmission.advance(member, gap, window.torque[k] + spread.torque * n, window.interval);
+        for (member, [torque, level]) in members.iter_mut().zip(noise) {
+            member.level = 1.0 + keep * (member.level - 1.0) + renew * level;
+            window.transmission.advance(member, gap, window.torque[k] + spread.torque * torque, window.interval);
         }
         let log_mass = assimilate(&mut members, window.position[k + 1], window.count, blur);
         worst = worst.min(log_mass);
         log_likelihood += log_mass.max(WORST_SAMPLE);
+        if log_likelihood < floor {
+            break;
+        }
     }
     Score { log_likelihood, worst, share: moments(members.iter().map(|member| member.share)) }
 }

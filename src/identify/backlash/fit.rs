@@ -3,6 +3,8 @@
 //! Each reversal gives a value `b_i` with a variance; the mean weighs them with `1/(σ_i² + τ²)`, where `τ²` is the scatter that
 //! the single variances do not explain (R. DerSimonian, N. Laird 1986), so that the standard error is that of the scatter seen.
 
+use rayon::prelude::*;
+
 use super::ensemble::{Draws, Score, Spread, score};
 use super::result::{EstimatorResult, LeftOut, NORMAL_95, Reason, ReversalGap, mean_deviation_percent};
 use super::reversal::Session;
@@ -13,12 +15,18 @@ use crate::robot::JointModel;
 
 /// Reversals that the coarse scan looks at.
 const COARSE_SITES: usize = 10;
+/// Range in counts that the coarse scan looks at first.
+const FIRST_RANGE: f64 = 30.0;
 /// A reversal one of whose samples is less likely than this is not explained: six standard deviations.
 const UNLIKELY: f64 = -18.0;
 /// What one reversal can cost a gap in the coarse scan, in `ln L`.
-const LARGEST_COST: f64 = 30.0;
+const LARGEST_COST: f64 = 40.0;
+/// Weight of `ln L` within one reversal: neighbouring samples share their errors, so the counts say less than they seem to.
+const TEMPER: f64 = 0.15;
 /// Error of a single value that the ensemble cannot tell, in counts.
 const FLOOR: f64 = 0.1;
+/// Usual median deviation of single values, in counts.
+const COMMON: f64 = 0.2;
 /// Median deviations beyond which a value is an outlier.
 const OUTLIER: f64 = 5.0;
 
@@ -42,22 +50,15 @@ struct Profile {
 /// Fits the gap to all reversals of the sessions; `None` where no reversal tells of it.
 pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction) -> Option<Fit> {
     let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
-    let largest = largest_gap(sessions);
     let all =
         |travel: f64| sessions.iter().flat_map(|session| sites(session, joint, friction, travel)).collect::<Vec<_>>();
-    let mut few = all(largest);
-    few.sort_by_key(|site| site.window.position.len());
-    few.truncate(COARSE_SITES);
-    let count = few.first()?.window.count;
+    let mut spread =
+        Spread { members: 16, share: [0.3, 0.2], level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
+    let (mut gap, share_found, count) = coarse(&all, largest_gap(sessions), &spread)?;
+    spread.share = [share_found, 0.05];
 
-    let mut spread = Spread { members: 16, share: [0.3, 0.2], level: 0.05, torque: 4.0 * noise, blur: 0.2 };
-    let gaps = grid(-4.0 * count, largest, 1.0 * count);
-    let profiles = scan(&few, &gaps, &spread);
-    let mut gap = gaps[pooled_best(&profiles)?];
-    spread.share = [share(&profiles)?.0, 0.05];
-
-    for (width, step, factor) in [(6.0, 0.5, 2.0), (3.0, 0.2, 1.0)] {
-        (spread.torque, spread.level, spread.blur) = (factor * noise, 0.02, 0.1);
+    for (width, step, factor) in [(6.0, 0.5, 2.0), (3.0, 0.25, 1.0)] {
+        (spread.torque, spread.level, spread.blur) = (factor * noise, 0.08, 0.2);
         let gaps = grid(gap - width * count, gap + width * count, step * count);
         let near = all(gap.max(0.0) + (width + 4.0) * count);
         let profiles = scan(&near, &gaps, &spread);
@@ -68,6 +69,25 @@ pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction)
         }
     }
     None
+}
+
+/// Where the gap is, what the link share is, and the size of a count: the range searched grows until a gap inside it is found.
+fn coarse<'a>(all: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Spread) -> Option<(f64, f64, f64)> {
+    let mut counts = FIRST_RANGE;
+    loop {
+        let count = all(0.0).first()?.window.count;
+        let reach = (counts * count).min(largest);
+        let mut few = all(reach + 4.0 * count);
+        few.sort_by_key(|site| site.window.position.len());
+        few.truncate(COARSE_SITES);
+        let gaps = grid(-4.0 * count, reach, count);
+        let profiles = scan(&few, &gaps, spread);
+        let inside = profiles.iter().filter(|one| one.explained() && !one.at_edge).count();
+        if 2 * inside > few.len() || reach >= largest {
+            return Some((gaps[pooled_best(&profiles)?], share(&profiles)?.0, count));
+        }
+        counts *= 2.5;
+    }
 }
 
 /// The largest gap looked for [rad or m]: half the median stroke.
@@ -93,15 +113,25 @@ fn grid(low: f64, high: f64, step: f64) -> Vec<f64> {
 
 /// Every reversal's likelihood over the gaps.
 fn scan(sites: &[Site], gaps: &[f64], spread: &Spread) -> Vec<Profile> {
-    sites.iter().map(|site| profile(site, gaps, spread)).collect()
+    sites.par_iter().map(|site| profile(site, gaps, spread)).collect()
 }
 
 fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
     let draws = Draws::new(&site.window, spread.members);
-    let found: Vec<Score> = gaps.iter().map(|&gap| score(&site.window, &draws, gap, spread)).collect();
+    // From the middle outwards: where the gap is nearly known, the others are given up early.
+    let mut order: Vec<usize> = (0..gaps.len()).collect();
+    order.sort_by_key(|&k| (2 * k).abs_diff(gaps.len()));
+    let mut found = vec![None; gaps.len()];
+    let mut floor = f64::NEG_INFINITY;
+    for k in order {
+        let one = score(&site.window, &draws, gaps[k], spread, floor);
+        floor = floor.max(one.log_likelihood - LARGEST_COST);
+        found[k] = Some(one);
+    }
+    let found: Vec<Score> = found.into_iter().flatten().collect();
     let scores: Vec<f64> = found.iter().map(|score| score.log_likelihood).collect();
     let top = argmax(&scores);
-    let weights: Vec<f64> = scores.iter().map(|l| (l - scores[top]).exp()).collect();
+    let weights: Vec<f64> = scores.iter().map(|l| (TEMPER * (l - scores[top])).exp()).collect();
     let sum: f64 = weights.iter().sum();
     let average = |value: &dyn Fn(f64) -> f64| weights.iter().zip(gaps).map(|(w, &b)| w * value(b)).sum::<f64>() / sum;
     let mean = average(&|b| b);
@@ -176,7 +206,7 @@ fn pool(sites: &[Site], profiles: &[Profile], count: f64, sessions: &[Session]) 
     for (site, profile) in sites.iter().zip(profiles) {
         let machine = &site.window.transmission;
         let turning = share.0 * machine.friction.magnitude(crate::gearhead::Direction::of(site.velocity), 0.0);
-        let far = (profile.mean - median).abs() > OUTLIER * scatter.max(FLOOR * count);
+        let far = (profile.mean - median).abs() > OUTLIER * scatter.max(COMMON * count);
         if machine.gravity.abs() > turning {
             left_out.push(LeftOut { time: site.time, reason: Reason::CarriedByLoad });
         } else if !profile.explained() || profile.at_edge || far {

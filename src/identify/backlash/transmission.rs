@@ -25,6 +25,8 @@ pub(super) struct Transmission {
     pub damping: f64,
     /// `F` friction of rotor and link together.
     pub friction: FrictionLaw,
+    /// Friction at rest, `[positive, negative]` direction.
+    pub breakaway: [f64; 2],
     /// `G` [N·m or N] gravity's torque at `origin`: what a motor needs to hold the link.
     pub gravity: f64,
     /// `dG/dq` [N·m/rad or N/m].
@@ -72,13 +74,20 @@ impl Transmission {
     /// Steps a member by `dt` [s] under the motor torque `tau` [N·m or N], gap `b`.
     pub fn advance(&self, member: &mut Member, gap: f64, tau: f64, dt: f64) {
         let x = member.theta - member.q;
+        let on_link = member.level * member.share;
+        let on_rotor = member.level - on_link;
+        let gravity = self.gravity_at(member.q);
+        if member.v == 0.0 && member.w == 0.0 {
+            let torque = self.gear_torque(gap, x, 0.0);
+            if self.holds(on_rotor, tau - torque) && self.holds(on_link, torque - gravity) {
+                return;
+            }
+        }
         let reach = 2.0 * (member.v - member.w).abs() * dt + tau.abs() / self.rotor_inertia * dt * dt;
         let steps = if 0.5 * gap - x.abs() < reach { CONTACT_STEPS } else { 1 };
         let h = dt / steps as f64;
-        let on_link = member.level * member.share;
-        let rotor = self.levels(member.v, member.level - on_link);
-        let link = self.levels(member.w, on_link);
-        let gravity = self.gravity_at(member.q);
+        let rotor = self.levels(member.v, on_rotor, reach / dt);
+        let link = self.levels(member.w, on_link, reach / dt);
         for _ in 0..steps {
             let torque = self.gear_torque(gap, member.theta - member.q, member.v - member.w);
             let v = dry_step(member.v, self.rotor_inertia, tau - torque, rotor, h);
@@ -96,10 +105,21 @@ impl Transmission {
         }
     }
 
-    /// Friction in either direction at a speed, `[positive, negative]`.
-    fn levels(&self, velocity: f64, factor: f64) -> [f64; 2] {
-        let speed = velocity.abs();
-        [Direction::Positive, Direction::Negative].map(|direction| factor * self.friction.magnitude(direction, speed))
+    /// Whether friction at rest stands up to a torque.
+    fn holds(&self, factor: f64, tau: f64) -> bool {
+        tau.abs() <= factor * self.breakaway[Direction::of(tau).index()]
+    }
+
+    /// Friction in either direction at a speed, `[positive, negative]`; zero in a direction that is more than `change` away.
+    fn levels(&self, velocity: f64, factor: f64, change: f64) -> [f64; 2] {
+        if velocity == 0.0 {
+            return self.breakaway.map(|level| factor * level);
+        }
+        let at = |direction| factor * self.friction.magnitude(direction, velocity.abs());
+        [
+            if velocity < -change { 0.0 } else { at(Direction::Positive) },
+            if velocity > change { 0.0 } else { at(Direction::Negative) },
+        ]
     }
 }
 

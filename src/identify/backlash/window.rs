@@ -3,13 +3,13 @@
 use super::ensemble::Window;
 use super::reversal::{Reversal, Session};
 use super::transmission::Transmission;
-use crate::gearhead::Friction;
+use crate::gearhead::{Direction, Friction};
 use crate::robot::JointModel;
 
 /// [s] Stretch over which a speed is taken from the counts.
 const SPEED_SPAN: f64 = 0.060;
 /// [s] Longest lead before the turn.
-const LONGEST_LEAD: f64 = 1.5;
+const LONGEST_LEAD: f64 = 0.5;
 /// [s] Longest stretch after the turn.
 const LONGEST_TAIL: f64 = 6.0;
 /// [s] What is looked at after the rotor has gone further than the gap.
@@ -95,6 +95,7 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
         stiffness: joint.gear_stiffness,
         damping: joint.gear_damping,
         friction: friction.law,
+        breakaway: [Direction::Positive, Direction::Negative].map(|direction| friction.law.magnitude(direction, 0.0)),
         gravity: gravity_at(0.0),
         gravity_slope: (gravity_at(probe) - gravity_at(-probe)) / (2.0 * probe),
         origin: posture[index],
