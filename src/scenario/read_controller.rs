@@ -33,7 +33,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model) -> Result<ControllerSetting
             Kind::SlidingMode => sliding.push(sliding_gains(&table, joint)?),
             Kind::Pi => pi.push(pi_gains(&table, joint)?),
         }
-        feedback.push(if observed { Feedback::Observer(observer(&table, joint)?) } else { Feedback::Sensor });
+        feedback.push(feedback_of(&table, joint, observed)?);
         let speed = Range::positive(speed_unit(joint.kind));
         velocity_error_limit.push(table.number_or("velocity_error_limit", &speed, f64::INFINITY)?);
         table.finish()?;
@@ -73,14 +73,19 @@ fn pi_gains(table: &Table<'_>, joint: &JointModel) -> Result<PiGains> {
     })
 }
 
-fn observer(table: &Table<'_>, joint: &JointModel) -> Result<ObserverNoise> {
+/// The observer's numbers may stand in the file while the sensor is used, so that one word switches between them.
+fn feedback_of(table: &Table<'_>, joint: &JointModel, observed: bool) -> Result<Feedback> {
     let (disturbance, velocity) = match joint.kind {
         JointKind::Revolute => ("N·m/√s", "(rad/s)/√s"),
         JointKind::Prismatic => ("N/√s", "(m/s)/√s"),
     };
-    Ok(ObserverNoise {
-        disturbance: table.number("disturbance_noise", &Range::positive(disturbance))?,
+    let noise = ObserverNoise {
+        disturbance: match table.optional_number("disturbance_noise", &Range::positive(disturbance))? {
+            None if observed => table.number("disturbance_noise", &Range::positive(disturbance))?,
+            given => given.unwrap_or_default(),
+        },
         velocity: table.number_or("velocity_noise", &Range::non_negative(velocity), VELOCITY_NOISE)?,
         edge: table.number_or("edge_noise", &Range::positive("counts"), EDGE_NOISE)?,
-    })
+    };
+    Ok(if observed { Feedback::Observer(noise) } else { Feedback::Sensor })
 }
