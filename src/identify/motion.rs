@@ -34,8 +34,10 @@ const SMALL_MODEL_ERROR: f64 = 0.005;
 const EDGE: f64 = 0.005;
 /// Part of a count by which a predicted position may leave the count that is read before it is held back.
 const HELD: f64 = 0.1;
-/// [s] Time over which the first guess of a velocity is taken.
-const START_TIME: f64 = 0.1;
+/// Standard deviation of the constant torque that a law may lack, before it is known, as a part of the torque.
+const FIRST_ERROR: f64 = 0.1;
+/// Part of the velocity that is forgotten where the lacking torque opens: what the law lacked before does not count.
+const RELEASED_SPEED: f64 = 0.05;
 /// Residuals of a window, averages over its parts.
 pub const PARTS: usize = 16;
 
@@ -101,12 +103,15 @@ impl Track {
     }
 
     /// Constant torque that the law lacks over some parts of the window and its standard error [N·m or N]: the filter's third state,
-    /// unknown at the start as the velocity is.
+    /// which opens when the first of these parts begins.
     pub fn lacking_over(&self, parts: &Range<usize>, law: &FrictionLaw, centrifugal: f64) -> (f64, f64) {
         let (first, last) = (self.part_start(parts.start), self.part_start(parts.end));
-        let is_edge = |k: &usize| self.position[*k] != self.position[*k - 1];
-        let first = (first.max(1)..last).find(is_edge).unwrap_or(first);
-        let mut state = State::unknown(self, first, last);
+        let mut state = State::start(self);
+        for k in 0..first {
+            state.advance(self, k, law, centrifugal);
+            state.correct(self, self.position[k], self.position[k + 1]);
+        }
+        state.release(self);
         for k in first..last {
             state.advance(self, k, law, centrifugal);
             state.correct(self, self.position[k], self.position[k + 1]);
@@ -177,29 +182,13 @@ impl State {
         }
     }
 
-    /// At an edge, at about the velocity of the next tenth of a second, the lacking torque anything.
-    fn unknown(track: &Track, first: usize, last: usize) -> Self {
-        let ahead = (first + (START_TIME / track.interval) as usize).min(last);
-        let omega = (track.position[ahead] - track.position[first]) / ((ahead - first) as f64 * track.interval);
-        let slack = track.count / ((ahead - first) as f64 * track.interval);
-        let backward = first > 0 && track.position[first] < track.position[first - 1];
-        let theta = track.position[first] + if backward { track.count } else { 0.0 } + 0.5 * omega * track.interval;
-        let level = track.torque[first..last].iter().map(|torque| torque.abs()).sum::<f64>() / (last - first) as f64;
-        let p00 = (omega * track.interval).powi(2) / 12.0 + (EDGE * track.count).powi(2);
-        let noise = track.noise_variance + (SMALL_MODEL_ERROR * level).powi(2);
-        Self {
-            theta,
-            omega,
-            lacking: 0.0,
-            p00,
-            p01: 0.0,
-            p11: slack * slack,
-            p02: 0.0,
-            p12: 0.0,
-            p22: level * level,
-            noise,
-            innovations: (0.0, 0.0),
-        }
+    /// From here on the lacking torque is a state, and the model is trusted.
+    fn release(&mut self, track: &Track) {
+        let level = track.torque.iter().map(|torque| torque.abs()).sum::<f64>() / track.torque.len() as f64;
+        (self.p02, self.p12, self.p22) = (0.0, 0.0, (FIRST_ERROR * level).powi(2));
+        self.p11 += (RELEASED_SPEED * self.omega).powi(2);
+        self.noise = track.noise_variance + (SMALL_MODEL_ERROR * level).powi(2);
+        self.innovations = (0.0, 0.0);
     }
 
     /// Over one sample interval, with the mean of the torques read at both of its ends.
