@@ -65,7 +65,7 @@ impl Hidden {
             "payload" => vec![of_machine(effect, &[("mass", 0.5 * strength), ("x", machine.reach())])],
             "sensor_delay" => {
                 let channel = if rng.random_bool(0.5) { "current_delay" } else { "position_delay" };
-                vec![of_machine(effect, &[(channel, 0.008 * strength)])]
+                vec![of_machine(effect, &[(channel, 0.01 * strength)])]
             }
             _ => joints(rng).into_iter().map(|joint| of_joint(rng, effect, joint, strength, machine)).collect(),
         };
