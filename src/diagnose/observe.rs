@@ -176,14 +176,14 @@ fn append(
         motion.session.push(number);
         motion.time.push(session.time[centre]);
         motion.half_width.push(kernel.half_width);
-        for joint in 0..dof {
+        for (joint, rest) in rest.iter().enumerate() {
             let position = kernel.averages(&signals.position[joint], centre);
             let torque = kernel.averages(&signals.torque[joint], centre);
             let row = &mut motion.joints[joint];
             row.q.push(position.value);
             row.v.push(position.rate);
             row.a.push(position.curvature);
-            row.direction.push(direction(position.rate, position.curvature, kernel.half_width, rest[joint]));
+            row.direction.push(direction(position.rate, position.curvature, kernel.half_width, *rest));
             row.torque.push(torque.value);
             row.torque_rate.push(torque.rate);
             row.has_current = signals.has_current[joint];

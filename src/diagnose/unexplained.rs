@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
-use super::problem::{Part, Problem, Term};
-use super::regression::Score;
+use super::problem::{Fitted, Part, Problem, Term};
+use super::regression::{NU, Score};
 use super::result::Unexplained;
 use super::selection::Rules;
 
@@ -38,11 +38,19 @@ pub fn unexplained(problem: &Problem, terms: &[&Term], rules: &Rules) -> Vec<Une
                 (score.gain(&picked), probe)
             })
             .collect();
-        let nats = |gain: f64, probe: &Probe| problem.independence[joint] * gain - (probe.tried as f64).ln();
-        let best = gained.iter().max_by(|a, b| nats(a.0, &a.1).total_cmp(&nats(b.0, &b.1)));
+        let best = gained.iter().max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((gain, probe)) = best else { continue };
+        // Rows are as independent as the errors beside the pattern are.
+        let mut with = system.clone();
+        for column in &probe.columns {
+            with.blocks[joint].columns.push((with.unknowns, rows.iter().map(|row| column[*row]).collect()));
+            with.unknowns += 1;
+        }
+        let Some(beside) = with.solve(NU) else { continue };
+        let beside = Fitted { solution: beside, ..fitted.clone() };
+        let nats = problem.independence_of(&beside)[joint] * gain - (probe.tried as f64).ln();
         // A score gain of g nats over n rows lowers the scale of the error by about g/n.
-        if nats(*gain, probe) > rules.nats && *gain / rows.len().max(1) as f64 > rules.log_scale {
+        if nats > rules.nats && *gain / rows.len().max(1) as f64 > rules.log_scale {
             let amplitude = amplitude(probe, &rows, &solution.residual[joint]);
             let model = &problem.motion.model.joints[joint];
             let torque = &problem.motion.joints[joint].torque;

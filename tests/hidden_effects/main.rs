@@ -4,6 +4,7 @@
 //! `truth/set_<seed>.json`. Seeds 1 to 999 are for tuning by hand, seeds from 1000 on are for the tests: nothing may be tuned to them.
 //! A set is judged right only where the hidden effect and no other is named.
 
+mod diagnose;
 mod generate;
 mod hidden;
 mod machine;

@@ -1,0 +1,295 @@
+//! Diagnoses of machines whose fault is known: planted by hand, hidden in practice data, published for a real axis.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use lostmotion::dataset;
+use lostmotion::diagnose::{Diagnosis, Options, Split, Verdict, diagnose};
+use lostmotion::dynamics::Dynamics;
+use lostmotion::effects::{self, Action, JointState};
+use lostmotion::error::Error;
+use lostmotion::robot::{EffectEntry, Model};
+use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const URDF: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0.15 0 0"/><mass value="1.5"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.012" iyz="0" izz="0.012"/></inertial></link>
+  <link name="fore"><inertial><origin xyz="0.12 0 0"/><mass value="1.0"/><inertia ixx="0.0006" ixy="0" ixz="0" iyy="0.006" iyz="0" izz="0.006"/></inertial></link>
+  <joint name="joint1" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="3" velocity="3"/></joint>
+  <joint name="joint2" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="3" velocity="3"/></joint>
+</robot>"#;
+
+/// Coulomb, breakaway, Stribeck velocity, viscous of both joints.
+const FRICTION: [[f64; 4]; 2] = [[0.4, 0.48, 0.05, 0.4], [0.2, 0.23, 0.04, 0.2]];
+
+/// An arm without gaps; friction is in the model file or not.
+fn arm(with_friction: bool) -> Model {
+    let joint = |index: usize| {
+        let [coulomb, breakaway, v_s, viscous] = FRICTION[index];
+        let friction = if with_friction {
+            format!(
+                "[joints.joint{}.friction]\ncoulomb = {coulomb}\nbreakaway = {breakaway}\nstribeck_velocity = {v_s}\nviscous = {viscous}\n",
+                index + 1
+            )
+        } else {
+            String::new()
+        };
+        format!(
+            "[joints.joint{0}]\ngear_ratio = 5.0\nrotor_inertia = 0.0008\ngear_stiffness = 3000.0\ngear_damping = 2.0\nbacklash = 0.0\n\
+             [joints.joint{0}.motor]\ntorque_constant = 0.02\n{friction}",
+            index + 1
+        )
+    };
+    let text =
+        format!("schema = \"lostmotion/model/1\"\nname = \"arm\"\nurdf = \"arm.urdf\"\n{}{}", joint(0), joint(1));
+    Model::from_texts(&text, URDF, Path::new("model.toml")).expect("a good model")
+}
+
+/// [s]
+const INTERVAL: f64 = 0.002;
+
+/// The currents that a rigid arm needs for a motion of four sines a joint, with what acts on it and white noise of 0.1 A (10 mN·m).
+fn record(name: &str, truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f64) -> TimeSeries {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut model = truth.clone();
+    let mut actions = Vec::new();
+    for entry in &truth.effects {
+        let effect = effects::find(&entry.effect).expect("an effect of the catalogue");
+        let joint = entry.joint.as_ref().and_then(|name| model.robot.joint_index(name));
+        actions.extend(effect.install(&mut model, joint, &entry.parameters).expect("it can be installed"));
+    }
+    let sines: Vec<Vec<[f64; 3]>> = (0..2)
+        .map(|_| {
+            [0.07, 0.13, 0.23, 0.41]
+                .map(|f| {
+                    [0.12 / f * rng.random_range(0.7..1.0), f * rng.random_range(0.9..1.1), rng.random_range(-3.0..3.0)]
+                })
+                .into()
+        })
+        .collect();
+    let mut dynamics = Dynamics::new(&model.robot);
+    let mut joints = ["joint1", "joint2"].map(|name| JointSeries { name: name.to_owned(), channels: BTreeMap::new() });
+    let samples = 15_000;
+    for k in 0..samples {
+        let t = k as f64 * INTERVAL;
+        let (mut q, mut v, mut a, mut tau) = ([0.0; 2], [0.0; 2], [0.0; 2], [0.0; 2]);
+        for joint in 0..2 {
+            for [size, f, phase] in &sines[joint] {
+                let w = std::f64::consts::TAU * f;
+                let (sin, cos) = (w * t + phase).sin_cos();
+                q[joint] += size * sin;
+                v[joint] += size * w * cos;
+                a[joint] -= size * w * w * sin;
+            }
+        }
+        dynamics.inverse(&q, &v, &a, &mut tau);
+        for joint in 0..2 {
+            let law = model.joints[joint].friction.expect("the truth has friction").law;
+            let (mut level, mut drive) = (law.kinetic(v[joint]).abs(), extra(joint, q[joint], v[joint]));
+            let state = JointState {
+                time: t,
+                motor_position: q[joint],
+                motor_velocity: v[joint],
+                link_position: q[joint],
+                link_velocity: v[joint],
+                gear_torque: tau[joint],
+                current: 0.0,
+            };
+            for action in &actions {
+                if let Action::Joint(index, action) = action
+                    && *index == joint
+                {
+                    level = action.dry_friction(&state, level);
+                    drive += action.motor_torque(&state) + action.link_torque(&state);
+                }
+            }
+            let torque =
+                tau[joint] + model.joints[joint].reflected_inertia() * a[joint] + level * v[joint].signum() - drive;
+            // The sum of twelve uniform numbers has a standard deviation of 1.
+            let noise: f64 = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum();
+            let current = torque / model.joints[joint].torque_per_ampere() + 0.1 * noise;
+            joints[joint].channels.entry(Channel::Position).or_default().push(q[joint]);
+            joints[joint].channels.entry(Channel::Current).or_default().push(current);
+        }
+    }
+    let time = (0..samples).map(|k| k as f64 * INTERVAL).collect();
+    TimeSeries { name: name.to_owned(), time, joints: joints.into() }
+}
+
+fn diagnosis(truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f64) -> Diagnosis {
+    let train = [record("one", truth, seed, extra), record("two", truth, seed + 1, extra)];
+    let held_out = [record("three", truth, seed + 2, extra)];
+    diagnose(&arm(false), &train, &held_out, &Options::default(), &mut |_, _| {}).expect("a diagnosis")
+}
+
+fn with(effect: &str, joint: Option<&str>, parameters: &[(&str, f64)]) -> Model {
+    let mut model = arm(true);
+    let parameters = parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+    model.effects.push(EffectEntry { effect: effect.to_owned(), joint: joint.map(str::to_owned), parameters });
+    model
+}
+
+#[test]
+fn recover_the_planted_effect_alone_and_its_parameters() {
+    let planted: [(&str, Option<&str>, &[(&str, f64)]); 7] = [
+        ("viscous_asymmetry", Some("joint1"), &[("positive", 0.5), ("negative", 0.35)]),
+        ("quadratic_drag", Some("joint2"), &[("coefficient", 0.08)]),
+        ("cogging", Some("joint1"), &[("amplitude", 0.05), ("order", 6.0), ("phase", 0.8)]),
+        ("position_dependent_friction", Some("joint2"), &[("amplitude", 0.3), ("order", 2.0), ("phase", -1.0)]),
+        ("cable_spring", Some("joint1"), &[("stiffness", 0.1), ("rest_position", 0.4)]),
+        ("payload", None, &[("mass", 0.4), ("x", 0.25)]),
+        ("base_tilt", None, &[("tilt", 0.03), ("azimuth", 0.7)]),
+    ];
+    for (index, (effect, joint, parameters)) in planted.into_iter().enumerate() {
+        let truth = with(effect, joint, parameters);
+        let found = diagnosis(&truth, 10 * index as u64, &|_, _, _| 0.0);
+        let names: Vec<_> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
+        assert_eq!(names, [effect], "{:?}", found.effects);
+        assert_eq!(found.verdict, Verdict::EffectsFound);
+        for (name, value) in parameters {
+            let estimate = &found.effects[0].parameters[*name];
+            // Four standard errors are exceeded once in 16,000; half a per cent is what linearisation and the kernel cost.
+            let tolerance = 4.0 * estimate.std_error + 0.005 * value.abs();
+            assert!((estimate.value - value).abs() < tolerance, "{effect} {name}: {estimate:?} instead of {value}");
+            assert!(estimate.std_error < 0.2 * value.abs().max(0.1), "{effect} {name}: {estimate:?} says nothing");
+        }
+        let held_out = found.fit.iter().filter(|fit| fit.split == Split::HeldOut);
+        for fit in held_out.filter(|fit| found.effects[0].joints.contains(&fit.joint)) {
+            assert!(fit.after < fit.before, "{effect}: no gain on held-out data, {fit:?}");
+        }
+        let entry = &found.extended_model.effects[0];
+        assert_eq!((entry.effect.as_str(), entry.joint.as_deref()), (effect, joint));
+    }
+}
+
+#[test]
+fn property_nothing_is_found_where_nothing_is_wrong() {
+    for seed in 0..5 {
+        let found = diagnosis(&arm(true), 1000 + 10 * seed, &|_, _, _| 0.0);
+        assert_eq!(found.verdict, Verdict::NothingFound, "{:?} {:?}", found.effects, found.unexplained);
+        for (joint, truth) in FRICTION.iter().enumerate() {
+            let friction = &found.baseline[&format!("joint{}", joint + 1)].friction;
+            for (name, value) in [("coulomb", truth[0]), ("breakaway", truth[1]), ("viscous", truth[3])] {
+                let estimate = &friction[name];
+                let tolerance = 4.0 * estimate.std_error + 0.005 * value;
+                assert!((estimate.value - value).abs() < tolerance, "{name}: {estimate:?} instead of {value}");
+            }
+        }
+        for fit in &found.fit {
+            // Noise is left (5 mN·m past the kernel), and at the turn of each reversal half a kernel's width of Coulomb friction.
+            assert!(fit.after < 0.02, "{fit:?}");
+        }
+    }
+}
+
+#[test]
+fn property_structure_without_a_known_cause_is_reported_by_its_shape() {
+    // A ripple of 3.4 periods a motor turn, both directions alike: no effect of the catalogue has a broken order.
+    let ripple = |joint: usize, q: f64, _v: f64| if joint == 0 { 0.06 * (17.0 * q).sin() } else { 0.0 };
+    let found = diagnosis(&arm(true), 500, &ripple);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.effects);
+    let pattern = &found.unexplained[0];
+    assert_eq!(pattern.joint, "joint1");
+    // 360° / 3.4 = 105.9° of motor angle.
+    assert!(
+        pattern.pattern.contains("period of 10") && pattern.pattern.contains("both directions alike"),
+        "{pattern:?}"
+    );
+}
+
+#[test]
+fn property_the_report_has_the_keys_of_its_schema() {
+    let truth = with("viscous_asymmetry", Some("joint1"), &[("positive", 0.5), ("negative", 0.35)]);
+    let found = diagnosis(&truth, 700, &|_, _, _| 0.0);
+    let report = serde_json::to_value(&found).expect("JSON");
+    assert_eq!(report["schema"], "lostmotion/diagnosis/1");
+    assert_eq!(report["verdict"], "effects_found");
+    let effect = &report["effects"][0];
+    for key in
+        ["effect", "joints", "kind", "parameters", "probability", "gain_percent", "confusable_with", "separate_by"]
+    {
+        assert!(!effect[key].is_null(), "effects[0].{key} is missing");
+    }
+    for key in ["value", "std_error", "unit"] {
+        assert!(!effect["parameters"]["positive"][key].is_null(), "parameters.positive.{key} is missing");
+    }
+    for key in ["joint", "quantity", "unit", "split", "before", "after", "floor"] {
+        assert!(!report["fit"][0][key].is_null(), "fit[0].{key} is missing");
+    }
+    assert!(report["baseline"]["joint1"]["friction"]["coulomb"]["value"].is_number());
+    assert!(report["unexplained"].is_array() && report["replay"].is_array());
+}
+
+#[test]
+fn property_a_session_without_current_is_refused() {
+    let mut session = record("one", &arm(true), 1, &|_, _, _| 0.0);
+    session.joints[1].channels.remove(&Channel::Current);
+    match diagnose(&arm(false), &[session], &[], &Options::default(), &mut |_, _| {}) {
+        Err(Error::Input(error)) => {
+            assert_eq!(error.key, "joint2");
+            assert!(error.expected.contains("current or torque"), "{error}");
+        }
+        other => panic!("{:?}", other.map(|found| found.verdict)),
+    }
+}
+
+/// Folder of measured data, or `None` with a message.
+fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("LOSTMOTION_DATA").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("skipped: LOSTMOTION_DATA does not name a folder of measured data");
+    }
+    folder
+}
+
+fn load(model: &Model, files: &[PathBuf]) -> Vec<TimeSeries> {
+    let joints = dataset::joints_of(model);
+    files.iter().map(|file| dataset::load(file, &joints).expect("a recording").series).collect()
+}
+
+/// A. Janot, M. Gautier, M. Brunot (2019): relative force error on the training session 4.08 % for Coulomb and viscous friction,
+/// 3.11 % where they differ by direction. The authors name the asymmetry.
+#[test]
+fn published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn() {
+    if data().is_none() {
+        return;
+    }
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/emps");
+    let model = Model::load(&robot.join("model.toml")).expect("the axis");
+    let train = load(&model, &[robot.join("datasets/train.toml")]);
+    let held_out = load(&model, &[robot.join("datasets/pulses.toml")]);
+    let found = diagnose(&model, &train, &held_out, &Options::default(), &mut |_, _| {}).expect("a diagnosis");
+    let fit = |split| found.fit.iter().find(|fit| fit.split == split).expect("both parts are judged");
+    let (train, held_out) = (fit(Split::Train), fit(Split::HeldOut));
+    // 4.1 ± 0.2 %: the published figure, with room for another filter.
+    assert!((train.before_percent - 4.1).abs() < 0.2, "{train:?}");
+    assert!(train.after_percent < 3.0, "{train:?}");
+    // On another day, with pulses that the training does not have, the gain has to be there as well: a tenth at least.
+    assert!(held_out.after < 0.9 * held_out.before, "{held_out:?}");
+    assert_eq!(found.effects[0].effect, "viscous_asymmetry", "{:?}", found.effects);
+    let line = found.effects.iter().find(|effect| effect.effect == "cogging").expect("the line is named");
+    assert_eq!(line.parameters["order"].value, 1.0, "one period in 2.5 mm, which is a turn of the motor");
+    // Fitted by hand with free phases on this session: 1.03 ± 0.05 N.
+    assert!((line.parameters["amplitude"].value - 1.0).abs() < 0.15, "{line:?}");
+}
+
+#[test]
+fn scenario_practice_sets_are_named_and_the_clean_one_is_left_alone() {
+    let Some(folder) = data() else { return };
+    for name in ["base_tilt", "load_dependent_friction", "none"] {
+        let set = folder.join("practice").join(name);
+        let model = Model::load(&set.join("model.toml")).expect("the nominal model");
+        let train = load(&model, &["staircase.csv", "fast_1.csv", "fast_2.csv"].map(|file| set.join(file)));
+        let held_out = load(&model, &[set.join("fast_3.csv")]);
+        let options = Options { backlash: false, ..Options::default() };
+        let found = diagnose(&model, &train, &held_out, &options, &mut |_, _| {}).expect("a diagnosis");
+        let mut names: Vec<_> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
+        names.dedup();
+        let expected: &[&str] = if name == "none" { &[] } else { &[name] };
+        assert_eq!(names, expected, "{name}: {:?}", found.effects);
+        let verdict = if name == "none" { Verdict::NothingFound } else { Verdict::EffectsFound };
+        assert_eq!(found.verdict, verdict, "{name}: {:?}", found.unexplained);
+    }
+}
