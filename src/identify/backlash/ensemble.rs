@@ -24,6 +24,9 @@ use super::truncated::Truncated;
 /// Least `ln Z` of one sample: a reading that no guess explains counts, but does not drown all others.
 const WORST_SAMPLE: f64 = -20.0;
 
+/// How near to the far flank a guess may come before gaps part ways, in counts.
+const MARGIN: f64 = 2.0;
+
 /// The measured reversal, with what is known of the machine there.
 #[derive(Debug, Clone)]
 pub(super) struct Window<'a> {
@@ -72,6 +75,7 @@ pub(super) struct Score {
 }
 
 /// The guesses that a reversal starts with, and the noise that each meets.
+#[derive(Debug)]
 pub(super) struct Draws {
     start: Vec<[f64; 4]>,
     noise: Vec<[f64; 2]>,
@@ -88,26 +92,65 @@ impl Draws {
     }
 }
 
-/// `ln L` of a reversal for the gap `b`. Below `floor` the gap is given up: what is left of the reversal could only lower it.
-pub(super) fn score(window: &Window, draws: &Draws, gap: f64, spread: &Spread, floor: f64) -> Score {
-    let mut members = guesses(window, draws, gap, spread);
-    let blur = spread.blur * window.count;
-    let (mut log_likelihood, mut worst) = (0.0, 0.0_f64);
-    let keep = (-window.interval / spread.level_time).exp();
-    let renew = (1.0 - keep * keep).sqrt() * spread.level;
-    for (k, noise) in draws.noise.chunks_exact(members.len()).take(window.position.len() - 1).enumerate() {
-        for (member, [torque, level]) in members.iter_mut().zip(noise) {
-            member.level = 1.0 + keep * (member.level - 1.0) + renew * level;
-            window.transmission.advance(member, gap, window.torque[k] + spread.torque * torque, window.interval);
-        }
-        let log_mass = assimilate(&mut members, window.position[k + 1], window.count, blur);
-        worst = worst.min(log_mass);
-        log_likelihood += log_mass.max(WORST_SAMPLE);
-        if log_likelihood < floor {
-            break;
-        }
+/// An ensemble on its way along a reversal.
+#[derive(Debug, Clone)]
+pub(super) struct Run<'a> {
+    window: &'a Window<'a>,
+    draws: &'a Draws,
+    spread: Spread,
+    members: Vec<Member>,
+    gap: f64,
+    sample: usize,
+    log_likelihood: f64,
+    worst: f64,
+}
+
+impl<'a> Run<'a> {
+    /// The stretch that all gaps from `smallest` to `largest` have in common: until a guess comes near the far flank of the
+    /// smallest.
+    pub fn before_contact(
+        window: &'a Window,
+        draws: &'a Draws,
+        [smallest, largest]: [f64; 2],
+        spread: &Spread,
+    ) -> Self {
+        let members = guesses(window, draws, largest, spread);
+        let spread = *spread;
+        let mut run = Self { window, draws, spread, members, gap: largest, sample: 0, log_likelihood: 0.0, worst: 0.0 };
+        let near = smallest - MARGIN * window.count;
+        while run.members.iter().all(|one| 0.5 * largest - one.side * (one.theta - one.q) < near) && run.step() {}
+        run
     }
-    Score { log_likelihood, worst, share: moments(members.iter().map(|member| member.share)) }
+
+    /// The rest of the reversal for the gap `b`. Below `floor` it is given up: what is left could only lower it.
+    pub fn score(&self, gap: f64, floor: f64) -> Score {
+        let mut run = self.clone();
+        for member in &mut run.members {
+            member.q += 0.5 * member.side * (run.gap - gap);
+        }
+        run.gap = gap;
+        while run.log_likelihood >= floor && run.step() {}
+        let share = moments(run.members.iter().map(|member| member.share));
+        Score { log_likelihood: run.log_likelihood, worst: run.worst, share }
+    }
+
+    /// One sample on; false at the end of the window.
+    fn step(&mut self) -> bool {
+        let Window { transmission, torque, interval, position, count, .. } = self.window;
+        let Some(tau) = torque.get(self.sample) else { return false };
+        let keep = (-interval / self.spread.level_time).exp();
+        let renew = (1.0 - keep * keep).sqrt() * self.spread.level;
+        let from = self.sample * self.members.len();
+        for (member, [z_torque, z_level]) in self.members.iter_mut().zip(&self.draws.noise[from..]) {
+            member.level = 1.0 + keep * (member.level - 1.0) + renew * z_level;
+            transmission.advance(member, self.gap, tau + self.spread.torque * z_torque, *interval);
+        }
+        self.sample += 1;
+        let log_mass = assimilate(&mut self.members, position[self.sample], *count, self.spread.blur * count);
+        self.worst = self.worst.min(log_mass);
+        self.log_likelihood += log_mass.max(WORST_SAMPLE);
+        true
+    }
 }
 
 /// Guesses at the first sample: anywhere in the count, in contact on the side that pushes.
@@ -126,7 +169,8 @@ fn guesses(window: &Window, draws: &Draws, gap: f64, spread: &Spread) -> Vec<Mem
             let level = 1.0 + spread.level * z_level;
             let pushed =
                 direction * share * machine.friction.kinetic(window.velocity).abs() + machine.gravity_at(theta);
-            Member { theta, v, q: theta - 0.5 * gap * pushed.signum(), w: v, share, level }
+            let side = pushed.signum();
+            Member { theta, v, q: theta - 0.5 * gap * side, w: v, share, level, side }
         })
         .collect()
 }

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::ensemble::{Draws, Score, Spread, score};
+use super::ensemble::{Draws, Run, Score, Spread};
 use super::result::{EstimatorResult, LeftOut, NORMAL_95, Reason, ReversalGap, mean_deviation_percent};
 use super::reversal::Session;
 use super::window::{Site, sites};
@@ -118,13 +118,14 @@ fn scan(sites: &[Site], gaps: &[f64], spread: &Spread) -> Vec<Profile> {
 
 fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
     let draws = Draws::new(&site.window, spread.members);
+    let common = Run::before_contact(&site.window, &draws, [gaps[0], gaps[gaps.len() - 1]], spread);
     // From the middle outwards: where the gap is nearly known, the others are given up early.
     let mut order: Vec<usize> = (0..gaps.len()).collect();
     order.sort_by_key(|&k| (2 * k).abs_diff(gaps.len()));
     let mut found = vec![None; gaps.len()];
     let mut floor = f64::NEG_INFINITY;
     for k in order {
-        let one = score(&site.window, &draws, gaps[k], spread, floor);
+        let one = common.score(gaps[k], floor);
         floor = floor.max(one.log_likelihood - LARGEST_COST);
         found[k] = Some(one);
     }

@@ -50,6 +50,8 @@ pub(super) struct Member {
     pub share: f64,
     /// [1] Factor on the friction law.
     pub level: f64,
+    /// Flank that was in contact at first: +1 or −1.
+    pub side: f64,
 }
 
 impl Transmission {
