@@ -94,6 +94,14 @@ impl Progress {
         self.0.tick();
     }
 
+    /// Says what is being done, and how much of it.
+    pub fn show(&self, doing: &str, share: f64) {
+        if self.0.message() != doing {
+            self.0.set_message(doing.to_owned());
+        }
+        self.set(share);
+    }
+
     /// Moves the bar to `share` (0 to 1) of the work.
     pub fn set(&self, share: f64) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 1000")]

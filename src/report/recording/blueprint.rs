@@ -26,8 +26,8 @@ pub struct Layout {
     robot: Option<(Vector3<f64>, f64)>,
     /// [s] Length of the recording.
     duration: f64,
-    /// Joint and panel, in the order of their first trace.
-    panels: Vec<(String, &'static str)>,
+    /// Joint, panel and unit, in the order of their first trace.
+    panels: Vec<(String, &'static str, &'static str)>,
     /// Path and title.
     plots: Vec<(String, String)>,
 }
@@ -38,10 +38,10 @@ impl Layout {
         Self { title: title.to_owned(), robot, duration, panels: Vec::new(), plots: Vec::new() }
     }
 
-    /// There is a panel of that joint.
-    pub fn panel(&mut self, joint: &str, panel: &'static str) {
-        if !self.panels.iter().any(|(known, name)| known == joint && *name == panel) {
-            self.panels.push((joint.to_owned(), panel));
+    /// There is a panel of that joint, with an axis of that unit.
+    pub fn panel(&mut self, joint: &str, panel: &'static str, unit: &'static str) {
+        if !self.panels.iter().any(|(known, name, _)| known == joint && *name == panel) {
+            self.panels.push((joint.to_owned(), panel, unit));
         }
     }
 
@@ -106,21 +106,21 @@ impl Layout {
 
     /// A tab for each joint, its panels below each other.
     fn traces(&self, writer: &mut Writer<'_>) -> Result<Node> {
-        let mut joints: Vec<&str> = self.panels.iter().map(|(joint, _)| joint.as_str()).collect();
-        joints.dedup();
-        let mut seen = Vec::new();
-        for joint in joints {
-            if !seen.contains(&joint) {
-                seen.push(joint);
+        let mut joints: Vec<&str> = Vec::new();
+        for (joint, ..) in &self.panels {
+            if !joints.contains(&joint.as_str()) {
+                joints.push(joint);
             }
         }
         let mut tabs = Vec::new();
-        for joint in seen {
+        for joint in joints {
             let mut panels = Vec::new();
             for panel in PANELS {
-                if self.panels.iter().any(|(known, name)| known == joint && *name == panel) {
+                let known = self.panels.iter().find(|(known, name, _)| known == joint && *name == panel);
+                if let Some((.., unit)) = known {
                     let origin = format!("joints/{joint}/{panel}");
-                    panels.push((writer.over_time(&format!("{joint}: {panel}"), &origin, self.duration)?, 1.0));
+                    let title = format!("{joint}: {} [{unit}]", panel.replace('_', " "));
+                    panels.push((writer.over_time(&title, &origin, self.duration)?, 1.0));
                 }
             }
             tabs.push((writer.container(components::ContainerKind::Vertical, joint, &panels)?, 1.0));
@@ -188,7 +188,7 @@ impl Writer<'_> {
 
     /// The arm, seen from the front, the side and above, so that all of it is in view.
     fn arm(&mut self, centre: Vector3<f64>, radius: f64) -> Result<Node> {
-        let eye = centre + 2.1 * radius * Vector3::new(0.75, -0.75, 0.55);
+        let eye = centre + 1.6 * radius * Vector3::new(0.75, -0.75, 0.55);
         let eye = blueprint::EyeControls3D::new()
             .with_kind(components::Eye3DKind::Orbital)
             .with_position(<[f32; 3]>::from(eye.map(arm::single)))

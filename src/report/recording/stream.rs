@@ -6,8 +6,10 @@ use rerun::{RecordingStream, RecordingStreamBuilder, TimeColumn};
 use super::blueprint::Layout;
 use super::{Motion, Trace, arm, canvas, traces};
 use crate::error::{Error, Result};
+use crate::report::display::velocity_unit;
 use crate::report::document::Document;
 use crate::report::plot::{Mark, Plot, Role};
+use crate::units::JointKind;
 
 /// Name that the viewer groups recordings and layouts by.
 pub const APPLICATION: &str = "lostmotion";
@@ -58,9 +60,24 @@ fn traces_of(motion: &Motion<'_>) -> Vec<Trace> {
 fn layout(document: &Document, motions: &[Motion<'_>], traces: &[Vec<Trace>], plots: &[&Plot]) -> Layout {
     let robot = motions.first().map(|motion| arm::extent(motion.robot));
     let mut layout = Layout::new(&document.title, robot, motions.iter().map(|motion| duration(motion) + PAUSE).sum());
-    traces.iter().flatten().for_each(|trace| layout.panel(&trace.joint, trace.panel));
+    for (motion, traces) in motions.iter().zip(traces) {
+        traces.iter().for_each(|trace| layout.panel(&trace.joint, trace.panel, unit(motion, trace)));
+    }
     plots.iter().enumerate().for_each(|(index, plot)| layout.plot(&path_of_plot(index), &plot.title));
     layout
+}
+
+/// Unit of a trace's panel.
+fn unit(motion: &Motion<'_>, trace: &Trace) -> &'static str {
+    let joint = motion.robot.joint_index(&trace.joint).map(|index| &motion.robot.bodies[index].joint);
+    let kind = joint.map_or(JointKind::Revolute, |joint| joint.kind);
+    match trace.panel {
+        "velocity" => velocity_unit(kind),
+        "torque" | "residual" => kind.effort_unit(),
+        "current" => "A",
+        "contact" => "flank",
+        _ => kind.position_unit(),
+    }
 }
 
 /// `plots/0`, `plots/1`, …

@@ -1,0 +1,173 @@
+//! `lostmotion diagnose --model M --data F...`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::Value;
+
+use crate::dataset::Session;
+use crate::diagnose::{self as diagnosis, Diagnosis, Options, ReplayError, Split, Verdict};
+use crate::error::Result;
+use crate::replay::{self, Quantity, Replay};
+use crate::report::files::envelope;
+use crate::report::recording::Motion;
+use crate::report::{Report, diagnosis as rendering, replay as replay_rendering};
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+
+use super::console::{OutputOptions, Progress};
+use super::folder::Folder;
+use super::{Outcome, console, input};
+
+/// Find what the simulation gets wrong: the named cause, the extended model, the gain
+#[derive(Debug, Args)]
+pub struct Diagnose {
+    /// Nominal model: a file, or the name of a robot of the catalogue
+    #[arg(long, value_name = "MODEL")]
+    model: PathBuf,
+    /// Recordings: canonical CSV, or manifests
+    #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
+    data: Vec<PathBuf>,
+    /// Recordings to judge on [default: the last 30 % of each session of --data]
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    hold_out: Vec<PathBuf>,
+    /// Exit with 1 if the nominal model does not explain the data
+    #[arg(long)]
+    fail_on_gap: bool,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Diagnose {
+    /// Reads, diagnoses, replays nominal and extended model, reports.
+    pub fn run(self) -> Result<Outcome> {
+        let model = input::model(&self.model)?;
+        let train = input::sessions(&self.data, &model)?;
+        let hold_out = input::sessions(&self.hold_out, &model)?;
+        let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
+        let progress = Progress::start("diagnosing", self.output.quiet);
+        let found = Findings::new(&model, &train, &hold_out, &progress)?;
+        drop(progress);
+        let mut report = found.report(&model.name);
+        report.document.warnings.extend(input::notes(&train));
+        report.document.warnings.extend(input::notes(&hold_out));
+        let outcome = console::finish(&report, &folder, &self.output)?;
+        let gap = found.diagnosis.verdict != Verdict::NothingFound;
+        Ok(if self.fail_on_gap && gap { Outcome::Failed } else { outcome })
+    }
+}
+
+/// A diagnosis with the simulations of both models beside the data held out.
+#[derive(Debug)]
+pub struct Findings {
+    /// The diagnosis, its replay errors filled in.
+    pub diagnosis: Diagnosis,
+    /// The extended model under the inputs of each held-out recording.
+    replays: Vec<Replay>,
+    /// All recordings.
+    sessions: Vec<TimeSeries>,
+}
+
+impl Findings {
+    /// Diagnoses and replays.
+    ///
+    /// # Errors
+    /// As [`diagnosis::diagnose`] and [`replay::replay`].
+    pub fn new(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
+        let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
+        let options = Options::default();
+        let (train_series, hold_out_series) = (series(train), series(hold_out));
+        let mut diagnosis =
+            diagnosis::diagnose(model, &train_series, &hold_out_series, &options, &mut |doing, share| {
+                progress.show(doing, share);
+            })?;
+        let judged: Vec<Session> = if hold_out.is_empty() {
+            train.iter().map(|session| tail(session, options.held_out_share)).collect()
+        } else {
+            hold_out.to_vec()
+        };
+        progress.next("replaying");
+        let before = replayed(&diagnosis.baseline_model, &judged)?;
+        let after = replayed(&diagnosis.extended_model, &judged)?;
+        diagnosis.replay = replay_errors(&before, &after);
+        let sessions = train_series.into_iter().chain(hold_out_series).collect();
+        Ok(Self { diagnosis, replays: after, sessions })
+    }
+
+    /// The report: first the recordings with their residuals, then the extended model beside the data held out.
+    pub fn report(&self, name: &str) -> Report<'_> {
+        let json = serde_json::to_value(&self.diagnosis).unwrap_or(Value::Null);
+        let model = &self.diagnosis.extended_model;
+        let motion = |session| {
+            let traces = rendering::traces(&self.diagnosis, &session.name);
+            Motion { robot: &model.robot, session, traces }
+        };
+        Report {
+            document: rendering::document(name, &self.diagnosis),
+            json: envelope(Diagnosis::SCHEMA, name, json),
+            motions: self.sessions.iter().map(motion).collect(),
+            model: Some(model.clone()),
+            extra: Vec::new(),
+        }
+    }
+
+    /// Simulations of the extended model, for plots.
+    pub fn replay_section(&self) -> Vec<crate::report::Section> {
+        replay_rendering::document("", &self.replays).sections
+    }
+}
+
+fn replayed(model: &Model, sessions: &[Session]) -> Result<Vec<Replay>> {
+    sessions.iter().map(|session| replay::replay(model, session, &replay::Options::default())).collect()
+}
+
+/// The last part of a session.
+fn tail(session: &Session, share: f64) -> Session {
+    let mut session = session.clone();
+    let (first, last) = match (session.series.time.first(), session.series.time.last()) {
+        (Some(first), Some(last)) => (*first, *last),
+        _ => return session,
+    };
+    let from = session.series.time.partition_point(|time| *time <= last - share * (last - first));
+    session.series.time.drain(..from);
+    for joint in &mut session.series.joints {
+        joint.channels.values_mut().for_each(|values| {
+            values.drain(..from);
+        });
+    }
+    session
+}
+
+/// RMS errors of both models, over all recordings together.
+fn replay_errors(before: &[Replay], after: &[Replay]) -> Vec<ReplayError> {
+    let Some(first) = before.first() else { return Vec::new() };
+    let pooled = |replays: &[Replay], index: usize| {
+        let (sum, samples) = replays.iter().filter_map(|one| Some((one.errors.get(index)?, one.recorded.len()))).fold(
+            (0.0, 0),
+            |(sum, samples), (error, count)| {
+                #[expect(clippy::cast_precision_loss, reason = "samples are counted far below 2⁵³")]
+                let weight = count as f64;
+                (sum + weight * error.rms * error.rms, samples + count)
+            },
+        );
+        #[expect(clippy::cast_precision_loss, reason = "samples are counted far below 2⁵³")]
+        let samples = samples.max(1) as f64;
+        (sum / samples).sqrt()
+    };
+    first
+        .errors
+        .iter()
+        .enumerate()
+        .map(|(index, error)| ReplayError {
+            joint: error.joint.clone(),
+            quantity: match error.quantity {
+                Quantity::Position => "position",
+                Quantity::Torque => "torque",
+            },
+            unit: error.unit,
+            split: Split::HeldOut,
+            before: pooled(before, index),
+            after: pooled(after, index),
+        })
+        .collect()
+}
