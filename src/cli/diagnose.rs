@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::replay::{self, Quantity, Replay};
 use crate::report::files::envelope;
 use crate::report::recording::Motion;
-use crate::report::{Report, diagnosis as rendering, replay as replay_rendering};
+use crate::report::{Report, diagnosis as rendering};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
@@ -62,8 +62,6 @@ impl Diagnose {
 pub struct Findings {
     /// The diagnosis, its replay errors filled in.
     pub diagnosis: Diagnosis,
-    /// The extended model under the inputs of each held-out recording.
-    replays: Vec<Replay>,
     /// All recordings.
     sessions: Vec<TimeSeries>,
 }
@@ -91,29 +89,24 @@ impl Findings {
         let after = replayed(&diagnosis.extended_model, &judged)?;
         diagnosis.replay = replay_errors(&before, &after);
         let sessions = train_series.into_iter().chain(hold_out_series).collect();
-        Ok(Self { diagnosis, replays: after, sessions })
+        Ok(Self { diagnosis, sessions })
     }
 
     /// The report: first the recordings with their residuals, then the extended model beside the data held out.
     pub fn report(&self, name: &str) -> Report<'_> {
         let json = serde_json::to_value(&self.diagnosis).unwrap_or(Value::Null);
         let model = &self.diagnosis.extended_model;
-        let motion = |session| {
+        let motions = self.sessions.iter().map(|session| {
             let traces = rendering::traces(&self.diagnosis, &session.name);
             Motion { robot: &model.robot, session, traces }
-        };
+        });
         Report {
             document: rendering::document(name, &self.diagnosis),
             json: envelope(Diagnosis::SCHEMA, name, json),
-            motions: self.sessions.iter().map(motion).collect(),
+            motions: motions.collect(),
             model: Some(model.clone()),
             extra: Vec::new(),
         }
-    }
-
-    /// Simulations of the extended model, for plots.
-    pub fn replay_section(&self) -> Vec<crate::report::Section> {
-        replay_rendering::document("", &self.replays).sections
     }
 }
 

@@ -15,6 +15,7 @@ pub mod folder;
 
 mod check;
 mod data;
+mod diagnose;
 mod explain;
 mod identify;
 mod input;
@@ -36,6 +37,7 @@ enum Verb {
     Check(check::Check),
     Data(data::Data),
     List(list::List),
+    Diagnose(diagnose::Diagnose),
     Explain(explain::Explain),
     Identify(identify::Identify),
     New(new::New),
@@ -74,6 +76,7 @@ pub fn run() -> Result<Outcome> {
         Verb::Check(verb) => verb.run(),
         Verb::Data(verb) => verb.run(),
         Verb::List(verb) => verb.run(),
+        Verb::Diagnose(verb) => verb.run(),
         Verb::Explain(verb) => verb.run(),
         Verb::Identify(verb) => verb.run(),
         Verb::New(verb) => verb.run(),

@@ -5,17 +5,21 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::dataset;
+use crate::dataset::{self, Session};
+use crate::effects;
 use crate::error::Result;
 use crate::identify::{self as identification, Options};
 use crate::report::Report;
+use crate::report::diagnosis::traces as residuals;
 use crate::report::files::envelope;
 use crate::report::recording::Motion;
+use crate::robot::Model;
 use crate::scenario::{self, Procedure, Scenario, Unmet};
 use crate::timeseries::TimeSeries;
 
 use super::catalogue::Source;
 use super::console::{self, OutputOptions, Progress};
+use super::diagnose::Findings;
 use super::folder::Folder;
 use super::{Outcome, identify};
 
@@ -78,7 +82,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     let (mut report, unmet) = match scenario.procedure {
         Procedure::None => (simulated(&scenario, &run.sessions), Vec::new()),
         Procedure::Identify => identified(&scenario, &run.sessions, &measured, &progress)?,
-        Procedure::Diagnose => (simulated(&scenario, &run.sessions), Vec::new()),
+        Procedure::Diagnose => diagnosed(&scenario, &run.sessions, &measured, &progress)?,
     };
     drop(progress);
     note(&mut report, &scenario, seed, &unmet);
@@ -110,12 +114,80 @@ fn identified<'a>(
     measured: &[TimeSeries],
     progress: &Progress,
 ) -> Result<(Report<'a>, Vec<Unmet>)> {
+    identified_with(&scenario.model, scenario, sessions, measured, progress)
+}
+
+/// The same with a model of one's own.
+fn identified_with<'a>(
+    trusted: &Model,
+    scenario: &'a Scenario,
+    sessions: &'a [TimeSeries],
+    measured: &[TimeSeries],
+    progress: &Progress,
+) -> Result<(Report<'a>, Vec<Unmet>)> {
     progress.next("identifying");
-    let mut found = identification::identify(&scenario.model, measured, &Options::default())?;
+    let mut found = identification::identify(trusted, measured, &Options::default())?;
     found.compare(&scenario.model);
     let unmet = scenario.expectations.iter().filter_map(|expectation| expectation.check(&found)).collect();
     let model = &scenario.model;
     Ok((identify::report(&scenario.name, &found, Some(model), model, sessions), unmet))
+}
+
+/// The nominal machine, without effects, friction and gap, compared with what was measured; then friction and gap, with the
+/// cause in the model that the identification trusts.
+fn diagnosed<'a>(
+    scenario: &'a Scenario,
+    sessions: &'a [TimeSeries],
+    measured: &[TimeSeries],
+    progress: &Progress,
+) -> Result<(Report<'a>, Vec<Unmet>)> {
+    let recordings: Vec<_> = measured.iter().map(|series| recording(series, &scenario.source)).collect();
+    let findings = Findings::new(&nominal(&scenario.model), &recordings, &[], progress)?;
+    let extended = &findings.diagnosis.extended_model;
+    let (mut report, unmet) = identified_with(&corrected(extended)?, scenario, sessions, measured, progress)?;
+    report.model = report.model.map(|identified| Model { effects: extended.effects.clone(), ..identified });
+
+    let diagnosis = findings.report(&scenario.name);
+    let joints = std::mem::take(&mut report.json["joints"]);
+    report.json = diagnosis.json;
+    report.json["identification"] = json!({ "joints": joints });
+    let friction = std::mem::replace(&mut report.document, diagnosis.document);
+    report.document.verdict += &format!("\n{}", friction.verdict);
+    let details = report.document.sections.iter().position(|section| section.detail);
+    let at = details.unwrap_or(report.document.sections.len());
+    report.document.sections.splice(at..at, friction.sections);
+    for motion in &mut report.motions {
+        motion.traces = residuals(&findings.diagnosis, &motion.session.name);
+    }
+    Ok((report, unmet))
+}
+
+/// The machine as its model file would describe it before anything was measured.
+fn nominal(model: &Model) -> Model {
+    let mut model = Model { effects: Vec::new(), ..model.clone() };
+    for joint in &mut model.joints {
+        joint.friction = None;
+        joint.backlash = None;
+    }
+    model
+}
+
+/// The model with its effects carried into its numbers, as far as they alter those.
+fn corrected(model: &Model) -> Result<Model> {
+    let mut corrected = Model { effects: Vec::new(), ..model.clone() };
+    for entry in &model.effects {
+        let joint = entry.joint.as_deref().and_then(|name| model.robot.joint_index(name));
+        if let Some(effect) = effects::find(&entry.effect) {
+            effect.install(&mut corrected, joint, &entry.parameters)?;
+        }
+    }
+    Ok(corrected)
+}
+
+/// A simulated recording, as if it had been read from a file.
+fn recording(series: &TimeSeries, source: &Path) -> Session {
+    let controllers = vec![None; series.joints.len()];
+    Session { series: series.clone(), notes: Vec::new(), source: source.to_owned(), controllers }
 }
 
 /// Writes question, seed and failed expectations into the report.

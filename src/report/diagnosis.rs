@@ -63,20 +63,25 @@ fn parameters(found: &FoundEffect) -> String {
 
 fn found(diagnosis: &Diagnosis) -> Section {
     let mut section = Section::new("What was found");
-    let mut table = Table::new("", &["effect", "joints", "kind", "parameters", "probability", "gain held out"]);
+    let mut table = Table::new("", &["effect", "joints", "kind", "parameter", "value", "probability", "gain held out"]);
     for found in &diagnosis.effects {
         let kind = match found.kind {
             effects::Kind::Physics => "physics",
             effects::Kind::Measurement => "measurement",
         };
-        table.row([
+        let mut head = [
             found.effect.clone(),
             found.joints.join(", "),
             kind.to_owned(),
-            parameters(found),
             format!("{:.2}", found.probability),
             format!("{:.0} %", found.gain_percent),
-        ]);
+        ];
+        for (name, value) in &found.parameters {
+            // Only the first of an effect's rows names it.
+            let [effect, joints, kind, probability, gain] = std::mem::take(&mut head);
+            let value = display::estimate(value.value, value.std_error, value.unit);
+            table.row([effect, joints, kind, name.clone(), value, probability, gain]);
+        }
         if let Some(effect) = effects::find(&found.effect) {
             section.text.push(format!("{}: {}", found.effect, effect.about().summary));
         }
@@ -149,7 +154,7 @@ fn gain(before: f64, after: f64) -> String {
 
 /// Baseline and plots of a joint.
 fn residuals(diagnosis: &Diagnosis, joint: &str, kind: JointKind) -> Section {
-    let mut section = Section::new(joint);
+    let mut section = Section { detail: true, ..Section::new(format!("{joint}: baseline and residuals")) };
     if let Some(baseline) = diagnosis.baseline.get(joint) {
         let mut table = Table::new("Baseline as fitted", &["", "value", "unit"]);
         let mut row = |name: &str, found: &crate::diagnose::Measured| {
@@ -228,7 +233,8 @@ fn candidates(diagnosis: &Diagnosis) -> Section {
             candidate.reason.clone(),
         ]);
     }
-    Section { tables: if table.rows.is_empty() { Vec::new() } else { vec![table] }, ..Section::new("What was tried") }
+    let tables = if table.rows.is_empty() { Vec::new() } else { vec![table] };
+    Section { tables, detail: true, ..Section::new("What was tried") }
 }
 
 fn method(diagnosis: &Diagnosis) -> Section {
@@ -240,7 +246,7 @@ fn method(diagnosis: &Diagnosis) -> Section {
         format!("Baseline: {}", method.baseline),
         format!("Held out: {}", method.held_out),
     ];
-    Section { text, ..Section::new("How the data were read") }
+    Section { text, detail: true, ..Section::new("How the data were read") }
 }
 
 /// Residuals over time for the recording.

@@ -27,6 +27,8 @@ pub struct Section {
     pub tables: Vec<Table>,
     /// Plots; not on the terminal.
     pub plots: Vec<Plot>,
+    /// Whether it is for those who want to know more: not on the terminal.
+    pub detail: bool,
 }
 
 impl Section {
@@ -34,13 +36,18 @@ impl Section {
     pub fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
     }
+
+    /// Whether it has text or tables.
+    fn has_words(&self) -> bool {
+        !self.text.is_empty() || !self.tables.is_empty()
+    }
 }
 
 impl Document {
     /// What the terminal shows: title, verdict, texts and tables.
     pub fn to_text(&self) -> String {
         let mut text = format!("{}\n\n{}\n", self.title, self.verdict);
-        for section in self.sections.iter().filter(|section| !section.text.is_empty() || !section.tables.is_empty()) {
+        for section in self.sections.iter().filter(|section| !section.detail && section.has_words()) {
             text += &format!("\n{}\n", section.title);
             section.text.iter().for_each(|paragraph| text += &format!("{paragraph}\n"));
             section.tables.iter().for_each(|table| text += &format!("\n{}", table.to_text()));
@@ -52,7 +59,7 @@ impl Document {
     pub fn to_markdown(&self) -> String {
         let mut text = format!("# {}\n\n**{}**\n\n", self.title, self.verdict);
         self.warnings.iter().for_each(|warning| text += &format!("> {warning}\n\n"));
-        for section in self.sections.iter().filter(|section| !section.text.is_empty() || !section.tables.is_empty()) {
+        for section in self.sections.iter().filter(|section| section.has_words()) {
             text += &format!("## {}\n\n", section.title);
             section.text.iter().for_each(|paragraph| text += &format!("{paragraph}\n\n"));
             section.tables.iter().for_each(|table| text += &table.to_markdown());

@@ -63,7 +63,7 @@ fn section(replay: &Replay) -> Section {
             .with(Layer::new("simulated", Mark::Line, Role::Before, side(replay.simulated.joint(&error.joint))));
         plots.push(plot);
     }
-    Section { title: replay.recorded.name.clone(), text: Vec::new(), tables: vec![table], plots }
+    Section { title: replay.recorded.name.clone(), text: Vec::new(), tables: vec![table], plots, detail: false }
 }
 
 /// The recorded side and the position error, beside the simulated motion.
