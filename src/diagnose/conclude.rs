@@ -10,33 +10,49 @@ use super::result::{BaselineEstimate, CandidateRecord, Diagnosis, FoundEffect, M
 use super::selection::{Selection, Taken, evidence_beside};
 use super::views::{self, Residual};
 use super::{Options, extend, floor, observe, typical_inertia, unexplained};
+use crate::effects::CATALOGUE;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Estimate, TimeSeries};
+
+/// What a diagnosis is made of, beside the problem.
+pub struct Data<'d> {
+    /// The nominal machine.
+    pub model: &'d Model,
+    /// Sessions as the problem has them, a late current mended.
+    pub sessions: &'d [&'d TimeSeries],
+    /// How many of them were trained on.
+    pub trained: usize,
+    /// How late the current was, where that was noticeable.
+    pub late: Option<Estimate>,
+    /// Residuals of the nominal model before that was mended.
+    pub as_recorded: Option<Vec<Vec<f64>>>,
+}
 
 /// Puts everything together.
 ///
 /// # Errors
 /// The baseline cannot be fitted by plain least squares.
 pub fn diagnosis(
-    model: &Model,
-    sessions: &[&TimeSeries],
-    train: &[TimeSeries],
+    data: &Data,
     problem: &Problem,
     selection: &Selection,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     progress("estimating parameters", 0.85);
+    let Data { model, sessions, trained, .. } = *data;
     let terms = selection.terms();
-    let residuals = residuals(problem, &terms, selection);
+    let residuals = residuals(problem, &terms, selection, data);
     let uncertainty =
         Uncertainty::new(problem, &terms, &selection.fitted).ok_or_else(|| super::nothing_moves(model))?;
-    let effects = found(problem, selection, &uncertainty, options);
+    let mut effects = found(problem, selection, &uncertainty, options);
+    effects.extend(delayed(problem, data));
     progress("measuring the gap", 0.9);
-    let gaps = if options.backlash { gaps(model, train, problem) } else { vec![None; model.joints.len()] };
+    let gaps =
+        if options.backlash { gaps(model, &sessions[..trained], problem) } else { vec![None; model.joints.len()] };
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
@@ -64,7 +80,7 @@ pub fn diagnosis(
         replay: Vec::new(),
         baseline: baseline(problem, selection, &uncertainty, sessions, &gaps),
         unexplained,
-        method: method(problem, sessions, train.len(), options),
+        method: method(problem, sessions, trained, options),
         maps: views::maps(problem, &residuals),
         order_spectrum: views::order_spectrum(problem, &residuals),
         extended_model,
@@ -83,19 +99,49 @@ fn torques(model: &Model, sessions: &[&TimeSeries]) -> Vec<Vec<Vec<f64>>> {
     sessions.iter().map(|session| (0..model.joints.len()).map(|index| of_joint(session, index)).collect()).collect()
 }
 
-fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection) -> Vec<Residual> {
-    // Before: the nominal model with its free parameters fitted by plain least squares, which is the best that it can do in RMS.
-    let nominal = problem.fit(&[], Part::Train, f64::INFINITY);
+/// Residuals of the nominal model with its free parameters fitted by plain least squares, which is the best that it can do in RMS.
+pub fn nominal_residuals(problem: &Problem) -> Option<Vec<Vec<f64>>> {
+    let fitted = problem.fit(&[], Part::Train, f64::INFINITY)?;
+    Some((0..problem.baseline.len()).map(|joint| views::residual(problem, &[], &fitted, joint)).collect())
+}
+
+fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection, data: &Data) -> Vec<Residual> {
+    let nominal = data.as_recorded.clone().or_else(|| nominal_residuals(problem));
     (0..problem.baseline.len())
         .map(|joint| {
             let after = views::residual(problem, terms, &selection.fitted, joint);
-            let before = match &nominal {
-                Some(fitted) => views::residual(problem, &[], fitted, joint),
-                None => after.clone(),
-            };
+            let before = nominal.as_ref().map_or_else(|| after.clone(), |nominal| nominal[joint].clone());
             Residual { before, after }
         })
         .collect()
+}
+
+/// The effect that a noticeable lag of the current is, with its gain on held-out data beside the nominal model.
+fn delayed(problem: &Problem, data: &Data) -> Option<FoundEffect> {
+    let (late, recorded) = (data.late?, data.as_recorded.as_ref()?);
+    let (effect, values) = CATALOGUE.iter().find_map(|effect| Some((effect, effect.of_lag(late.value)?)))?;
+    let about = effect.about();
+    let mended = nominal_residuals(problem)?;
+    let power = |residuals: &[Vec<f64>]| -> f64 {
+        let of_joint = |joint: usize| {
+            let rows = problem.rows(joint, Part::HeldOut);
+            rows.iter().map(|row| residuals[joint][*row].powi(2)).sum::<f64>()
+        };
+        (0..residuals.len()).map(of_joint).sum()
+    };
+    let parameters = about.parameters.iter().zip(values).filter(|(_, value)| *value > 0.0);
+    Some(FoundEffect {
+        effect: about.name.to_owned(),
+        joints: data.model.joints.iter().map(|joint| joint.name.clone()).collect(),
+        kind: about.kind,
+        parameters: parameters
+            .map(|(spec, value)| (spec.name.to_owned(), Measured { value, std_error: late.std_error, unit: spec.unit }))
+            .collect(),
+        probability: 0.98,
+        gain_percent: 100.0 * (1.0 - (power(&mended) / power(recorded).max(1e-300)).sqrt()),
+        confusable_with: Vec::new(),
+        separate_by: about.separate_by.to_owned(),
+    })
 }
 
 /// One entry for each term, strongest first.
@@ -168,8 +214,7 @@ fn gain(problem: &Problem, terms: &[&Term], index: usize, selection: &Selection)
 /// Gap and share of friction behind it, where the model file gives no gap and the data show one.
 type Gap = Option<(Measured, Option<f64>)>;
 
-fn gaps(model: &Model, train: &[TimeSeries], problem: &Problem) -> Vec<Gap> {
-    let sessions: Vec<&TimeSeries> = train.iter().collect();
+fn gaps(model: &Model, sessions: &[&TimeSeries], problem: &Problem) -> Vec<Gap> {
     let measure = |index: usize| {
         let joint = &model.joints[index];
         if joint.backlash.is_some() {
@@ -183,7 +228,7 @@ fn gaps(model: &Model, train: &[TimeSeries], problem: &Problem) -> Vec<Gap> {
             viscous: law.viscous,
         };
         let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
-        let found = backlash::identify(model, index, &sessions, &friction).ok()?;
+        let found = backlash::identify(model, index, sessions, &friction).ok()?;
         let mean = &found.best.mean;
         let unit = joint.kind.position_unit();
         let share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));

@@ -22,6 +22,7 @@ mod regression;
 pub mod result;
 mod selection;
 mod standstill;
+mod timing;
 mod unexplained;
 mod views;
 mod zones;
@@ -70,15 +71,37 @@ pub fn diagnose(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     progress("smoothing", 0.0);
-    let sessions: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
-    let motion = observe::observe(model, &sessions, &typical_inertia(model))?;
-    let held_out = held_out_rows(&motion, train.len(), options.held_out_share);
-    let mut problem = Problem::new(motion, held_out);
-    problem.standstill = standstill::Standstill::of(&problem.motion, &sessions);
+    let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
+    // A lag of the current is judged by the transients, and mended before anything else is judged.
+    let late = timing::late_current(model, &recorded);
+    let mended: Vec<TimeSeries> = match late {
+        Some(lag) => recorded.iter().map(|session| timing::aligned(session, lag.value)).collect(),
+        None => Vec::new(),
+    };
+    let sessions: Vec<&TimeSeries> = if late.is_some() { mended.iter().collect() } else { recorded.clone() };
+    let mut problem = pose(model, &sessions, train.len(), options)?;
     progress("fitting the baseline", 0.1);
-    find_zones(&mut problem)?;
+    let as_recorded = match late {
+        Some(_) => {
+            let mut problem = pose(model, &recorded, train.len(), options)?;
+            problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
+            Some(conclude::nominal_residuals(&problem).ok_or_else(|| nothing_moves(model))?)
+        }
+        None => None,
+    };
     let selection = selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
-    conclude::diagnosis(model, &sessions, train, &problem, &selection, options, progress)
+    let data = conclude::Data { model, sessions: &sessions, trained: train.len(), late, as_recorded };
+    conclude::diagnosis(&data, &problem, &selection, options, progress)
+}
+
+/// Rows, zones and splits of sessions, the first `trained` of them for training.
+fn pose<'m>(model: &'m Model, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Result<Problem<'m>> {
+    let motion = observe::observe(model, sessions, &typical_inertia(model))?;
+    let held_out = held_out_rows(&motion, trained, options.held_out_share);
+    let mut problem = Problem::new(motion, held_out);
+    problem.standstill = standstill::Standstill::of(&problem.motion, sessions);
+    find_zones(&mut problem)?;
+    Ok(problem)
 }
 
 /// Inertia of each joint with its rotor at q = 0: the scale that turns noise of acceleration into torque.

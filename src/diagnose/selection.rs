@@ -6,6 +6,7 @@
 
 use super::candidates::{Candidate, Evidence, candidates, predict};
 use super::problem::{Fitted, Part, Problem, Term};
+use crate::effects::Kind;
 
 /// Thresholds, calibrated on clean machines made by seed (see `tests/diagnose.rs`).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +22,8 @@ pub struct Rules {
     /// [1] Part of the strongest effect's torque on a joint that a further effect has to move there: an effect whose law is not
     /// quite the catalogue's leaves a residue of a few per cent that others can pick up.
     pub residue: f64,
+    /// [1] Part of the RMS torque of a joint that a physical effect has to move there: less is what no friction law gets right.
+    pub least_torque: f64,
     /// [1] Part of the evidence per trained row that a further effect has to keep per held-out row.
     pub held_out_part: f64,
     /// Most effects that are taken.
@@ -29,7 +32,16 @@ pub struct Rules {
 
 impl Default for Rules {
     fn default() -> Self {
-        Self { nats: 12.0, log_scale: 0.02, held_out_loss: 1.0, tie: 0.02, residue: 0.2, held_out_part: 0.3, most: 6 }
+        Self {
+            nats: 12.0,
+            log_scale: 0.02,
+            held_out_loss: 1.0,
+            tie: 0.02,
+            residue: 0.2,
+            least_torque: 0.005,
+            held_out_part: 0.3,
+            most: 6,
+        }
     }
 }
 
@@ -158,19 +170,30 @@ fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
     (0..taken.len()).map(moved).collect()
 }
 
-/// Drops terms that move little torque beside the strongest effect of their joint.
+/// Drops terms that move little torque, in itself or beside the strongest effect of their joint.
 fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<()> {
-    if taken.len() < 2 {
+    if taken.is_empty() {
         return Some(());
     }
     let moved = moved_torque(problem, taken)?;
-    let strongest: Vec<f64> =
-        (0..problem.baseline.len()).map(|joint| moved.iter().map(|of| of[joint]).fold(0.0, f64::max)).collect();
+    let asked = |joint: usize, kind: Kind| {
+        let strongest = moved.iter().map(|of| of[joint]).fold(0.0, f64::max);
+        let rows = problem.rows(joint, Part::Train);
+        let power: f64 = rows.iter().map(|row| problem.motion.joints[joint].torque[*row].powi(2)).sum();
+        let least = if kind == Kind::Physics { rules.least_torque } else { 0.0 };
+        (rules.residue * strongest).max(least * (power / rows.len().max(1) as f64).sqrt())
+    };
     for (taken, moved) in taken.iter_mut().zip(&moved) {
-        taken.terms.retain(|term| term.joints.iter().any(|joint| moved[*joint] >= rules.residue * strongest[*joint]));
+        let enough = |term: &Term| {
+            let kind = term.effect.about().kind;
+            term.joints.iter().any(|joint| moved[*joint] >= asked(*joint, kind))
+        };
+        taken.terms.retain(enough);
     }
     taken.retain(|taken| !taken.terms.is_empty());
-    drop_local(problem, rules, taken);
+    if !taken.is_empty() {
+        drop_local(problem, rules, taken);
+    }
     resettle(problem, taken).map(|_| ())
 }
 

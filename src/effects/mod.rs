@@ -166,6 +166,11 @@ pub trait Effect: Sync {
     /// For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 
+    /// Its parameters where the current is seen to lag behind the motion by `lag` [s], if that is what it does.
+    fn of_lag(&self, _lag: f64) -> Option<Vec<f64>> {
+        None
+    }
+
     /// [A] What the current sensor of its joint reads while no current flows.
     fn reading_at_rest(&self, _coefficients: &[f64]) -> f64 {
         0.0

@@ -103,6 +103,10 @@ impl Effect for SensorDelay {
         Ok((0..model.joints.len()).map(late).collect())
     }
 
+    fn of_lag(&self, lag: f64) -> Option<Vec<f64>> {
+        Some(vec![lag.max(0.0), (-lag).max(0.0)])
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![motion.column(joint, |m, row| -m.torque_rate[row])]
     }
