@@ -274,6 +274,7 @@ fn property_broken_scenarios_are_refused_by_place_and_expectation() {
         ("reference.joints.turn", "reference.joints.spin", &["scenario.toml", "spin", "turn"]),
         ("speed_deg = 20", "speed_deg = -20", &["scenario.toml:11", "reference.joints.turn.speed_deg", "-20", "> 0"]),
         ("positions_deg = [5, 0]", "positions_deg = 5", &["scenario.toml:10", "positions_deg", "list"]),
+        ("positions_deg = [5, 0]", "positions_deg = [500, 0]", &["refused", "turn at 3.0", "leaves its range [-3.0"]),
         ("\"pi\"", "\"pid\"", &["scenario.toml:15", "controller.law", "pid", "pi"]),
         ("proportional = 2.0", "", &["scenario.toml", "controller.joints.turn.proportional", "missing"]),
         ("integral = 20.0", "integral = -20.0", &["scenario.toml:19", "controller.joints.turn.integral", "-20"]),
