@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::problem::{FOLDS, Fitted, Part, Problem, Term};
-use super::regression::Score;
+use super::regression::{Block, Score};
 use crate::effects::{CATALOGUE, Effect, Scope};
 
 /// Shapes that are fitted in full after a scan of many.
@@ -12,6 +12,8 @@ const SHORTLIST: usize = 3;
 const MANY_SHAPES: usize = 6;
 /// [nats, rows taken as independent] Training gain below which nothing more is asked.
 const LEAST_GAIN: f64 = 10.0;
+/// Rows that a scan of many shapes looks at, about.
+const SCANNED_ROWS: usize = 2500;
 /// Steps of the golden section that refines a shape.
 const REFINEMENTS: usize = 12;
 
@@ -150,21 +152,18 @@ impl Search<'_, '_> {
         let rows = self.problem.rows(joint, Part::Train);
         let (system, _, _) = self.problem.system(&self.terms, Part::Train, true);
         let solution = &self.fitted.solution;
-        let score = Score::new(
-            &system.blocks[joint],
-            &solution.residual[joint],
-            &solution.weights[joint],
-            solution.scale[joint],
-        );
-        let gains: Vec<f64> = shapes
-            .par_iter()
-            .map(|shape| {
-                let columns = effect.columns(&self.problem.motion, joint, shape);
-                let picked: Vec<Vec<f64>> =
-                    columns.iter().map(|column| rows.iter().map(|row| column[*row]).collect()).collect();
-                score.gain(&picked)
-            })
-            .collect();
+        // A scan only has to find the peaks: some thousand rows show them.
+        let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
+        let thin = |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride).copied().collect() };
+        let block = &system.blocks[joint];
+        let columns = block.columns.iter().map(|(index, column)| (*index, thin(column))).collect();
+        let block = Block { y: thin(&block.y), columns };
+        let (residual, weights) = (thin(&solution.residual[joint]), thin(&solution.weights[joint]));
+        let score = Score::new(&block, &residual, &weights, solution.scale[joint]);
+        let picked: Vec<usize> = rows.iter().step_by(stride).copied().collect();
+        let motion = self.problem.motion.at_rows(&picked);
+        let gains: Vec<f64> =
+            shapes.par_iter().map(|shape| score.gain(&effect.columns(&motion, joint, shape))).collect();
         let peak =
             |i: &usize| (*i == 0 || gains[i - 1] <= gains[*i]) && gains.get(i + 1).is_none_or(|next| *next < gains[*i]);
         let mut peaks: Vec<usize> = (0..shapes.len()).filter(peak).collect();

@@ -82,6 +82,31 @@ impl Motion<'_> {
         self.time.len()
     }
 
+    /// The same motion at some of its rows.
+    pub fn at_rows(&self, rows: &[usize]) -> Self {
+        let pick = |values: &[f64]| -> Vec<f64> { rows.iter().filter_map(|row| values.get(*row).copied()).collect() };
+        let joint = |m: &JointMotion| JointMotion {
+            q: pick(&m.q),
+            v: pick(&m.v),
+            a: pick(&m.a),
+            direction: pick(&m.direction),
+            torque: pick(&m.torque),
+            torque_rate: pick(&m.torque_rate),
+            rigid: pick(&m.rigid),
+            link_torque: pick(&m.link_torque),
+            friction: m.friction,
+            has_current: m.has_current,
+        };
+        Self {
+            model: self.model,
+            sessions: self.sessions,
+            session: rows.iter().map(|row| self.session[*row]).collect(),
+            time: pick(&self.time),
+            half_width: pick(&self.half_width),
+            joints: self.joints.iter().map(joint).collect(),
+        }
+    }
+
     /// Gain of the kernel of a row for `cos(order · q)` of a joint.
     pub fn gain(&self, joint: usize, row: usize, order: f64) -> f64 {
         kernel_gain(order * self.joints[joint].v[row] * self.half_width[row])
