@@ -21,6 +21,7 @@ const SCHEMAS: [&str; 2] = ["sensor_msgs/JointState", "sensor_msgs/msg/JointStat
 /// The file cannot be read or is cut off; it has no joint states, or ones whose joints change.
 pub(super) fn read(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
+    check_records(path, &bytes)?;
     let unreadable = |error: mcap::McapError| Error::input(path, Place::File, "mcap", error, "a whole MCAP file");
     let mut topics: Vec<(String, Vec<JointState>)> = Vec::new();
     for message in MessageStream::new(&bytes).map_err(unreadable)? {
@@ -49,6 +50,32 @@ pub(super) fn read(path: &Path) -> Result<Table> {
         notes.push(Note { file: path.to_owned(), place: Place::File, column: String::new(), text });
     }
     Ok(Table { file: path.to_owned(), columns: columns(path, &topic, &states)?, notes })
+}
+
+/// Walks the records, each an opcode, a length and that many bytes: all must lie within the file.
+fn check_records(path: &Path, bytes: &[u8]) -> Result<()> {
+    /// Length of the magic at both ends, and of opcode and length before a record [bytes].
+    const MAGIC: usize = 8;
+    const HEAD: usize = 9;
+    let mut at = MAGIC;
+    while at + MAGIC < bytes.len() {
+        let length = bytes.get(at + 1..at + HEAD).and_then(|word| <[u8; 8]>::try_from(word).ok());
+        let length = length.and_then(|word| usize::try_from(u64::from_le_bytes(word)).ok());
+        let end = length.and_then(|length| at.checked_add(HEAD)?.checked_add(length));
+        match end {
+            Some(end) if end <= bytes.len() => at = end,
+            _ => {
+                return Err(Error::input(
+                    path,
+                    Place::File,
+                    format!("record at byte {at}"),
+                    "cut off",
+                    "a whole MCAP file",
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// One column for the time, and one for each of the three quantities of each joint that the first message has.

@@ -15,6 +15,12 @@ use crate::error::{Error, Place, Result};
 /// # Errors
 /// The file cannot be read, or is no Parquet file.
 pub(super) fn read(path: &Path) -> Result<Table> {
+    // The decoder asserts what a broken file may not hold.
+    std::panic::catch_unwind(|| decode(path))
+        .unwrap_or_else(|_| Err(Error::input(path, Place::File, "parquet", "broken pages", "an Apache Parquet file")))
+}
+
+fn decode(path: &Path) -> Result<Table> {
     let file = File::open(path).map_err(|source| Error::file(path, "read", source))?;
     let reader = SerializedFileReader::new(file).map_err(|error| unreadable(path, &error))?;
     let fields = reader.metadata().file_metadata().schema().get_fields();
