@@ -15,8 +15,8 @@ use super::result::LawKind;
 use super::statistics::median;
 use crate::gearhead::FrictionLaw;
 
-/// Repetitions with new standard errors.
-const REWEIGHTINGS: usize = 3;
+/// Fits in a row, each with the standard errors that the one before it leaves.
+const ROUNDS: usize = 3;
 /// Residuals, in robust standard deviations of all, beyond which a window's weight falls (P. J. Huber 1964).
 const HUBER: f64 = 2.0;
 /// Deviations from the median, in robust standard deviations, beyond which a part is left out.
@@ -55,8 +55,9 @@ impl Balance {
     pub fn refine(&self, start: &LawFit) -> Option<LawFit> {
         let mut found = start.clone();
         found.fit.parameters[CENTRIFUGAL] = 0.0;
-        for _ in 0..REWEIGHTINGS {
-            let judged = self.judge(&found)?;
+        for round in 0..ROUNDS {
+            // A law that is still far off makes good windows stand out: only a fit to all of them may say which do.
+            let judged = self.judge(&found, if round == 0 { f64::INFINITY } else { HUBER })?;
             found = self.search(&found, &judged, false)?;
         }
         Some(found)
@@ -64,7 +65,7 @@ impl Balance {
 
     /// The fit repeated with `C_ii` among its unknowns, as in equation 12.
     pub fn with_centrifugal(&self, found: &LawFit) -> Option<LawFit> {
-        let judged = self.judge(found)?;
+        let judged = self.judge(found, HUBER)?;
         self.search(found, &judged, true)
     }
 
@@ -85,9 +86,25 @@ impl Balance {
         Some(LawFit { kind: from.kind, fit })
     }
 
+    /// The points with friction as the balance sees it: the law at the window's velocity less what it lacks there.
+    pub fn correct(&self, found: &LawFit, points: &[Point]) -> Option<Vec<Point>> {
+        let judged = self.judge(found, HUBER)?;
+        let law = law::of(found.kind, &found.fit.parameters)?;
+        let mut next = [0, 0];
+        let mut corrected = points.to_vec();
+        for point in &mut corrected {
+            let k = point.direction().index();
+            let one = &judged[k][next[k]];
+            next[k] += 1;
+            point.friction = law.kinetic(point.velocity) - one.lacking;
+            point.std_error = one.std_error;
+        }
+        Some(corrected)
+    }
+
     /// `Σ r²` of a fit, every window weighted by its sensor noise alone: what two laws can be compared by.
     pub fn misfit(&self, found: &LawFit) -> Option<f64> {
-        let judged = self.judge(found)?;
+        let judged = self.judge(found, HUBER)?;
         let mut sum = 0.0;
         for (one, floor) in judged.iter().flatten().zip(self.floors.iter().flatten()) {
             sum += (one.lacking / floor).powi(2);
@@ -96,7 +113,7 @@ impl Balance {
     }
 
     /// The usable parts of each window under a law, and the standard error of what it lacks there.
-    fn judge(&self, fit: &LawFit) -> Option<[Vec<Judged>; 2]> {
+    fn judge(&self, fit: &LawFit, huber: f64) -> Option<[Vec<Judged>; 2]> {
         let law = law::of(fit.kind, &fit.fit.parameters)?;
         let centrifugal = fit.fit.parameters[CENTRIFUGAL];
         let mut judged = [0, 1].map(|k| {
@@ -106,7 +123,7 @@ impl Balance {
         let ratio = |one: &Judged| (one.lacking / one.std_error).abs();
         let scale = 1.4826 * median(judged.iter().flatten().map(ratio).collect());
         for one in judged.iter_mut().flatten() {
-            one.std_error *= (ratio(one) / (HUBER * scale)).max(1.0).min(1e3);
+            one.std_error *= (ratio(one) / (huber * scale)).clamp(1.0, 1e3);
         }
         Some(judged)
     }

@@ -86,10 +86,10 @@ pub fn identify_joint(
     options: &Options,
 ) -> Result<JointIdentification> {
     let mut notes = Vec::new();
-    let (points, tracks) = measurement_points(model, joint, data, options)?;
-    let (lines, exponential) = both_laws(&points).ok_or_else(|| too_few(model, joint, &points))?;
+    let (mut points, tracks) = measurement_points(model, joint, data, options)?;
+    let averages = both_laws(&points).ok_or_else(|| too_few(model, joint, &points))?;
     let balance = Balance::new(&points, tracks);
-    let laws = balanced(&balance, [lines, exponential], &mut notes);
+    let laws = balanced(&balance, averages, &mut points, &mut notes);
     let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &laws);
     let backlash = if options.backlash {
         let sessions: Vec<&TimeSeries> = data.iter().collect();
@@ -131,30 +131,54 @@ fn measurement_points(
 }
 
 /// Both laws fitted to the balance, and the preferred one with `C_ii` free. Where that is not zero, it stays in the law.
-fn balanced(balance: &Balance, [lines, exponential]: [fit::LawFit; 2], notes: &mut Vec<String>) -> Laws {
-    let mut refined = |start: fit::LawFit| match balance.refine(&start) {
-        Some(found) => found,
-        None => {
+fn balanced(balance: &Balance, averages: [fit::LawFit; 2], points: &mut Vec<Point>, notes: &mut Vec<String>) -> Laws {
+    let mut laws = averages.map(|start| {
+        let refined = balance.refine(&start);
+        if refined.is_none() {
             notes.push(format!("{:?}: no balance over the motion found, averages of steady windows used", start.kind));
-            start
         }
-    };
-    let (mut lines, mut exponential) = (refined(lines), refined(exponential));
-    let misfit = |found: &fit::LawFit| balance.misfit(found).unwrap_or(f64::INFINITY);
-    let preferred = if misfit(&lines) < misfit(&exponential) { LawKind::TwoLines } else { LawKind::Exponential };
+        refined.unwrap_or(start)
+    });
+    // Averages of windows with stick-slip mislead a start; the points that the better law corrects do not.
+    if let Some(corrected) = balance.correct(better(balance, &laws), points)
+        && let Some(starts) = both_laws(&corrected)
+    {
+        for (law, start) in laws.iter_mut().zip(starts) {
+            if let Some(again) = balance.refine(&start)
+                && misfit(balance, &again) < misfit(balance, law)
+            {
+                *law = again;
+            }
+        }
+    }
+    let preferred = better(balance, &laws).kind;
+    let [mut lines, mut exponential] = laws;
     let best = if preferred == LawKind::TwoLines { &mut lines } else { &mut exponential };
     let with_centrifugal = balance.with_centrifugal(best).unwrap_or_else(|| best.clone());
     if summary::centrifugal_is_real(&with_centrifugal) {
         notes.push("C_ii differs from zero: it is kept in the friction law's fit".to_owned());
         *best = with_centrifugal.clone();
     }
+    if let Some(corrected) = balance.correct(best, points) {
+        *points = corrected;
+    }
     Laws { lines, exponential, preferred, with_centrifugal }
 }
 
+/// `Σ r²` of a law; infinite where it has none.
+fn misfit(balance: &Balance, law: &fit::LawFit) -> f64 {
+    balance.misfit(law).unwrap_or(f64::INFINITY)
+}
+
+/// The law with the smaller misfit.
+fn better<'a>(balance: &Balance, [lines, exponential]: &'a [fit::LawFit; 2]) -> &'a fit::LawFit {
+    if misfit(balance, lines) < misfit(balance, exponential) { lines } else { exponential }
+}
+
 /// Lines and exponential law of the points.
-fn both_laws(points: &[Point]) -> Option<(fit::LawFit, fit::LawFit)> {
+fn both_laws(points: &[Point]) -> Option<[fit::LawFit; 2]> {
     let lines = fit::first_lines(points);
-    Some((fit::to_points(LawKind::TwoLines, points, &lines)?, fit::to_points(LawKind::Exponential, points, &lines)?))
+    Some([fit::to_points(LawKind::TwoLines, points, &lines)?, fit::to_points(LawKind::Exponential, points, &lines)?])
 }
 
 /// The error of a joint that was not moved at enough velocities.

@@ -38,7 +38,8 @@ pub struct Point {
     pub torque: f64,
     /// `⟨G + H_ii q̈⟩` [N·m or N] rigid-body torque of the model over the window, without what `C_ii` stands for.
     pub rigid_body: f64,
-    /// `⟨τ⟩ − ⟨G + H_ii q̈⟩` [N·m or N] friction with its sign, and the centrifugal term.
+    /// [N·m or N] friction with its sign at that velocity, and the centrifugal term: `⟨τ⟩ − ⟨G + H_ii q̈⟩` as the paper has it,
+    /// corrected by the balance over the motion where there is one.
     pub friction: f64,
     /// [N·m or N] standard error of the friction, autocorrelation allowed for.
     pub std_error: f64,
