@@ -6,7 +6,9 @@
 //! ```
 //!
 //! Literally, the first local minimum of a noisy current is the first pair of samples: the estimate collapses. The filter that
-//! the rule needs is a zero-phase mean over [`WIDTH`] and a minimum that is followed by a rise above the noise ([`RISE`]).
+//! the rule needs is a zero-phase mean over [`WIDTH`], and a minimum between a fall and a rise above the noise ([`RISE`]).
+//! It still ends the gap too early: while the rotor crosses the gap alone the current shows a plateau, and where friction falls
+//! with speed, bursts.
 //! Left out in both forms: the link coasting through the gap while the motor brakes, and the lag of the velocity channel.
 //! Reference: L. Márton, B. Lantos (2009), section III-B.
 
@@ -17,9 +19,9 @@ use crate::identify::signals::Signals;
 /// Number of the last reversals that the gap is taken from.
 const LAST_REVERSALS: usize = 10;
 /// [s] Width of the zero-phase mean of the current.
-const WIDTH: f64 = 0.030;
-/// Rise after the minimum that counts, as a part of the steady current's magnitude after the reversal.
-const RISE: f64 = 0.25;
+const WIDTH: f64 = 0.060;
+/// Fall from the peak before the minimum, and rise after it, that count, as a part of the steady current's magnitude after the reversal.
+const RISE: f64 = 0.2;
 
 /// Equation 15 on the raw current.
 pub(super) fn literal(sessions: &[Session]) -> EstimatorResult {
@@ -73,18 +75,23 @@ fn one(signals: &Signals, reversal: &Reversal, current: &[f64], rise: f64) -> Re
     Ok(sign * area)
 }
 
-/// First local minimum of `|i|` that is followed by a rise of at least `needed` before any lower value.
+/// First local minimum of `|i|`: with `needed` > 0 the lowest value after a fall of that size from the peak and before a rise of
+/// that size.
 fn first_minimum(current: &[f64], needed: f64) -> Option<usize> {
-    (1..current.len().saturating_sub(1)).find(|&k| {
-        let here = current[k].abs();
-        let is_minimum = here < current[k - 1].abs() && here <= current[k + 1].abs();
-        is_minimum
-            && current[k + 1..]
-                .iter()
-                .map(|i| i.abs())
-                .take_while(|&after| after >= here)
-                .any(|after| after - here >= needed)
-    })
+    let (mut peak, mut lowest, mut falling) = (0.0_f64, 0, false);
+    for (k, i) in current.iter().map(|i| i.abs()).enumerate() {
+        if falling {
+            if i < current[lowest].abs() {
+                lowest = k;
+            } else if i > current[lowest].abs() + needed {
+                return Some(lowest);
+            }
+        } else if i < peak - needed {
+            (falling, lowest) = (true, k);
+        }
+        peak = peak.max(i);
+    }
+    None
 }
 
 /// Mean over `2 half + 1` samples about each, fewer at the ends: no phase shift.
