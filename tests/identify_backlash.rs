@@ -49,7 +49,7 @@ fn recover_gap_of_scara() {
     for (joint, published) in [(0, 6.3), (1, 11.9)] {
         let found = gap(&scenario.model, joint, &data);
         let truth = scenario.model.joints[joint].backlash.expect("a known gap");
-        // Asked of every single run; the standard error is about 0.4 and 1 %.
+        // Asked of every single run; the standard error is about 0.8 and 1.8 %.
         assert!(error_percent(&found.best, truth).abs() < 6.0, "{:?}", found.best.mean);
         assert!((found.best.mean.value - truth).abs() < 4.0 * found.best.mean.std_error, "{:?}", found.best.mean);
         assert!(found.best.mean_deviation_percent < published, "{}", found.best.mean_deviation_percent);
@@ -71,9 +71,9 @@ fn property_no_gap_is_reported_as_none() {
     let data = measured(&scenario, 12);
     for joint in 0..2 {
         let found = gap(&scenario.model, joint, &data);
-        // A quarter of an encoder count: what a machine without a gap may show.
+        // Half an encoder count, a thirtieth of the real arm's gap: what a machine without a gap may show.
         let count = scenario.model.joints[joint].encoder_step();
-        assert!(found.best.mean.value.abs() < 0.25 * count, "{:?}, a count is {count}", found.best.mean);
+        assert!(found.best.mean.value.abs() < 0.5 * count, "{:?}, a count is {count}", found.best.mean);
         assert!(found.consistent_with_zero(), "{:?}", found.best.mean);
     }
 }

@@ -25,6 +25,8 @@ const LARGEST_COST: f64 = 40.0;
 const TEMPER: f64 = 0.15;
 /// Error of a single value that the ensemble cannot tell, in counts.
 const FLOOR: f64 = 0.1;
+/// Error that all values share, in counts: a machine without a gap shows up to 0.3 of a count.
+const SHARED: f64 = 0.1;
 /// Usual median deviation of single values, in counts.
 const COMMON: f64 = 0.2;
 /// Median deviations beyond which a value is an outlier.
@@ -50,34 +52,37 @@ struct Profile {
 /// Fits the gap to all reversals of the sessions; `None` where no reversal tells of it.
 pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction) -> Option<Fit> {
     let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
-    let all =
-        |travel: f64| sessions.iter().flat_map(|session| sites(session, joint, friction, travel)).collect::<Vec<_>>();
+    // The link can carry at most the whole friction, later the share of it that was found.
+    let reaching = |travel: f64, share: f64| -> (Vec<Site>, Vec<Site>) {
+        let all = sessions.iter().flat_map(|session| sites(session, joint, friction, travel));
+        all.partition(|site| !site.carried(share))
+    };
     let mut spread =
         Spread { members: 16, share: [0.3, 0.2], level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
-    let (mut gap, share_found, count) = coarse(&all, largest_gap(sessions), &spread)?;
+    let (mut gap, share_found, count) = coarse(&|travel| reaching(travel, 1.0).0, largest_gap(sessions), &spread)?;
     spread.share = [share_found, 0.05];
 
     for (width, step, factor) in [(6.0, 0.5, 2.0), (3.0, 0.25, 1.0)] {
         (spread.torque, spread.level, spread.blur) = (factor * noise, 0.08, 0.2);
         let gaps = grid(gap - width * count, gap + width * count, step * count);
-        let near = all(gap.max(0.0) + (width + 4.0) * count);
+        let (near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count, spread.share[0]);
         let profiles = scan(&near, &gaps, &spread);
         gap = gaps[pooled_best(&profiles)?];
         spread.share = [share(&profiles)?.0, 0.02];
         if factor == 1.0 {
-            return pool(&near, &profiles, count, sessions);
+            return pool(&near, &profiles, &carried, sessions.first()?.unit);
         }
     }
     None
 }
 
 /// Where the gap is, what the link share is, and the size of a count: the range searched grows until a gap inside it is found.
-fn coarse<'a>(all: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Spread) -> Option<(f64, f64, f64)> {
+fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Spread) -> Option<(f64, f64, f64)> {
     let mut counts = FIRST_RANGE;
     loop {
-        let count = all(0.0).first()?.window.count;
+        let count = reaching(0.0).first()?.window.count;
         let reach = (counts * count).min(largest);
-        let mut few = all(reach + 4.0 * count);
+        let mut few = reaching(reach + 4.0 * count);
         few.sort_by_key(|site| site.window.position.len());
         few.truncate(COARSE_SITES);
         let gaps = grid(-4.0 * count, reach, count);
@@ -196,29 +201,27 @@ fn weighted(values: &[(f64, f64)]) -> Option<(f64, f64)> {
 }
 
 /// The values of all reversals, and their mean.
-fn pool(sites: &[Site], profiles: &[Profile], count: f64, sessions: &[Session]) -> Option<Fit> {
-    let unit = sessions.first()?.unit;
+fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static str) -> Option<Fit> {
+    let count = sites.first()?.window.count;
     let share = share(profiles)?;
-    let (mut values, mut left_out) = (Vec::new(), Vec::new());
-    let median = median(profiles.iter().filter(|one| one.explained() && !one.at_edge).map(|one| one.mean))?;
-    let scatter = crate::identify::backlash::fit::median(
-        profiles.iter().filter(|one| one.explained() && !one.at_edge).map(|one| (one.mean - median).abs()),
-    )?;
+    let usable = |profile: &Profile| profile.explained() && !profile.at_edge;
+    let means = || profiles.iter().filter(|one| usable(one)).map(|one| one.mean);
+    let middle = median(means())?;
+    let scatter = median(means().map(|mean| (mean - middle).abs()))?.max(COMMON * count);
+    let mut left_out: Vec<LeftOut> =
+        carried.iter().map(|site| LeftOut { time: site.time, reason: Reason::CarriedByLoad }).collect();
+    let mut values = Vec::new();
     for (site, profile) in sites.iter().zip(profiles) {
-        let machine = &site.window.transmission;
-        let turning = share.0 * machine.friction.magnitude(crate::gearhead::Direction::of(site.velocity), 0.0);
-        let far = (profile.mean - median).abs() > OUTLIER * scatter.max(COMMON * count);
-        if machine.gravity.abs() > turning {
-            left_out.push(LeftOut { time: site.time, reason: Reason::CarriedByLoad });
-        } else if !profile.explained() || profile.at_edge || far {
-            left_out.push(LeftOut { time: site.time, reason: Reason::Unexplained });
-        } else {
+        if usable(profile) && (profile.mean - middle).abs() <= OUTLIER * scatter {
             let std_error = profile.deviation.hypot(FLOOR * count);
             values.push(ReversalGap { time: site.time, velocity: site.velocity, gap: profile.mean, std_error });
+        } else {
+            left_out.push(LeftOut { time: site.time, reason: Reason::Unexplained });
         }
     }
     let pairs: Vec<(f64, f64)> = values.iter().map(|one| (one.gap, one.std_error.powi(2))).collect();
-    let (mean, std_error) = weighted(&pairs)?;
+    let (mean, scatter_error) = weighted(&pairs)?;
+    let std_error = scatter_error.hypot(SHARED * count);
     let gap = EstimatorResult {
         name: "likelihood_of_reversals",
         mean: Quantity::new(mean, std_error, NORMAL_95, unit),

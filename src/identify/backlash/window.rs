@@ -28,8 +28,14 @@ pub(super) struct Site<'a> {
     pub time: f64,
     /// [rad/s or m/s] Steady velocity after the turn, with its sign.
     pub velocity: f64,
-    /// [rad or m] How far the rotor went after the turn, within the window.
-    pub travel: f64,
+}
+
+impl Site<'_> {
+    /// Whether the load rests on one flank throughout: gravity at the turn outweighs the link's friction at this share.
+    pub fn carried(&self, share: f64) -> bool {
+        let machine = &self.window.transmission;
+        machine.gravity.abs() > share * machine.breakaway[0].min(machine.breakaway[1])
+    }
 }
 
 /// The windows of a session that end where the rotor has gone `travel` [rad or m] beyond its turn.
@@ -65,7 +71,7 @@ fn site<'a>(
         velocity: speed(early, start),
         seed: reversal.turn as u64,
     };
-    Site { window, time: signals.time[reversal.turn], velocity: speed(reversal.end, late), travel: gone(end - 1) }
+    Site { window, time: signals.time[reversal.turn], velocity: speed(reversal.end, late) }
 }
 
 /// First sample of a window: shortly before the stroke begins to brake.
