@@ -12,6 +12,9 @@ use super::selection::Rules;
 /// Part of the RMS torque that a pattern has to have: less is what the law of an effect or of friction does not get right.
 const LEAST_AMPLITUDE: f64 = 0.01;
 
+/// Highest order of the motor angle that is looked for, in periods a turn.
+const HIGHEST_ORDER: f64 = 12.0;
+
 /// A shape that a residual can have.
 struct Probe {
     columns: Vec<Vec<f64>>,
@@ -95,7 +98,7 @@ fn probes(problem: &Problem, joint: usize) -> Vec<Probe> {
     probes.push(single("drifting with time within a session", motion.time.clone()));
     let range = motion.range(joint).max(1e-9);
     let (lowest, step) = (TAU / range, PI / (3.0 * range));
-    let count = (((3.2 * model.gear_ratio - lowest) / step) as usize).min(1500);
+    let count = (((HIGHEST_ORDER * model.gear_ratio - lowest) / step) as usize).min(1500);
     for index in 0..count {
         let order = lowest + step * index as f64;
         let period = TAU * model.gear_ratio / order / crate::units::DEG;
