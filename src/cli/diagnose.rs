@@ -72,24 +72,47 @@ impl Findings {
     /// # Errors
     /// As [`diagnosis::diagnose`] and [`replay::replay`].
     pub fn new(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
+        let mut findings = Self::without_replay(model, train, hold_out, progress)?;
+        let share = Options::default().held_out_share;
+        findings.diagnosis.replay = Self::replay(&findings.diagnosis, train, hold_out, share, progress)?;
+        Ok(findings)
+    }
+
+    /// Diagnoses alone.
+    ///
+    /// # Errors
+    /// As [`diagnosis::diagnose`].
+    pub fn without_replay(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
         let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
         let options = Options::default();
         let (train_series, hold_out_series) = (series(train), series(hold_out));
-        let mut diagnosis =
-            diagnosis::diagnose(model, &train_series, &hold_out_series, &options, &mut |doing, share| {
-                progress.show(doing, share);
-            })?;
+        let diagnosis = diagnosis::diagnose(model, &train_series, &hold_out_series, &options, &mut |doing, share| {
+            progress.show(doing, share);
+        })?;
+        let sessions = train_series.into_iter().chain(hold_out_series).collect();
+        Ok(Self { diagnosis, sessions })
+    }
+
+    /// Both models in simulation beside the data held out.
+    fn replay(
+        diagnosis: &Diagnosis,
+        train: &[Session],
+        hold_out: &[Session],
+        share: f64,
+        progress: &Progress,
+    ) -> Result<Vec<ReplayError>> {
+        if diagnosis.verdict == Verdict::NothingFound {
+            return Ok(Vec::new());
+        }
         let judged: Vec<Session> = if hold_out.is_empty() {
-            train.iter().map(|session| tail(session, options.held_out_share)).collect()
+            train.iter().map(|session| tail(session, share)).collect()
         } else {
             hold_out.to_vec()
         };
         progress.next("replaying");
         let before = replayed(&diagnosis.baseline_model, &judged)?;
         let after = replayed(&diagnosis.extended_model, &judged)?;
-        diagnosis.replay = replay_errors(&before, &after);
-        let sessions = train_series.into_iter().chain(hold_out_series).collect();
-        Ok(Self { diagnosis, sessions })
+        Ok(replay_errors(&before, &after))
     }
 
     /// The report: first the recordings with their residuals, then the extended model beside the data held out.
