@@ -142,9 +142,7 @@ fn diagnosed<'a>(
     progress: &Progress,
 ) -> Result<(Report<'a>, Vec<Unmet>)> {
     let recordings: Vec<_> = measured.iter().map(|series| recording(series, &scenario.source)).collect();
-    // Where there are several sessions, the last one is held out as a whole.
-    let (train, hold_out) = recordings.split_at(recordings.len().saturating_sub(1).max(1).min(recordings.len()));
-    let findings = Findings::without_replay(&nominal(&scenario.model), train, hold_out, progress)?;
+    let findings = Findings::without_replay(&nominal(&scenario.model), &recordings, &[], progress)?;
     let extended = &findings.diagnosis.extended_model;
     let (mut report, unmet) = identified_with(&corrected(extended)?, scenario, sessions, measured, progress)?;
     report.model = report.model.map(|identified| Model { effects: extended.effects.clone(), ..identified });
