@@ -1,4 +1,4 @@
-//! Lostmotion: why a robot arm and its simulation disagree.
+#![doc = include_str!("../README.md")]
 
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [rad], [s]")]
 
