@@ -25,6 +25,11 @@ const LARGEST_COST: f64 = 40.0;
 const TEMPER: f64 = 0.15;
 /// Error of a single value that the ensemble cannot tell, in counts.
 const FLOOR: f64 = 0.1;
+/// Difference of `ln L` between the best and the worst gap of a range below which a reversal tells nothing.
+const LEAST_PREFERENCE: f64 = 6.0;
+/// Smallest link share counted on: where gravity outweighs that part of the friction the load may rest on one flank, and a gap
+/// that is never crossed looks like none.
+const SMALLEST_SHARE: f64 = 0.05;
 /// Error that all values share, in counts: a machine without a gap shows up to 0.3 of a count.
 const SHARED: f64 = 0.1;
 /// Usual median deviation of single values, in counts.
@@ -52,20 +57,19 @@ struct Profile {
 /// Fits the gap to all reversals of the sessions; `None` where no reversal tells of it.
 pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction) -> Option<Fit> {
     let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
-    // The link can carry at most the whole friction, later the share of it that was found.
-    let reaching = |travel: f64, share: f64| -> (Vec<Site>, Vec<Site>) {
+    let reaching = |travel: f64| -> (Vec<Site>, Vec<Site>) {
         let all = sessions.iter().flat_map(|session| sites(session, joint, friction, travel));
-        all.partition(|site| !site.carried(share))
+        all.partition(|site| !site.carried(SMALLEST_SHARE))
     };
     let mut spread =
         Spread { members: 16, share: [0.3, 0.2], level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
-    let (mut gap, share_found, count) = coarse(&|travel| reaching(travel, 1.0).0, largest_gap(sessions), &spread)?;
+    let (mut gap, share_found, count) = coarse(&|travel| reaching(travel).0, largest_gap(sessions), &spread)?;
     spread.share = [share_found, 0.05];
 
     for (width, step, factor) in [(6.0, 0.5, 2.0), (3.0, 0.25, 1.0)] {
         (spread.torque, spread.level, spread.blur) = (factor * noise, 0.08, 0.2);
         let gaps = grid(gap - width * count, gap + width * count, step * count);
-        let (near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count, spread.share[0]);
+        let (near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count);
         let profiles = scan(&near, &gaps, &spread);
         gap = gaps[pooled_best(&profiles)?];
         spread.share = [share(&profiles)?.0, 0.02];
@@ -87,7 +91,7 @@ fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Sp
         few.truncate(COARSE_SITES);
         let gaps = grid(-4.0 * count, reach, count);
         let profiles = scan(&few, &gaps, spread);
-        let inside = profiles.iter().filter(|one| one.explained() && !one.at_edge).count();
+        let inside = profiles.iter().filter(|one| one.usable()).count();
         if 2 * inside > few.len() || reach >= largest {
             return Some((gaps[pooled_best(&profiles)?], share(&profiles)?.0, count));
         }
@@ -155,6 +159,17 @@ impl Profile {
     fn explained(&self) -> bool {
         self.best.worst > UNLIKELY
     }
+
+    /// Whether the reversal prefers some gaps of the range to others: no flank changes where the load carries the link.
+    fn tells(&self) -> bool {
+        let least = self.scores.iter().copied().fold(f64::INFINITY, f64::min);
+        self.best.log_likelihood - least > LEAST_PREFERENCE
+    }
+
+    /// Whether its value can be used.
+    fn usable(&self) -> bool {
+        self.explained() && self.tells() && !self.at_edge
+    }
 }
 
 fn argmax(values: &[f64]) -> usize {
@@ -163,7 +178,7 @@ fn argmax(values: &[f64]) -> usize {
 
 /// The gap that all explained reversals agree on, none of them with more than its largest cost.
 fn pooled_best(profiles: &[Profile]) -> Option<usize> {
-    let explained: Vec<&Profile> = profiles.iter().filter(|profile| profile.explained()).collect();
+    let explained: Vec<&Profile> = profiles.iter().filter(|profile| profile.explained() && profile.tells()).collect();
     let gaps = explained.first()?.scores.len();
     let total = |k: usize| -> f64 {
         explained.iter().map(|one| (one.scores[k] - one.best.log_likelihood).max(-LARGEST_COST)).sum()
@@ -175,7 +190,7 @@ fn pooled_best(profiles: &[Profile]) -> Option<usize> {
 fn share(profiles: &[Profile]) -> Option<(f64, f64)> {
     let values: Vec<(f64, f64)> = profiles
         .iter()
-        .filter(|profile| profile.explained() && !profile.at_edge)
+        .filter(|profile| profile.usable())
         .map(|profile| (profile.best.share[0], profile.best.share[1].powi(2)))
         .collect();
     weighted(&values)
@@ -204,19 +219,19 @@ fn weighted(values: &[(f64, f64)]) -> Option<(f64, f64)> {
 fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static str) -> Option<Fit> {
     let count = sites.first()?.window.count;
     let share = share(profiles)?;
-    let usable = |profile: &Profile| profile.explained() && !profile.at_edge;
-    let means = || profiles.iter().filter(|one| usable(one)).map(|one| one.mean);
+    let means = || profiles.iter().filter(|one| one.usable()).map(|one| one.mean);
     let middle = median(means())?;
     let scatter = median(means().map(|mean| (mean - middle).abs()))?.max(COMMON * count);
     let mut left_out: Vec<LeftOut> =
         carried.iter().map(|site| LeftOut { time: site.time, reason: Reason::CarriedByLoad }).collect();
     let mut values = Vec::new();
     for (site, profile) in sites.iter().zip(profiles) {
-        if usable(profile) && (profile.mean - middle).abs() <= OUTLIER * scatter {
+        if profile.usable() && (profile.mean - middle).abs() <= OUTLIER * scatter {
             let std_error = profile.deviation.hypot(FLOOR * count);
             values.push(ReversalGap { time: site.time, velocity: site.velocity, gap: profile.mean, std_error });
         } else {
-            left_out.push(LeftOut { time: site.time, reason: Reason::Unexplained });
+            let reason = if profile.tells() { Reason::Unexplained } else { Reason::CarriedByLoad };
+            left_out.push(LeftOut { time: site.time, reason });
         }
     }
     let pairs: Vec<(f64, f64)> = values.iter().map(|one| (one.gap, one.std_error.powi(2))).collect();
