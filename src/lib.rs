@@ -1,5 +1,4 @@
 #![doc = include_str!("../README.md")]
-
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [rad], [s]")]
 
 /// The command line.

@@ -39,7 +39,7 @@ use crate::timeseries::TimeSeries;
 /// `friction` is the law just identified on the same data; its `link_share` need not be known, the fit frees it.
 ///
 /// # Errors
-/// The data lack position or current of the joint, hold fewer than three reversals of it, or none that tells of the gap.
+/// The data lack position or current of the joint (a current without sign needs its command beside it), hold fewer than three reversals of it, or none that tells of the gap.
 pub fn identify(
     model: &Model,
     joint: usize,

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::identify::rigid_body::RigidBody;
 use crate::identify::signals::Signals;
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Channel, TimeSeries};
 
 /// Reversals below which no gap is estimated.
 const FEWEST: usize = 3;
@@ -24,12 +24,25 @@ pub(super) struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// The signals of a joint and their reversals; `None` where the recording lacks them.
+    /// The signals of a joint and their reversals; `None` where the recording lacks them, or where the current's sign was lost
+    /// and its command, which tells it, was not recorded.
     pub fn of(model: &'a Model, joint: usize, series: &'a TimeSeries) -> Option<Self> {
-        let signals = Signals::of(model, joint, series)?;
+        let mut signals = Signals::of(model, joint, series)?;
+        if signals.rectified {
+            let recorded = series.joint(&model.joints[joint].name)?;
+            sign_by_command(&mut signals.torque, recorded.get(Channel::CommandCurrent)?);
+            signals.rectified = false;
+        }
         let reversals = find_reversals(signals.position, signals.count);
         let unit = model.joints[joint].kind.position_unit();
         Some(Self { joint, unit, signals, rigid: RigidBody::new(model, joint, series), reversals })
+    }
+}
+
+/// Gives a rectified torque the sign of the command before it, which the current has followed by the time it is read.
+fn sign_by_command(torque: &mut [f64], command: &[f64]) {
+    for (k, tau) in torque.iter_mut().enumerate() {
+        *tau = tau.abs().copysign(command[k.saturating_sub(1)]);
     }
 }
 
