@@ -45,7 +45,6 @@ fn robot() -> Robot {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base_shapes: vec![pedestal],
         unread_shapes: Vec::new(),
-        unread_shapes: Vec::new(),
         bodies: vec![body("shoulder", None, 0.0), body("elbow", Some(0), 0.4)],
     }
 }
