@@ -15,6 +15,7 @@ mod lines;
 mod motion;
 mod rigid_body;
 mod signals;
+mod signs;
 mod statistics;
 mod summary;
 mod windows;
@@ -53,6 +54,8 @@ impl Default for Options {
     }
 }
 
+/// What is said where neither law passes through the points.
+const UNFITTED: &str = "fit of a friction law to the measurement points (friction that drives? compare gravity, torque constant and signs with the model)";
 /// Points that a joint needs in each direction: a law has four coefficients, and one point must be left to judge it.
 const FEWEST_POINTS: usize = 5;
 
@@ -86,8 +89,8 @@ pub fn identify_joint(
     options: &Options,
 ) -> Result<JointIdentification> {
     let mut notes = Vec::new();
-    let (mut points, tracks) = measurement_points(model, joint, data, options)?;
-    let averages = both_laws(&points).ok_or_else(|| too_few(model, joint, &points))?;
+    let (mut points, tracks) = measurement_points(model, joint, data, options, &mut notes)?;
+    let averages = both_laws(&points).ok_or(Error::NotConverged { method: UNFITTED, iterations: 0, change: f64::NAN })?;
     let balance = Balance::new(&points, tracks);
     let laws = balanced(&balance, averages, &mut points, &mut notes);
     let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &laws);
@@ -114,11 +117,26 @@ fn measurement_points(
     joint: usize,
     data: &[TimeSeries],
     options: &Options,
+    notes: &mut Vec<String>,
 ) -> Result<(Vec<Point>, Vec<Track>)> {
     let (mut points, mut tracks) = (Vec::new(), Vec::new());
-    for (session, signals) in signals::of_sessions(model, joint, data)? {
+    for (session, mut signals) in signals::of_sessions(model, joint, data)? {
         let rigid = RigidBody::new(model, joint, &data[session]);
+        let doubtful = if signals.rectified {
+            let gravity = rigid.gravity_along(0..signals.position.len());
+            let certain = signs::recover(&mut signals, &gravity);
+            notes.push(format!(
+                "{}: the sign of the current was not measured; it follows from motion and gravity",
+                data[session].name
+            ));
+            certain.iter().map(|certain| !certain).collect()
+        } else {
+            Vec::new()
+        };
         for window in windows::find(&signals, options) {
+            if doubtful.iter().skip(window.start).take(window.end - window.start).any(|doubt| *doubt) {
+                continue;
+            }
             points.push(Point::of(session, &signals, &rigid, window));
             tracks.push(Track::of(&signals, &rigid, window));
         }

@@ -1,0 +1,57 @@
+//! The sign of a current whose magnitude alone was measured: a shunt below the bridge.
+//!
+//! While a joint moves, its motor works against friction and gravity, `τ ≈ G(q) + F sgn q̇`, and that has a sign. Direction from the encoder,
+//! `G` from the model; the one unknown, a mean level `F`, is the one whose `|G + F sgn q̇|` is nearest to the magnitude that was read.
+//! Where `G` and friction nearly cancel, the sign and with it the window are in doubt: rectified noise would bias the average.
+//! At rest the sign is that of the last motion. Left out: braking by the motor, which steady windows do not contain.
+
+use super::signals::Signals;
+
+/// [s] Half the time over which the direction is taken.
+const HALF: f64 = 0.1;
+/// Levels of friction that are tried, up to the largest torque that was read plus the largest gravity.
+const LEVELS: usize = 400;
+/// Part of the level below which an expected torque has no certain sign.
+const DOUBT: f64 = 0.25;
+
+/// Gives the torque its sign; returns, for every sample, whether it is certain.
+pub fn recover(signals: &mut Signals, gravity: &[f64]) -> Vec<bool> {
+    let directions = directions(signals);
+    let level = level(&signals.torque, gravity, &directions);
+    let mut certain = Vec::with_capacity(directions.len());
+    for ((torque, gravity), direction) in signals.torque.iter_mut().zip(gravity).zip(&directions) {
+        let expected = gravity + level * direction;
+        *torque = torque.abs().copysign(expected);
+        certain.push(expected.abs() >= DOUBT * level);
+    }
+    certain
+}
+
+/// Direction of the motion at every sample; that before it where the encoder stands still.
+fn directions(signals: &Signals) -> Vec<f64> {
+    let half = (HALF / signals.interval).round().max(1.0) as usize;
+    let last = signals.position.len() - 1;
+    let mut direction = 0.0;
+    (0..=last)
+        .map(|k| {
+            let way = signals.position[(k + half).min(last)] - signals.position[k.saturating_sub(half)];
+            if way.abs() > 1.5 * signals.count {
+                direction = way.signum();
+            }
+            direction
+        })
+        .collect()
+}
+
+/// The level of friction that explains the magnitudes best, least absolute error over the samples in motion.
+fn level(magnitude: &[f64], gravity: &[f64], directions: &[f64]) -> f64 {
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let top = largest(magnitude) + largest(gravity);
+    let stride = (magnitude.len() / 5000).max(1);
+    let error = |level: f64| -> f64 {
+        let samples = (0..magnitude.len()).step_by(stride).filter(|&k| directions[k] != 0.0);
+        samples.map(|k| (magnitude[k].abs() - (gravity[k] + level * directions[k]).abs()).abs()).sum()
+    };
+    let levels = (1..=LEVELS).map(|k| top * k as f64 / LEVELS as f64);
+    levels.map(|level| (error(level), level)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(top, |(_, level)| level)
+}
