@@ -15,7 +15,7 @@ fn friction_of_two_joints(bencher: divan::Bencher) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/01_identify_scara/scenario.toml");
     let mut scenario = Scenario::load(&path, &[]).unwrap();
     scenario.options.engine = Engine::Reduced;
-    let data = simulate(&scenario, scenario.seed, &mut |_, _| {}).unwrap().measured();
+    let data = simulate(&scenario, scenario.seed, &|_, _| {}).unwrap().measured();
     let options = Options { backlash: false, ..Options::default() };
     bencher.bench_local(|| identify(&scenario.model, &data, &options).unwrap());
 }

@@ -90,7 +90,8 @@ pub fn identify_joint(
 ) -> Result<JointIdentification> {
     let mut notes = Vec::new();
     let (mut points, tracks) = measurement_points(model, joint, data, options, &mut notes)?;
-    let averages = both_laws(&points).ok_or(Error::NotConverged { method: UNFITTED, iterations: 0, change: f64::NAN })?;
+    let averages =
+        both_laws(&points).ok_or(Error::NotConverged { method: UNFITTED, iterations: 0, change: f64::NAN })?;
     let balance = Balance::new(&points, tracks);
     let laws = balanced(&balance, averages, &mut points, &mut notes);
     let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &laws);
