@@ -328,24 +328,3 @@ mod motion {
         assert_eq!(error.cause, MotionFault::Collision { first: "one".into(), second: "hand".into() });
     }
 }
-
-mod scenarios {
-    use std::path::Path;
-
-    use lostmotion::error::Error;
-    use lostmotion::scenario::Scenario;
-
-    fn staircase(set: &[&str]) -> Result<(), Error> {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/01_identify_scara/scenario.toml");
-        let set: Vec<String> = set.iter().map(|assignment| (*assignment).to_owned()).collect();
-        Scenario::load(&file, &set)?.check_motion()
-    }
-
-    #[test]
-    fn scenario_a_staircase_is_refused_before_it_runs_where_it_leaves_the_limits() {
-        staircase(&[]).unwrap();
-        let error = staircase(&["reference.joints.joint2.direction = positive"]).unwrap_err();
-        assert!(matches!(error, Error::Motion(_)), "{error}");
-        assert!(error.to_string().contains("joint2 at 2.3"), "{error}");
-    }
-}

@@ -8,6 +8,7 @@ use super::problem::{Part, Problem, Term};
 use super::regression::NU;
 use super::result::{BaselineEstimate, CandidateRecord, Diagnosis, FoundEffect, Measured, Method, Verdict};
 use super::selection::{Selection, Taken, evidence_beside};
+use super::timing::Late;
 use super::views::{self, Residual};
 use super::{Options, extend, floor, observe, typical_inertia, unexplained};
 use crate::effects::CATALOGUE;
@@ -15,7 +16,7 @@ use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
 use crate::robot::Model;
-use crate::timeseries::{Estimate, TimeSeries};
+use crate::timeseries::TimeSeries;
 
 /// What a diagnosis is made of, beside the problem.
 pub struct Data<'d> {
@@ -26,7 +27,7 @@ pub struct Data<'d> {
     /// How many of them were trained on.
     pub trained: usize,
     /// How late the current was, where that was noticeable.
-    pub late: Option<Estimate>,
+    pub late: Option<Late>,
     /// Residuals of the nominal model before that was mended.
     pub as_recorded: Option<Vec<Vec<f64>>>,
 }
@@ -119,7 +120,7 @@ fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection, data: &D
 /// The effect that a noticeable lag of the current is, with its gain on held-out data beside the nominal model.
 fn delayed(problem: &Problem, data: &Data) -> Option<FoundEffect> {
     let (late, recorded) = (data.late?, data.as_recorded.as_ref()?);
-    let (effect, values) = CATALOGUE.iter().find_map(|effect| Some((effect, effect.of_lag(late.value)?)))?;
+    let (effect, values) = CATALOGUE.iter().find_map(|effect| Some((effect, effect.of_lag(late.lag.value)?)))?;
     let about = effect.about();
     let mended = nominal_residuals(problem)?;
     let power = |residuals: &[Vec<f64>]| -> f64 {
@@ -135,9 +136,11 @@ fn delayed(problem: &Problem, data: &Data) -> Option<FoundEffect> {
         joints: data.model.joints.iter().map(|joint| joint.name.clone()).collect(),
         kind: about.kind,
         parameters: parameters
-            .map(|(spec, value)| (spec.name.to_owned(), Measured { value, std_error: late.std_error, unit: spec.unit }))
+            .map(|(spec, value)| {
+                (spec.name.to_owned(), Measured { value, std_error: late.lag.std_error, unit: spec.unit })
+            })
             .collect(),
-        probability: 0.98,
+        probability: late.probability,
         gain_percent: 100.0 * (1.0 - (power(&mended) / power(recorded).max(1e-300)).sqrt()),
         confusable_with: Vec::new(),
         separate_by: about.separate_by.to_owned(),

@@ -75,7 +75,7 @@ pub fn diagnose(
     // A lag of the current is judged by the transients, and mended before anything else is judged.
     let late = timing::late_current(model, &recorded);
     let mended: Vec<TimeSeries> = match late {
-        Some(lag) => recorded.iter().map(|session| timing::aligned(session, lag.value)).collect(),
+        Some(late) => recorded.iter().map(|session| timing::aligned(session, late.lag.value)).collect(),
         None => Vec::new(),
     };
     let sessions: Vec<&TimeSeries> = if late.is_some() { mended.iter().collect() } else { recorded.clone() };

@@ -24,8 +24,20 @@ const NOTICEABLE: f64 = 1.5e-3;
 /// [s] How far friction and the gap may move the median.
 const SYSTEMATIC: f64 = 3e-4;
 
-/// How late [s] the current is against the motion, where that is noticeable.
-pub fn late_current(model: &Model, sessions: &[&TimeSeries]) -> Option<Estimate> {
+/// Standard errors by which a delay has to exceed [`NOTICEABLE`]: where joints and sessions do not agree on one lag, there is none.
+const SURELY: f64 = 4.0;
+
+/// How late the current is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Late {
+    /// [s]
+    pub lag: Estimate,
+    /// Probability that it is more than recordings without a delay show, by the logistic approximation of the normal distribution.
+    pub probability: f64,
+}
+
+/// How late the current is against the motion, where that is noticeable.
+pub fn late_current(model: &Model, sessions: &[&TimeSeries]) -> Option<Late> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
     let mut lags: Vec<f64> =
@@ -40,7 +52,9 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries]) -> Option<Estimate>
     // Of a normal variable the median deviation is 0.6745 of the standard deviation, and the median scatters 1.25 times as much as the mean.
     let scatter = 1.25 * deviations[deviations.len() / 2] / 0.6745 / (lags.len() as f64).sqrt();
     let std_error = scatter.hypot(SYSTEMATIC);
-    (value > NOTICEABLE).then_some(Estimate { value, std_error })
+    let beyond = (value - NOTICEABLE) / std_error;
+    let probability = 1.0 / (1.0 + (-1.702 * beyond).exp());
+    (beyond > SURELY).then_some(Late { lag: Estimate { value, std_error }, probability })
 }
 
 /// Lag of the peak of one joint's correlation in one session.
