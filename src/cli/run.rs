@@ -77,7 +77,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     let seed = common.seed.unwrap_or(scenario.seed);
     let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
     let progress = Progress::start("simulating", common.output.quiet);
-    let run = scenario::simulate(&scenario, seed, &mut |done, all| progress.set(done / all))?;
+    let run = scenario::simulate(&scenario, seed, &|done, all| progress.set(done / all))?;
     let measured = run.measured();
     let (mut report, unmet) = match scenario.procedure {
         Procedure::None => (simulated(&scenario, &run.sessions), Vec::new()),

@@ -9,7 +9,7 @@ use crate::identify::{Identification, JointIdentification, PerDirection, Quantit
 pub struct Expectation {
     /// The joint.
     pub joint: String,
-    /// Key of the scenario file: a name of [`QUANTITIES`].
+    /// Key of the scenario file: a name of `QUANTITIES`.
     pub quantity: &'static str,
     /// [%] of the truth, ≥ 0.
     pub limit_percent: f64,
