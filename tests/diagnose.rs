@@ -131,9 +131,12 @@ fn with(effect: &str, joint: Option<&str>, parameters: &[(&str, f64)]) -> Model 
     model
 }
 
+/// Effect, joint, parameters.
+type Planted = (&'static str, Option<&'static str>, &'static [(&'static str, f64)]);
+
 #[test]
 fn recover_the_planted_effect_alone_and_its_parameters() {
-    let planted: [(&str, Option<&str>, &[(&str, f64)]); 7] = [
+    let planted: [Planted; 7] = [
         ("viscous_asymmetry", Some("joint1"), &[("positive", 0.5), ("negative", 0.35)]),
         ("quadratic_drag", Some("joint2"), &[("coefficient", 0.08)]),
         ("cogging", Some("joint1"), &[("amplitude", 0.05), ("order", 6.0), ("phase", 0.8)]),
