@@ -23,7 +23,7 @@ fn scenario(name: &str, assignments: &[String]) -> Scenario {
 
 /// What the sensors say in a run.
 fn measured(scenario: &Scenario, seed: u64) -> Vec<TimeSeries> {
-    simulate(scenario, seed, &mut |_, _| {}).expect("a run").measured()
+    simulate(scenario, seed, &|_, _| {}).expect("a run").measured()
 }
 
 /// Joints that some session moves by more than a degree or a centimetre.
