@@ -54,16 +54,17 @@ impl<'a> RigidBody<'a> {
         self.average(window, |q| self.link_inertia_at(q))
     }
 
-    /// `G_i` [N·m or N] at every sample, computed at every [`STRIDE`]th and held between.
+    /// `G_i` [N·m or N] at every sample, computed at every [`STRIDE`]th and straight between: held, it would lag behind the motion.
     pub fn gravity_along(&self, samples: Range<usize>) -> Vec<f64> {
-        let start = samples.start;
-        let mut held = 0.0;
-        samples
+        let Range { start, end } = samples;
+        let knots: Vec<f64> = (start..end + STRIDE)
+            .step_by(STRIDE)
+            .map(|k| self.gravity_at(&self.posture(k.min(end.saturating_sub(1)))))
+            .collect();
+        (0..end - start)
             .map(|k| {
-                if (k - start).is_multiple_of(STRIDE) {
-                    held = self.gravity_at(&self.posture(k));
-                }
-                held
+                let (knot, part) = (k / STRIDE, (k % STRIDE) as f64 / STRIDE as f64);
+                knots[knot] + part * (knots[(knot + 1).min(knots.len() - 1)] - knots[knot])
             })
             .collect()
     }
