@@ -193,7 +193,9 @@ impl State {
 
     /// Over one sample interval, with the mean of the torques read at both of its ends.
     fn advance(&mut self, track: &Track, sample: usize, law: &FrictionLaw, centrifugal: f64) {
-        let torque = 0.5 * (track.torque[sample] + track.torque[sample + 1]) - 0.5 * (track.gravity[sample] + track.gravity[sample + 1]) + self.lacking;
+        let torque = 0.5 * (track.torque[sample] + track.torque[sample + 1])
+            - 0.5 * (track.gravity[sample] + track.gravity[sample + 1])
+            + self.lacking;
         let substeps = (track.interval / STEP - 1e-9).ceil().max(1.0);
         let dt = track.interval / substeps;
         let before = self.omega;
