@@ -1,7 +1,5 @@
 //! Both friction laws fitted to the measurement points of a joint.
 
-use nalgebra::DMatrix;
-
 use super::law;
 use super::least_squares::{Fit, Search, levenberg_marquardt};
 use super::lines::{self, SpeedPoint};
@@ -26,9 +24,8 @@ pub fn first_lines(points: &[Point]) -> Vec<[Lines; 2]> {
     let of = |direction: Direction| {
         let side: Vec<SpeedPoint> =
             points.iter().filter(|point| point.direction() == direction).map(Point::of_speed).collect();
-        let mut found = lines::fit(&side);
-        found.extend(lines::without_fall(&side));
-        found
+        let found = lines::fit(&side);
+        if found.is_empty() { lines::without_fall(&side).into_iter().collect() } else { found }
     };
     let (forward, backward) = (of(Direction::Positive), of(Direction::Negative));
     forward.iter().flat_map(|&one| backward.iter().map(move |&other| [one, other])).collect()
@@ -67,19 +64,15 @@ pub fn to_points(kind: LawKind, points: &[Point], lines: &[[Lines; 2]]) -> Optio
         let law = law::of(kind, theta)?;
         Some(points.iter().map(|point| residual(&law, theta[law::CENTRIFUGAL], point)).collect())
     };
-    let starts = starts(kind, lines);
-    let fits = starts.iter().filter_map(|start| {
-        let step = law::steps(kind, start, fastest);
-        let search = Search { step: &step, part: 1e-3, iterations: 60, tolerance: 1e-9 };
-        levenberg_marquardt(start, search, residuals)
-    });
-    let best = fits.min_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared)).or_else(|| {
-        // Averages of a motion that was anything but steady: the balance over the motion may still start from there.
-        let parameters = starts.iter().find(|start| law::of(kind, start).is_some())?.clone();
-        let covariance = DMatrix::from_element(law::COUNT, law::COUNT, f64::NAN);
-        Some(Fit { parameters, covariance, chi_squared: f64::INFINITY, degrees_of_freedom: 0 })
-    });
-    best.map(|fit| LawFit { kind, fit })
+    starts(kind, lines)
+        .iter()
+        .filter_map(|start| {
+            let step = law::steps(kind, start, fastest);
+            let search = Search { step: &step, part: 1e-3, iterations: 60, tolerance: 1e-9 };
+            levenberg_marquardt(start, search, residuals)
+        })
+        .min_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared))
+        .map(|fit| LawFit { kind, fit })
 }
 
 /// Residual of equation 11 at a point in standard errors.
