@@ -8,10 +8,8 @@ use super::document::Document;
 use super::html;
 use super::recording::{self, Motion};
 use crate::error::Result;
+use crate::plant::RAPIER_VERSION;
 use crate::robot::Model;
-
-/// Version of the engine, pinned in the manifest: its results change between releases.
-pub const RAPIER_VERSION: &str = "0.36.1";
 
 /// Everything a command leaves behind.
 #[derive(Debug)]
