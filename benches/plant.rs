@@ -32,7 +32,7 @@ fn run(plant: &mut Plant, joints: usize, milliseconds: usize) {
             integral[j] += 10.0 * gains[j] * error * 1e-3;
             command[j] = gains[j] * error + integral[j];
         }
-        plant.advance(&command, 1e-3);
+        plant.advance(&command, 1e-3).unwrap();
     }
 }
 

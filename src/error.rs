@@ -42,6 +42,23 @@ pub enum Error {
         /// What to record or change instead.
         advice: &'static str,
     },
+    /// A simulated machine has left everything that its laws can mean.
+    #[error(
+        "simulation diverged: at t = {time:.6} s {quantity} of {joint} is {value:e}, and at most {limit:e} can be meant; \
+             a controller that is too stiff for the machine or too slow for its gears may be the cause"
+    )]
+    Diverged {
+        /// [s] at the end of the interval in which it happened.
+        time: f64,
+        /// The joint.
+        joint: String,
+        /// What is out of bounds, "motor velocity" for instance.
+        quantity: &'static str,
+        /// Its value, SI; may be no number.
+        value: f64,
+        /// Its bound.
+        limit: f64,
+    },
     /// A recording for the viewer could not be made.
     #[error("recording: {entity} was refused")]
     Recording {

@@ -44,7 +44,7 @@ fn property_a_step_allocates_nothing_of_its_own() {
         let mut plant = Plant::new(&scara(), &Options { engine, ..Options::default() }).unwrap();
         let mut millisecond = move |k: i32| {
             plant.read();
-            plant.advance(&[6.0 * (f64::from(k) * 3e-3).sin(), 4.0 * (f64::from(k) * 5e-3).cos()], 1e-3);
+            plant.advance(&[6.0 * (f64::from(k) * 3e-3).sin(), 4.0 * (f64::from(k) * 5e-3).cos()], 1e-3).unwrap();
         };
         (0..200).for_each(&mut millisecond);
         allocations_of(|| (200..1200).for_each(&mut millisecond))

@@ -296,6 +296,17 @@ fn property_broken_scenarios_are_refused_by_place_and_expectation() {
 }
 
 #[test]
+fn property_a_diverging_simulation_is_refused_and_leaves_nothing() {
+    let files = Files::new();
+    let before = files.names();
+    // 2 J / period = 40 N·m·s/rad is the stiffest controller that the rotor bears.
+    let gain = "controller.joints.turn.proportional=2000";
+    let output = files.lostmotion(&["run", "scenario.toml", "--out", "out", "--csv", "--set", gain]);
+    refused(&output, &["diverged", "t = ", "velocity of turn"]);
+    assert_eq!(files.names(), before);
+}
+
+#[test]
 fn property_broken_matlab_files_are_refused() {
     let (time, position) = (times(), positions());
     let files = Files::new();

@@ -29,12 +29,12 @@ fn blocked(voltage_limit: f64) -> Plant {
 fn analytic_current_loop_approaches_its_command() {
     let mut plant = blocked(f64::INFINITY);
     for step in 1..=5 {
-        plant.advance(&[3.0], 3e-4);
+        plant.advance(&[3.0], 3e-4).unwrap();
         let expected = 3.0 * (1.0 - (-f64::from(step) * 3e-4 / 4e-4).exp());
         // The course is put in as it is: rounding.
         assert!((plant.states()[0].current - expected).abs() < 1e-12);
     }
-    plant.advance(&[100.0], 0.1);
+    plant.advance(&[100.0], 0.1).unwrap();
     assert!((plant.states()[0].current - 18.0).abs() < 1e-12, "the command is clamped");
 }
 
@@ -46,7 +46,7 @@ fn analytic_current_rises_at_the_voltage_limit_and_leaves_it() {
     let leaves_at = (l * wanted / ti - volts) / (l / ti - r);
     let leaves = -(1.0_f64 - leaves_at * r / volts).ln() * l / r;
     for step in 1..=40 {
-        plant.advance(&[wanted], 1e-4);
+        plant.advance(&[wanted], 1e-4).unwrap();
         let t = f64::from(step) * 1e-4;
         let expected = if t < leaves {
             volts / r * (1.0 - (-t * r / l).exp())
@@ -74,7 +74,7 @@ fn analytic_motor_without_load_runs_up_to_its_voltage() {
     let mut plant = Plant::new(&model(turntable(0.05), vec![joint]), &options).unwrap();
     let time_constant = j * 0.5 / (k * k);
     for step in 1..=20 {
-        plant.advance(&[500.0], 0.02);
+        plant.advance(&[500.0], 0.02).unwrap();
         let expected = 12.0 / k * (1.0 - (-f64::from(step) * 0.02 / time_constant).exp());
         // Runge-Kutta 4 at h/T = 1.7e-3.
         assert!((plant.states()[0].motor_velocity - expected).abs() < 1e-9 * expected);
@@ -220,7 +220,7 @@ fn property_plant_reads_what_its_sensors_see() {
     let mut plant = Plant::new(&model, &Options::default()).unwrap();
     for k in 0..2000 {
         let t = f64::from(k) * 1e-3;
-        plant.advance(&[5.0, 3.0 * (4.0 * t).sin()], 1e-3);
+        plant.advance(&[5.0, 3.0 * (4.0 * t).sin()], 1e-3).unwrap();
         let states: Vec<JointState> = plant.states().to_vec();
         for (joint, (reading, state)) in model.joints.iter().zip(plant.read().iter().zip(&states)) {
             assert!((reading.position - state.motor_position).abs() <= 0.5001 * joint.encoder_step());

@@ -47,7 +47,7 @@ fn property_energy_closes_on_every_robot() {
             let mut plant = Plant::new(&model, &Options { engine, ideal_sensors: true, ..Options::default() }).unwrap();
             let start = plant.energy();
             for k in 0..1000 {
-                plant.advance(&shake(&model, f64::from(k) * 1e-3), 1e-3);
+                plant.advance(&shake(&model, f64::from(k) * 1e-3), 1e-3).unwrap();
             }
             let end = plant.energy();
             let gap = end.work - end.dissipated - (end.stored - start.stored);
@@ -68,7 +68,7 @@ fn equivalent_engines_on_every_robot() {
         let mut moved = vec![0.0_f64; model.joints.len()];
         for k in 0..1000 {
             let command = shake(&model, f64::from(k) * 1e-3);
-            plants.iter_mut().for_each(|plant| plant.advance(&command, 1e-3));
+            plants.iter_mut().for_each(|plant| plant.advance(&command, 1e-3).unwrap());
             for (i, (a, b)) in plants[0].states().iter().zip(plants[1].states()).enumerate() {
                 worst = worst.max((a.link_position - b.link_position).abs());
                 moved[i] = moved[i].max(a.motor_position.abs());
@@ -100,7 +100,7 @@ fn analytic_gravity_is_held_by_the_motor() {
         motor_position: q + load / 3000.0,
         ..Default::default()
     }]);
-    plant.advance(&[load], 1.0);
+    plant.advance(&[load], 1.0).unwrap();
     // Rounding of 1e-15 grows with the pendulum's unstable balance of rotor torque: e^{t} at most.
     assert!((plant.states()[0].link_position - q).abs() < 1e-9);
 }
@@ -129,7 +129,7 @@ fn equivalent_engines_over_the_staircase() {
                 integral[joint] += 30.0 * gain * error * 1e-3;
                 command[joint] = gain * error + integral[joint];
             }
-            plant.advance(&command, 1e-3);
+            plant.advance(&command, 1e-3).unwrap();
         }
         for (a, b) in plants[0].states().iter().zip(plants[1].states()) {
             worst =
@@ -161,10 +161,10 @@ fn analytic_load_raises_the_breakaway_of_an_effect() {
         let mut plant = Plant::new(&model, &Options { ideal_sensors: true, ..Options::default() }).unwrap();
         plant.launch(&[lostmotion::effects::JointState { motor_position: load / 3000.0, ..Default::default() }]);
         let mut torque = load;
-        plant.advance(&[torque], 1e-3);
+        plant.advance(&[torque], 1e-3).unwrap();
         while plant.sticks(0)[0] && torque < 2.0 * expected {
             torque += 1e-4;
-            plant.advance(&[torque], 1e-3);
+            plant.advance(&[torque], 1e-3).unwrap();
         }
         // The ramp's step of 1e-4; the heavy link gives way by 1e-9 rad.
         assert!((torque / expected - 1.0).abs() < 2e-4, "{torque} {expected}");

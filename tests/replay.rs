@@ -50,7 +50,7 @@ fn record(machine: &Model, controllers: &[Controller], samples: usize, commands:
                 channels.entry(Channel::Current).or_default().push(readings[i].current);
             }
         }
-        plant.advance(&asked, INTERVAL);
+        plant.advance(&asked, INTERVAL).unwrap();
     }
     let series = TimeSeries { name: "made".into(), time, joints };
     let controllers = controllers.iter().copied().map(Some).collect();

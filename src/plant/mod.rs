@@ -31,10 +31,14 @@ pub use world::World;
 
 use crate::dynamics::Dynamics;
 use crate::effects::{JointState, Reading};
+use crate::error::{Error, Result};
 use crate::robot::Robot;
 
 /// Version of the rigid-body engine, as Cargo.toml pins it.
 pub const RAPIER_VERSION: &str = "0.36.1";
+
+/// [rad/s or m/s] Fastest joint that can be meant: 100 000 turns a minute behind the gear.
+pub const FASTEST_MOTION: f64 = 1e4;
 
 /// Who computes `M(q)` and `h(q, q̇)` of the links.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -153,22 +157,46 @@ impl Plant {
     }
 
     /// Holds a command current [A], one a joint, for a duration [s]; nothing moves in a duration that is not positive.
-    pub fn advance(&mut self, command_current: &[f64], duration: f64) {
+    ///
+    /// # Errors
+    /// A command is not a number, or the motion has diverged: a velocity beyond [`FASTEST_MOTION`], or no number at all.
+    /// The machine has to be placed anew then.
+    pub fn advance(&mut self, command_current: &[f64], duration: f64) -> Result<()> {
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
             self.commands[i] = law.power.clamp(command_current[i]);
+            self.require(i, "command current", self.commands[i], f64::MAX)?;
         }
         let start = self.state.time;
-        if duration.is_nan() || start + duration <= start {
-            self.observe();
-            return;
-        }
-        let pieces = (duration / self.step - 1e-9).ceil().max(1.0);
-        for piece in 1..=pieces as usize {
-            let until =
-                if piece as f64 == pieces { start + duration } else { start + duration * piece as f64 / pieces };
-            self.advance_piece(until);
+        if duration > 0.0 && start + duration > start {
+            let pieces = (duration / self.step - 1e-9).ceil().max(1.0);
+            for piece in 1..=pieces as usize {
+                let last = piece as f64 == pieces;
+                self.advance_piece(if last { start + duration } else { start + duration * piece as f64 / pieces });
+                self.require_motion()?;
+            }
         }
         self.observe();
+        Ok(())
+    }
+
+    /// Refuses a motion that has diverged.
+    fn require_motion(&self) -> Result<()> {
+        for (i, y) in self.state.joints.iter().enumerate() {
+            self.require(i, "motor velocity", y.omega, FASTEST_MOTION)?;
+            self.require(i, "link velocity", y.v, FASTEST_MOTION)?;
+            self.require(i, "motor position", y.theta, f64::MAX)?;
+            self.require(i, "link position", y.q, f64::MAX)?;
+            self.require(i, "current", y.current, f64::MAX)?;
+        }
+        Ok(())
+    }
+
+    fn require(&self, joint: usize, quantity: &'static str, value: f64, limit: f64) -> Result<()> {
+        if value.abs() <= limit {
+            return Ok(());
+        }
+        let joint = self.robot.bodies[joint].joint.name.clone();
+        Err(Error::Diverged { time: self.state.time, joint, quantity, value, limit })
     }
 
     fn observe(&mut self) {

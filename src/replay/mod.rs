@@ -79,7 +79,7 @@ pub struct Replay {
 /// Simulates `model` under the inputs of `session`.
 ///
 /// # Errors
-/// A joint lacks position or torque and current, or the model's effects do not fit.
+/// A joint lacks position or torque and current, the model's effects do not fit, or the simulation diverges.
 pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
     let mut notes = Vec::new();
     let inputs = inputs::inputs(model, session, &mut notes)?;
@@ -132,7 +132,7 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
             }
         }
         if let Some(next) = time.get(k + 1) {
-            plant.advance(&commands, next - now);
+            plant.advance(&commands, next - now)?;
         }
     }
     Ok(TimeSeries { name: session.series.name.clone(), time: time.clone(), joints })

@@ -28,13 +28,16 @@ impl Timing {
 
 /// Moves a machine along a reference from where it stands, and records every tick.
 /// `progress` is called now and then with the simulated seconds that are done.
+///
+/// # Errors
+/// The motion diverges.
 pub fn closed_loop(
     plant: &mut Plant,
     regulator: &mut Regulator,
     reference: &Profile,
     timing: Timing,
     progress: &mut dyn FnMut(f64),
-) -> Recorder {
+) -> Result<Recorder> {
     let n = plant.states().len();
     let mut targets = vec![Target::default(); n];
     let mut readings = Vec::with_capacity(n);
@@ -47,19 +50,19 @@ pub fn closed_loop(
         readings.extend_from_slice(plant.read());
         let commands = regulator.command(&readings, &targets);
         recorder.sample(plant, &readings, &targets, commands);
-        plant.advance(commands, timing.period);
+        plant.advance(commands, timing.period)?;
         if tick % 1000 == 0 {
             progress(time);
         }
     }
-    recorder
+    Ok(recorder)
 }
 
 /// Runs the sessions of a scenario under a seed, side by side. `progress` is called with the simulated seconds done and those
 /// in all.
 ///
 /// # Errors
-/// The planned motion leaves the limits or collides; an effect of the model does not fit.
+/// The planned motion leaves the limits or collides; an effect of the model does not fit; the simulated motion diverges.
 pub fn simulate(scenario: &Scenario, seed: u64, progress: &(dyn Fn(f64, f64) + Sync)) -> Result<Run> {
     scenario.check_motion()?;
     let all: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
@@ -92,6 +95,6 @@ fn run_session(scenario: &Scenario, session: &Session, seed: u64, progress: &mut
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);
     let timing = Timing { period: *control_period, duration: session.duration };
-    let recorder = closed_loop(&mut plant, &mut regulator, &session.profile, timing, progress);
+    let recorder = closed_loop(&mut plant, &mut regulator, &session.profile, timing, progress)?;
     Ok(recorder.finish(&session.name, model))
 }

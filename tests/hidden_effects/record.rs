@@ -59,7 +59,7 @@ pub fn record(name: &str, model: &Model, motion: &Motion, seed: u64) -> TimeSeri
                 joints[i].channels.entry(channel).or_default().push(written(value));
             }
         }
-        plant.advance(&commands, INTERVAL);
+        plant.advance(&commands, INTERVAL).unwrap();
     }
     TimeSeries { name: name.to_owned(), time, joints: joints.into() }
 }

@@ -1,0 +1,47 @@
+//! The simulated machine where it is driven beyond reason: it says so, or goes on at a bounded cost.
+
+#[path = "support/machines.rs"]
+mod machines;
+
+use lostmotion::effects::JointState;
+use lostmotion::error::Error;
+use lostmotion::plant::{Engine, FASTEST_MOTION, Options, Plant};
+use machines::*;
+
+fn diverged(result: Result<(), Error>) -> (f64, String, &'static str, f64) {
+    match result {
+        Err(Error::Diverged { time, joint, quantity, value, .. }) => (time, joint, quantity, value),
+        other => panic!("expected a divergence, not {other:?}"),
+    }
+}
+
+#[test]
+fn property_a_diverging_loop_ends_in_an_error_that_says_where() {
+    for (robot, engine) in [planar_arm(), turntable(0.1)].into_iter().zip([Engine::Rapier, Engine::Reduced]) {
+        let n = robot.dof();
+        let mut plant = Plant::new(&plain(robot), &Options { engine, ..Options::default() }).unwrap();
+        plant.launch(&vec![JointState { motor_velocity: 1e-3, ..JointState::default() }; n]);
+        // Dampers with the wrong sign: on rotor and table, e^{4 t / 0.12} of 1e-3 rad/s passes 1e4 rad/s after half a second.
+        let run = (0..1000).try_for_each(|_| {
+            let command: Vec<f64> = plant.states().iter().map(|state| 4.0 * state.motor_velocity).collect();
+            assert!(command.iter().all(|current| current.is_finite()), "a state that is no number was shown");
+            plant.advance(&command, 1e-3)
+        });
+        let (time, joint, quantity, value) = diverged(run);
+        println!("{engine:?}: {quantity} of {joint} {value:e} at {time}");
+        assert!(joint.starts_with("joint") && quantity.ends_with("velocity"), "{joint} {quantity}");
+        assert!(!(value.abs() <= FASTEST_MOTION) && time < 0.7, "{value:e} at {time}");
+        // Placed anew, the same machine works.
+        plant.place(&vec![0.1; n]);
+        plant.advance(&vec![0.1; n], 0.1).unwrap();
+        assert!(plant.states().iter().all(|state| state.link_position.is_finite()));
+    }
+}
+
+#[test]
+fn property_a_command_that_is_no_number_is_refused() {
+    let mut plant = Plant::new(&scara(), &Options::default()).unwrap();
+    let (time, joint, quantity, value) = diverged(plant.advance(&[0.0, f64::NAN], 1e-3));
+    assert_eq!((time, joint.as_str(), quantity), (0.0, "joint2", "command current"));
+    assert!(value.is_nan());
+}
