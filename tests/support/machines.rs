@@ -110,6 +110,13 @@ pub fn pendulum(mass: f64, length: f64) -> Robot {
     }
 }
 
+/// A mass on a slide in the direction of an axis; gravity pulls along −z.
+pub fn slide(mass: f64, axis: Vector3<f64>) -> Robot {
+    let inertia = Inertia { mass, com: Vector3::zeros(), tensor: point_tensor(1e-2, 1e-2, 1e-2) };
+    let body = body("joint1", None, JointKind::Prismatic, Isometry3::identity(), axis, inertia);
+    Robot { name: "slide".to_owned(), bodies: vec![body], ..turntable(1.0) }
+}
+
 /// A joint with nothing but inertia and a stiff gear: no friction, no gap, ideal drive, no sensors.
 pub fn plain_joint(name: &str) -> JointModel {
     JointModel {
