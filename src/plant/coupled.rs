@@ -20,6 +20,8 @@ pub struct Coupled {
     pub flows: Vec<Flow>,
     /// `F_i` of the links that stick, at the last evaluated state.
     pub holds: Vec<f64>,
+    /// Torque on every link, the friction that holds it included, at the last evaluated state.
+    pub torques: Vec<f64>,
     stuck: Vec<usize>,
     factor: Vec<f64>,
     hold: Vec<f64>,
@@ -33,6 +35,7 @@ impl Coupled {
             laws,
             flows: vec![Flow::default(); n],
             holds: vec![0.0; n],
+            torques: vec![0.0; n],
             stuck: Vec::with_capacity(n),
             factor: vec![0.0; n * n],
             hold: vec![0.0; n],
@@ -66,11 +69,12 @@ impl Coupled {
             if modes[i].link == Slip::Stuck {
                 self.stuck.push(i);
             }
+            self.torques[i] = flow.link_load;
             self.flows[i] = flow;
         }
         for (i, rate) in rate.iter_mut().enumerate() {
             let row = response.row(i);
-            rate.v = row.iter().zip(&self.flows).map(|(w, flow)| w * flow.link_load).sum::<f64>() - response.free(i);
+            rate.v = row.iter().zip(&self.torques).map(|(w, torque)| w * torque).sum::<f64>() - response.free(i);
         }
         if !self.stuck.is_empty() {
             self.hold_links(response, rate);
@@ -80,7 +84,7 @@ impl Coupled {
 
     /// Finds `λ` of the links that stick and adds what it does.
     fn hold_links(&mut self, response: &Response, rate: &mut [Phase]) {
-        let Self { stuck, factor, hold, holds, .. } = self;
+        let Self { stuck, factor, hold, holds, torques, .. } = self;
         let m = stuck.len();
         for a in 0..m {
             for b in 0..=a {
@@ -102,6 +106,7 @@ impl Coupled {
         for (&s, lambda) in stuck.iter().zip(&hold[..m]) {
             rate[s].v = 0.0;
             holds[s] = -lambda;
+            torques[s] += lambda;
         }
     }
 

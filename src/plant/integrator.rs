@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 
 use super::coupled::Coupled;
 use super::joint::{Phase, Power};
-use super::mobility::{Mobility, Response, Surprise};
+use super::mobility::{Mobility, Response};
 use super::mode::{Margins, Mode};
 use super::rigid_body::RigidBody;
 
@@ -54,8 +54,21 @@ pub struct Step<'a> {
     pub joints: [&'a [Phase]; 2],
 }
 
+/// What a run has taken so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Evaluations of `M` and `h` by the engine.
+    pub evaluations: usize,
+    /// Runge-Kutta steps, those that were taken back or shortened included.
+    pub steps: usize,
+    /// Changes of mode.
+    pub events: usize,
+}
+
 /// The stepper with its room to work.
 pub struct Integrator {
+    /// What it has taken so far.
+    pub counts: Counts,
     /// The machine's laws.
     pub coupled: Coupled,
     /// The links.
@@ -93,6 +106,7 @@ impl Integrator {
         let phases = || vec![Phase::default(); n];
         let margins = || vec![Margins([f64::INFINITY; 4]); n];
         Self {
+            counts: Counts::default(),
             coupled,
             links,
             mobility: Mobility::new(n),
@@ -118,6 +132,7 @@ impl Integrator {
 
     /// Asks the engine at a state.
     fn evaluate(&mut self, y: &[Phase]) {
+        self.counts.evaluations += 1;
         for (i, phase) in y.iter().enumerate() {
             self.q[i] = phase.q;
             self.v[i] = phase.v;
@@ -131,13 +146,26 @@ impl Integrator {
         self.mobility.push(time, &self.mass, &self.bias);
     }
 
-    /// Asks the engine at a state, and compares its answer with what the polynomial says there.
-    pub fn offer_node(&mut self, time: f64, y: &[Phase]) -> Surprise {
+    /// Asks the engine at a state that was reached just now, and compares its answer with what the polynomial says there: the
+    /// *surprise* [rad/s² or m/s²], the largest error of an acceleration under the torques that act.
+    ///
+    /// ```text
+    ///   max_i |Σ_j δW_ij τ_j − δa₀_i| / (1 + J_i W_ii)
+    /// ```
+    /// The divisor, for a joint whose flanks touch, is what its rotor adds to its inertia. No number counts as infinite.
+    pub fn offer_node(&mut self, time: f64, y: &[Phase], modes: &[Mode]) -> f64 {
         if y.iter().any(|phase| !(phase.q.is_finite() && phase.v.is_finite())) {
-            return Surprise { mobility: f64::INFINITY, acceleration: f64::INFINITY };
+            return f64::INFINITY;
         }
         self.evaluate(y);
-        self.mobility.offer(time, &self.mass, &self.bias, &mut self.response)
+        self.mobility.offer(time, &self.mass, &self.bias, &mut self.response);
+        let mut surprise = 0.0_f64;
+        for (i, law) in self.coupled.laws.iter().enumerate() {
+            let miss = self.mobility.miss(i, &self.coupled.torques, &self.response).abs();
+            let carried = if modes[i].contact == 0 { 0.0 } else { law.rotor_inertia * self.response.w(i, i) };
+            surprise = surprise.max(if miss.is_nan() { f64::INFINITY } else { miss / (1.0 + carried) });
+        }
+        surprise
     }
 
     pub(super) fn respond(&mut self, source: Source, time: f64, y: &[Phase]) {
@@ -213,6 +241,7 @@ impl Integrator {
                     events_at_once = 0;
                 }
                 events_at_once += 1;
+                self.counts.events += 1;
                 self.change(state, commands, joint, change, source);
                 self.begin(state, commands, source);
             }
@@ -230,6 +259,7 @@ impl Integrator {
     /// A step of length `h` from the state, into `self.end`; its first rate is there already. Returns work and heat.
     fn step(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Power {
         let t = state.time;
+        self.counts.steps += 1;
         self.remember_remainders(h);
         let mut power = [self.power; 4];
         let mut stages = std::mem::take(&mut self.stage);

@@ -1,7 +1,7 @@
 //! `W = M⁻¹` and `a₀ = M⁻¹ h` between evaluations of the rigid-body engine.
 //!
 //! An engine is asked once an interval. Over the interval that lies ahead both are extrapolated by the cubic through the last
-//! four evaluations. What the engine then says at its end tells by how much the cubic was wrong: the *surprise*.
+//! four evaluations. What the engine then says at its end tells by how much the cubic was wrong.
 //! Interpolating the inverse rather than `M` leaves no matrix to factor inside a step.
 
 use nalgebra::DMatrix;
@@ -52,26 +52,22 @@ impl Mobility {
         self.accept(time);
     }
 
-    /// Takes note of what an engine says at a time later than all before, and tells how far the polynomial is from it there.
+    /// Takes note of what an engine says at a time later than all before; `response` becomes what the polynomial says there.
     /// Nothing changes until it is accepted.
-    pub fn offer(&mut self, time: f64, mass: &DMatrix<f64>, h: &[f64], response: &mut Response) -> Surprise {
-        let squares = self.joints * self.joints;
+    pub fn offer(&mut self, time: f64, mass: &DMatrix<f64>, h: &[f64], response: &mut Response) {
         self.at(time, response);
         // The oldest evaluation is about to be dropped, and the polynomial is drawn: its room is free.
-        let answer = &mut self.nodes[NODES - 1];
-        invert(self.joints, mass, h, &mut self.factor, answer);
-        let mut largest = 0.0_f64;
-        let mut apart = [0.0_f64; 2];
-        for (entry, (said, guessed)) in answer.iter().zip(&response.entries).enumerate() {
-            let part = usize::from(entry >= squares);
-            // `max` would drop a NaN, which is the greatest surprise of all.
-            let miss = (said - guessed).abs();
-            apart[part] = if miss.is_nan() { f64::INFINITY } else { apart[part].max(miss) };
-            if part == 0 {
-                largest = largest.max(said.abs());
-            }
-        }
-        Surprise { mobility: apart[0] / largest, acceleration: apart[1] }
+        invert(self.joints, mass, h, &mut self.factor, &mut self.nodes[NODES - 1]);
+    }
+
+    /// By how much the acceleration of joint `i` under these torques on the links was wrong [rad/s² or m/s²], `response` being
+    /// what the polynomial said.
+    pub fn miss(&self, i: usize, torques: &[f64], response: &Response) -> f64 {
+        let n = self.joints;
+        let said = &self.nodes[NODES - 1];
+        let rows = said[i * n..(i + 1) * n].iter().zip(response.row(i));
+        let driven: f64 = rows.zip(torques).map(|((said, guessed), torque)| (said - guessed) * torque).sum();
+        driven - (said[n * n + i] - response.free(i))
     }
 
     /// Accepts what was offered.
@@ -121,22 +117,6 @@ impl Mobility {
     /// Writes `W` and `a₀` of an engine's answer.
     pub fn exact(&mut self, mass: &DMatrix<f64>, h: &[f64], response: &mut Response) {
         invert(self.joints, mass, h, &mut self.factor, &mut response.entries);
-    }
-}
-
-/// By how much an extrapolation was wrong at its end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Surprise {
-    /// [1] of `W`, against its largest entry.
-    pub mobility: f64,
-    /// [rad/s² or m/s²] of `a₀`.
-    pub acceleration: f64,
-}
-
-impl Surprise {
-    /// Whether it is within a bound; no surprise that is not a number is.
-    pub fn within(&self, bound: &Self) -> bool {
-        self.mobility <= bound.mobility && self.acceleration <= bound.acceleration
     }
 }
 

@@ -22,6 +22,7 @@ mod sensors;
 pub mod world;
 
 use build::resting_mode;
+pub use integrator::Counts;
 use integrator::{Integrator, State};
 use joint::{Phase, Power};
 use mode::{Mode, Slip};
@@ -230,6 +231,11 @@ impl Plant {
     /// [s] since the machine was placed.
     pub fn time(&self) -> f64 {
         self.state.time
+    }
+
+    /// What the run has taken since the machine was built.
+    pub fn counts(&self) -> Counts {
+        self.integrator.counts
     }
 
     /// Work, heat and what is stored, for the audit.

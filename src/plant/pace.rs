@@ -6,7 +6,6 @@
 
 use super::Plant;
 use super::integrator::{Source, Step};
-use super::mobility::Surprise;
 
 /// Longest step times the fastest pole of a gear: Runge-Kutta 4 then loses `(ωh)⁵/120 = 4e-5` of an oscillation a step.
 pub(super) const LONGEST_STEP: f64 = 0.35;
@@ -14,11 +13,11 @@ pub(super) const LONGEST_STEP: f64 = 0.35;
 /// Longest step times the fastest pole where only stability counts.
 const STABLE_STEP: f64 = 1.0;
 
-/// An extrapolation that is right: 1e-5 rad/s² at the end of a millisecond are 2e-9 rad/s of velocity.
-const NO_SURPRISE: Surprise = Surprise { mobility: 1e-7, acceleration: 1e-5 };
+/// [rad/s² or m/s²] An extrapolation that is right: 1e-4 at the end of a millisecond are 2e-8 rad/s of velocity.
+const NO_SURPRISE: f64 = 1e-4;
 
-/// An extrapolation after which the interpolation is right: its error is 24 times smaller.
-const SOME_SURPRISE: Surprise = Surprise { mobility: 1e-4, acceleration: 1e-1 };
+/// [rad/s² or m/s²] An extrapolation after which the interpolation is right: its error is 24 times smaller.
+const SOME_SURPRISE: f64 = 1.0;
 
 impl Plant {
     /// One interval between evaluations, the cheapest way that holds: under the extrapolated response if it turns out right;
@@ -30,11 +29,11 @@ impl Plant {
             return;
         }
         let surprise = if self.calm { self.try_out(until) } else { self.look_ahead(until) };
-        let done = self.calm && surprise.within(&NO_SURPRISE);
-        self.calm = surprise.within(&NO_SURPRISE);
+        let done = self.calm && surprise <= NO_SURPRISE;
+        self.calm = surprise <= NO_SURPRISE;
         if done {
             self.integrator.mobility.accept(until);
-        } else if surprise.within(&SOME_SURPRISE) {
+        } else if surprise <= SOME_SURPRISE {
             self.integrator.mobility.accept(until);
             self.go_through(until, Source::Polynomial);
         } else {
@@ -44,12 +43,12 @@ impl Plant {
     }
 
     /// Goes through an interval in full; where that turns out to be wrong, everything is as before.
-    fn try_out(&mut self, until: f64) -> Surprise {
+    fn try_out(&mut self, until: f64) -> f64 {
         self.saved.copy_from(&self.state);
         self.saved_trackers.iter_mut().zip(&self.sensors).for_each(|(saved, sensors)| *saved = sensors.tracker);
         self.go_through(until, Source::Polynomial);
-        let surprise = self.integrator.offer_node(until, &self.state.joints);
-        if !surprise.within(&NO_SURPRISE) {
+        let surprise = self.integrator.offer_node(until, &self.state.joints, &self.state.modes);
+        if surprise > NO_SURPRISE {
             self.state.copy_from(&self.saved);
             self.sensors.iter_mut().zip(&self.saved_trackers).for_each(|(sensors, saved)| sensors.tracker = *saved);
         }
@@ -57,13 +56,13 @@ impl Plant {
     }
 
     /// Looks at the end of an interval in the fewest steps that are stable.
-    fn look_ahead(&mut self, until: f64) -> Surprise {
+    fn look_ahead(&mut self, until: f64) -> f64 {
         let Self { integrator, state, saved, commands, fastest, .. } = self;
         let steps = ((until - state.time) * *fastest / STABLE_STEP).ceil().max(1.0) as usize;
         saved.copy_from(state);
         integrator.settle(saved, commands, Source::Polynomial);
         integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
-        integrator.offer_node(until, &saved.joints)
+        integrator.offer_node(until, &saved.joints, &saved.modes)
     }
 
     fn go_through(&mut self, until: f64, source: Source) {
