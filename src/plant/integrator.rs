@@ -178,13 +178,18 @@ impl Integrator {
         }
     }
 
-    /// [rad/s] Fastest pole of a gear between its rotor and its link, and the joint it belongs to, at the newest evaluation.
+    /// [rad/s] Fastest motion of the gears at the newest evaluation, and the joint that takes part in it most.
+    ///
+    /// With all flanks touching the wind-ups obey `ẍ + A D ẋ + A K x = 0`, `A = J⁻¹ + W`: links couple them, so that the largest
+    /// eigenvalue of `K^½ A K^½` is above its largest diagonal entry. Damping is looked at one gear at a time.
     pub fn fastest(&mut self) -> (usize, f64) {
         self.mobility.newest(&mut self.response);
+        let Self { coupled, response, .. } = self;
+        let laws = &coupled.laws;
+        let a = |i: usize, j: usize| response.w(i, j) + if i == j { 1.0 / laws[i].rotor_inertia } else { 0.0 };
         let mut fastest = (0, 0.0);
-        for (i, law) in self.coupled.laws.iter().enumerate() {
-            let inverse = 1.0 / law.rotor_inertia + self.response.w(i, i);
-            let (omega_squared, delta) = (law.gear.stiffness * inverse, 0.5 * law.gear.damping * inverse);
+        for (i, law) in laws.iter().enumerate() {
+            let (omega_squared, delta) = (law.gear.stiffness * a(i, i), 0.5 * law.gear.damping * a(i, i));
             let pole = if delta * delta > omega_squared {
                 delta + (delta * delta - omega_squared).sqrt()
             } else {
@@ -193,6 +198,12 @@ impl Integrator {
             if pole > fastest.1 || !pole.is_finite() {
                 fastest = (i, pole);
             }
+        }
+        if fastest.1.is_finite() {
+            let n = laws.len();
+            let stiffness = |i: usize, j: usize| (laws[i].gear.stiffness * laws[j].gear.stiffness).sqrt();
+            let squared = DMatrix::from_fn(n, n, |i, j| stiffness(i, j) * a(i, j)).symmetric_eigenvalues().max();
+            fastest.1 = squared.sqrt().max(fastest.1);
         }
         fastest
     }

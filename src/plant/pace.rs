@@ -7,8 +7,8 @@
 use super::Plant;
 use super::integrator::{Source, Step};
 
-/// Longest step times the fastest pole of a gear: Runge-Kutta 4 then loses `(ωh)⁵/120 = 4e-5` of an oscillation a step.
-pub(super) const LONGEST_STEP: f64 = 0.35;
+/// Longest step times the fastest motion of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 2e-5` rad a step too little.
+pub(super) const LONGEST_STEP: f64 = 0.3;
 
 /// Longest step times the fastest pole where only stability counts.
 const STABLE_STEP: f64 = 1.0;
