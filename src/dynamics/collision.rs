@@ -169,25 +169,8 @@ impl MotionCheck {
 
 impl Solid {
     fn new(robot: &Robot, body: Option<usize>, shape: &Shape) -> Result<Self> {
-        let mut pose = shape.pose;
         let half = |length: f64| 0.5 * length;
-        let solid = match &shape.geometry {
-            Geometry::Box(size) => SharedShape::cuboid(half(size.x), half(size.y), half(size.z)),
-            Geometry::Sphere(radius) => SharedShape::ball(*radius),
-            Geometry::Capsule(radius, length) => SharedShape::capsule_z(half(*length), *radius),
-            Geometry::Cylinder(radius, length) => {
-                // Its axis is y there and z here.
-                pose *= nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
-                SharedShape::cylinder(half(*length), *radius)
-            }
-            Geometry::ConvexHull(points) => {
-                let points: Vec<Vector> = points.iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
-                SharedShape::convex_hull(&points).ok_or_else(|| {
-                    let key = format!("collision mesh of link {}", shape.link);
-                    Error::input(Path::new(&robot.name), Place::File, key, "", "points that span a volume")
-                })?
-            }
-        };
+        let (pose, solid) = solid(robot, shape)?;
         let radius = match &shape.geometry {
             Geometry::Box(size) => half(size.norm()),
             Geometry::Sphere(radius) => *radius,
@@ -201,6 +184,33 @@ impl Solid {
     fn placed(&self, bodies: &[Isometry3<f64>]) -> Isometry3<f64> {
         self.body.map_or(self.pose, |body| bodies[body] * self.pose)
     }
+}
+
+/// A collision shape as the collision library has it, and its pose in the frame of its body.
+///
+/// # Errors
+/// The points of a convex hull span no volume.
+pub fn solid(robot: &Robot, shape: &Shape) -> Result<(Isometry3<f64>, SharedShape)> {
+    let mut pose = shape.pose;
+    let half = |length: f64| 0.5 * length;
+    let solid = match &shape.geometry {
+        Geometry::Box(size) => SharedShape::cuboid(half(size.x), half(size.y), half(size.z)),
+        Geometry::Sphere(radius) => SharedShape::ball(*radius),
+        Geometry::Capsule(radius, length) => SharedShape::capsule_z(half(*length), *radius),
+        Geometry::Cylinder(radius, length) => {
+            // Its axis is y there and z here.
+            pose *= nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+            SharedShape::cylinder(half(*length), *radius)
+        }
+        Geometry::ConvexHull(points) => {
+            let points: Vec<Vector> = points.iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
+            SharedShape::convex_hull(&points).ok_or_else(|| {
+                let key = format!("collision mesh of link {}", shape.link);
+                Error::input(Path::new(&robot.name), Place::File, key, "", "points that span a volume")
+            })?
+        }
+    };
+    Ok((pose, solid))
 }
 
 fn pose_of(pose: &Isometry3<f64>) -> Pose {

@@ -28,7 +28,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::robot::Robot;
 use crate::units::JointKind;
 
-pub use collision::{MotionCheck, STEP};
+pub use collision::{MotionCheck, STEP, solid};
 
 /// A robot prepared for computing, with the room that its algorithms work in.
 #[derive(Debug, Clone)]

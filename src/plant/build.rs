@@ -1,9 +1,11 @@
 //! From a model to a machine.
 
+use super::contact::{Barrier, Barriers, Cause};
 use super::coupled::Coupled;
 use super::integrator::{Integrator, State};
 use super::joint::{JointLaws, Phase, Power};
 use super::mode::{Mode, Slip};
+use super::obstacle::{Obstacle, Pair};
 use super::pace::LONGEST_STEP;
 use super::sensors::Sensors;
 use super::{Engine, Options, Plant, RigidBody, World};
@@ -36,19 +38,29 @@ impl Plant {
                 Action::Sensor(joint, action) => sensors[joint].push(action),
             }
         }
-        let links: Box<dyn RigidBody> = match options.engine {
-            Engine::Rapier => Box::new(World::new(&model.robot)),
-            Engine::Reduced => Box::new(Dynamics::new(&model.robot)),
-        };
         let n = laws.len();
+        let mut barriers = end_stops(&model);
+        let links: Box<dyn RigidBody> = match options.engine {
+            Engine::Rapier => {
+                let mut world = World::new(&model.robot);
+                barriers.extend(put_obstacles(&mut world, &model, &options.obstacles)?);
+                Box::new(world)
+            }
+            Engine::Reduced if options.obstacles.is_empty() => Box::new(Dynamics::new(&model.robot)),
+            Engine::Reduced => {
+                let expected = "the engine rapier, which alone knows of obstacles";
+                return Err(Error::input(&model.source, Place::File, "engine", "reduced", expected));
+            }
+        };
         let state = State {
             time: 0.0,
             joints: vec![Phase::default(); n],
             modes: laws.iter().map(resting_mode).collect(),
+            touching: vec![false; barriers.len()],
             done: Power::default(),
         };
         let mut plant = Self {
-            integrator: Integrator::new(Coupled::new(laws), links),
+            integrator: Integrator::new(Coupled::new(laws, Barriers::new(barriers, n)), links),
             robot: model.robot.clone(),
             step: options.step,
             rate: 0.0,
@@ -78,6 +90,33 @@ impl Plant {
         plant.rate = asked.max(fastest / LONGEST_STEP);
         Ok(plant)
     }
+}
+
+/// Stops at the ends of the joints' ranges, where the model has them.
+fn end_stops(model: &Model) -> Vec<Barrier> {
+    let mut stops = Vec::new();
+    for (i, (joint, body)) in model.joints.iter().zip(&model.robot.bodies).enumerate() {
+        let Some((stiffness, damping)) = joint.end_stop() else { continue };
+        let limits = body.joint.limits;
+        for (side, place) in [(1.0, limits.upper), (-1.0, limits.lower)] {
+            if place.is_finite() {
+                stops.push(Barrier::new(Cause::EndStop(i, side, place), stiffness, damping, model.joints.len()));
+            }
+        }
+    }
+    stops
+}
+
+fn put_obstacles(world: &mut World, model: &Model, obstacles: &[Obstacle]) -> Result<Vec<Barrier>> {
+    if obstacles.is_empty() {
+        return Ok(Vec::new());
+    }
+    let pairs = world.put_obstacles(&model.robot, obstacles)?;
+    let barrier = |(index, pair): (usize, &Pair)| {
+        let Obstacle { stiffness, damping, .. } = obstacles[pair.obstacle];
+        Barrier::new(Cause::Pair(index, pair.body, pair.obstacle), stiffness, damping, model.joints.len())
+    };
+    Ok(pairs.iter().enumerate().map(barrier).collect())
 }
 
 fn install(model: &mut Model) -> Result<Vec<Action>> {

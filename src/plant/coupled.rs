@@ -8,6 +8,7 @@
 //! violates its condition (`|F_i|` within its level while it sticks, acceleration along its slip while it slips) until none
 //! does; `W` is positive definite, so it ends, and the answer is unique.
 
+use super::contact::Barriers;
 use super::joint::{Flow, JointLaws, Phase, Power};
 use super::mobility::Response;
 use super::mode::{Margins, Mode, Slip};
@@ -20,22 +21,25 @@ pub struct Coupled {
     pub flows: Vec<Flow>,
     /// `F_i` of the links that stick, at the last evaluated state.
     pub holds: Vec<f64>,
-    /// Torque on every link, the friction that holds it included, at the last evaluated state.
+    /// Torque on every link, barriers and the friction that holds it included, at the last evaluated state.
     pub torques: Vec<f64>,
+    /// What stands in the links' way.
+    pub barriers: Barriers,
     stuck: Vec<usize>,
     factor: Vec<f64>,
     hold: Vec<f64>,
 }
 
 impl Coupled {
-    /// Joins the laws of all joints.
-    pub fn new(laws: Vec<JointLaws>) -> Self {
+    /// Joins the laws of all joints, and what stands in the links' way.
+    pub fn new(laws: Vec<JointLaws>, barriers: Barriers) -> Self {
         let n = laws.len();
         Self {
             laws,
             flows: vec![Flow::default(); n],
             holds: vec![0.0; n],
             torques: vec![0.0; n],
+            barriers,
             stuck: Vec::with_capacity(n),
             factor: vec![0.0; n * n],
             hold: vec![0.0; n],
@@ -71,6 +75,10 @@ impl Coupled {
             }
             self.torques[i] = flow.link_load;
             self.flows[i] = flow;
+        }
+        if !self.barriers.are_far() {
+            self.torques.iter_mut().zip(&self.barriers.load).for_each(|(torque, load)| *torque += load);
+            power.dissipated += self.barriers.heat;
         }
         for (i, rate) in rate.iter_mut().enumerate() {
             let row = response.row(i);

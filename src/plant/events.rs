@@ -5,52 +5,53 @@
 
 use super::integrator::{Integrator, Source, State};
 use super::joint::Phase;
-use super::mode::{Change, Slip};
+use super::mode::{Change, Event, Slip};
 
 impl Integrator {
-    /// The event that comes first in a step: joint, kind, and the share of the step before it.
-    pub(super) fn earliest(
-        &mut self,
-        state: &State,
-        commands: &[f64],
-        h: f64,
-        source: Source,
-    ) -> Option<(usize, Change, f64)> {
-        let mut first: Option<(usize, Change, f64)> = None;
+    /// The event that comes first in a step, and the share of the step before it.
+    pub(super) fn earliest(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Option<(Event, f64)> {
+        let mut first: Option<(Event, f64)> = None;
         for joint in 0..state.joints.len() {
             for (kind, change) in Change::ALL.into_iter().enumerate() {
                 let (from, to) = (self.margins[0][joint].0[kind], self.margins[1][joint].0[kind]);
                 if to < 0.0 {
-                    let share = if from <= 0.0 {
-                        0.0
-                    } else {
-                        self.root(state, commands, h, source, (joint, kind), [from, to])
-                    };
-                    if first.is_none_or(|(_, _, earliest)| share < earliest) {
-                        first = Some((joint, change, share));
-                    }
+                    self.sooner(state, commands, h, source, (Event::Joint(joint, change), [from, to]), &mut first);
                 }
+            }
+        }
+        for near in 0..self.barrier_margins[1].len() {
+            let ((barrier, from), (_, to)) = (self.barrier_margins[0][near], self.barrier_margins[1][near]);
+            if to < 0.0 {
+                self.sooner(state, commands, h, source, (Event::Barrier(barrier), [from, to]), &mut first);
             }
         }
         first
     }
 
-    /// Share of the step at which a margin is zero, by the Illinois rule along the step's interpolant.
-    fn root(
+    /// Keeps an event if it comes before the first so far; its margin is known at the ends of the step.
+    fn sooner(
         &mut self,
         state: &State,
         commands: &[f64],
         h: f64,
         source: Source,
-        (joint, kind): (usize, usize),
-        ends: [f64; 2],
-    ) -> f64 {
+        (event, ends): (Event, [f64; 2]),
+        first: &mut Option<(Event, f64)>,
+    ) {
+        let share = if ends[0] <= 0.0 { 0.0 } else { self.root(state, commands, h, source, event, ends) };
+        if first.is_none_or(|(_, earliest)| share < earliest) {
+            *first = Some((event, share));
+        }
+    }
+
+    /// Share of the step at which a margin is zero, by the Illinois rule along the step's interpolant.
+    fn root(&mut self, state: &State, commands: &[f64], h: f64, source: Source, event: Event, ends: [f64; 2]) -> f64 {
         let (mut a, mut b) = (0.0, 1.0);
         let [mut fa, mut fb] = ends;
         let mut side = 0;
         for _ in 0..50 {
             let s = (a * fb - b * fa) / (fb - fa);
-            let f = self.margin_at(state, commands, h, source, (joint, kind), s);
+            let f = self.margin_at(state, commands, h, source, event, s);
             if (b - a) < 1e-12 || f == 0.0 {
                 return s;
             }
@@ -78,15 +79,7 @@ impl Integrator {
     }
 
     /// A margin inside a step.
-    fn margin_at(
-        &mut self,
-        state: &State,
-        commands: &[f64],
-        h: f64,
-        source: Source,
-        (joint, kind): (usize, usize),
-        s: f64,
-    ) -> f64 {
+    fn margin_at(&mut self, state: &State, commands: &[f64], h: f64, source: Source, event: Event, s: f64) -> f64 {
         let mut probe = std::mem::take(&mut self.probe);
         for (i, phase) in probe.iter_mut().enumerate() {
             *phase = hermite(&state.joints[i], &self.rates[0][i], &self.end[i], &self.end_rate[i], h, s);
@@ -96,16 +89,29 @@ impl Integrator {
             }
         }
         let time = state.time + s * h;
-        self.respond(source, time, &probe);
+        self.respond(source, time, &probe, &state.touching);
         let Self { coupled, response, probe_rate, probe_margins, .. } = self;
         coupled.derivative(time, &probe, &state.modes, commands, response, probe_rate);
         coupled.margins(time, &probe, &state.modes, commands, probe_margins);
         self.probe = probe;
-        self.probe_margins[joint].0[kind]
+        match event {
+            Event::Joint(joint, change) => self.probe_margins[joint].0[change as usize],
+            Event::Barrier(barrier) => self.coupled.barriers.margin(barrier, &state.touching),
+        }
     }
 
     /// Changes a mode at the state.
-    pub(super) fn change(&mut self, state: &mut State, commands: &[f64], joint: usize, change: Change, source: Source) {
+    pub(super) fn change(&mut self, state: &mut State, commands: &[f64], event: Event, source: Source) {
+        match event {
+            Event::Joint(joint, change) => self.change_joint(state, commands, joint, change, source),
+            Event::Barrier(barrier) => {
+                self.measure(&state.joints, &state.touching);
+                state.done.dissipated += self.coupled.barriers.change(barrier, &mut state.touching);
+            }
+        }
+    }
+
+    fn change_joint(&mut self, state: &mut State, commands: &[f64], joint: usize, change: Change, source: Source) {
         let law = &self.coupled.laws[joint];
         let (y, mode) = (&mut state.joints[joint], &mut state.modes[joint]);
         match change {
@@ -132,7 +138,7 @@ impl Integrator {
                 }
             }
             Change::Link if mode.link == Slip::Stuck => {
-                self.respond(source, state.time, &state.joints);
+                self.respond(source, state.time, &state.joints, &state.touching);
                 let Self { coupled, response, probe_rate, .. } = self;
                 coupled.derivative(state.time, &state.joints, &state.modes, commands, response, probe_rate);
                 state.modes[joint].link = Slip::towards(coupled.holds[joint]);
@@ -140,7 +146,7 @@ impl Integrator {
             Change::Link => {
                 y.v = 0.0;
                 mode.link = Slip::Stuck;
-                self.respond(source, state.time, &state.joints);
+                self.respond(source, state.time, &state.joints, &state.touching);
                 let Self { coupled, response, probe_rate, .. } = self;
                 let modes = &mut state.modes;
                 coupled.settle_links(state.time, &state.joints, modes, commands, response, probe_rate);

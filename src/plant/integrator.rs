@@ -32,6 +32,8 @@ pub struct State {
     pub joints: Vec<Phase>,
     /// One a joint.
     pub modes: Vec<Mode>,
+    /// One a barrier: whether it is touched.
+    pub touching: Vec<bool>,
     /// [J] done and dissipated since the start.
     pub done: Power,
 }
@@ -42,6 +44,7 @@ impl State {
         self.time = other.time;
         self.joints.copy_from_slice(&other.joints);
         self.modes.copy_from_slice(&other.modes);
+        self.touching.copy_from_slice(&other.touching);
         self.done = other.done;
     }
 }
@@ -94,6 +97,8 @@ pub struct Integrator {
     pub(super) probe_rate: Vec<Phase>,
     pub(super) margins: [Vec<Margins>; 2],
     pub(super) probe_margins: Vec<Margins>,
+    /// Those of the near barriers, each with its index.
+    pub(super) barrier_margins: [Vec<(usize, f64)>; 2],
 }
 
 /// Events in a row without time passing, after which time is made to pass.
@@ -105,6 +110,8 @@ impl Integrator {
         let n = coupled.laws.len();
         let phases = || vec![Phase::default(); n];
         let margins = || vec![Margins([f64::INFINITY; 4]); n];
+        let count = coupled.barriers.count();
+        let barriers = || Vec::with_capacity(count);
         Self {
             counts: Counts::default(),
             coupled,
@@ -127,6 +134,7 @@ impl Integrator {
             probe_rate: phases(),
             margins: [margins(), margins()],
             probe_margins: margins(),
+            barrier_margins: [barriers(), barriers()],
         }
     }
 
@@ -168,13 +176,35 @@ impl Integrator {
         surprise
     }
 
-    pub(super) fn respond(&mut self, source: Source, time: f64, y: &[Phase]) {
+    /// Everything that the derivative at a time and a state needs of links and barriers.
+    pub(super) fn respond(&mut self, source: Source, time: f64, y: &[Phase], touching: &[bool]) {
+        self.measure(y, touching);
         match source {
             Source::Polynomial => self.mobility.at(time, &mut self.response),
             Source::Engine => {
                 self.evaluate(y);
                 self.mobility.exact(&self.mass, &self.bias, &mut self.response);
             }
+        }
+    }
+
+    /// Looks which barriers can be touched until a time; returns a bound [1/s] of the fastest motion against them, 0 for none.
+    pub fn look(&mut self, state: &State, until: f64) -> f64 {
+        let Self { coupled, links, mobility, response, .. } = self;
+        coupled.barriers.look(links.as_mut(), &state.joints, &state.touching, until - state.time);
+        if coupled.barriers.are_far() {
+            return 0.0;
+        }
+        mobility.newest(response);
+        coupled.barriers.fastest(response)
+    }
+
+    /// Where the links stand to the barriers that are near.
+    #[inline]
+    pub fn measure(&mut self, y: &[Phase], touching: &[bool]) {
+        let Self { coupled, links, .. } = self;
+        if !coupled.barriers.are_far() {
+            coupled.barriers.measure(links.as_mut(), y, touching);
         }
     }
 
@@ -210,7 +240,7 @@ impl Integrator {
 
     /// Decides the modes of everything that rests, after the command may have jumped.
     pub fn settle(&mut self, state: &mut State, commands: &[f64], source: Source) {
-        self.respond(source, state.time, &state.joints);
+        self.respond(source, state.time, &state.joints, &state.touching);
         let rate = &mut self.end_rate;
         self.coupled.settle(state.time, &state.joints, &mut state.modes, commands, &self.response, rate);
     }
@@ -237,13 +267,14 @@ impl Integrator {
                 self.end_derivative(state, target, commands, source);
                 let forced = events_at_once > MAX_EVENTS_AT_ONCE;
                 let event = if forced { None } else { self.earliest(state, commands, h, source) };
-                let Some((joint, change, share)) = event else {
+                let Some((event, share)) = event else {
                     events_at_once = 0;
                     self.accept(state, target, work, &mut watch);
                     std::mem::swap(&mut self.rates[0], &mut self.end_rate);
                     self.power = self.end_power;
                     let [before, after] = &mut self.margins;
                     std::mem::swap(before, after);
+                    self.barrier_margins.swap(0, 1);
                     continue;
                 };
                 if share * h > 0.0 && state.time + share * h > state.time {
@@ -253,7 +284,7 @@ impl Integrator {
                 }
                 events_at_once += 1;
                 self.counts.events += 1;
-                self.change(state, commands, joint, change, source);
+                self.change(state, commands, event, source);
                 self.begin(state, commands, source);
             }
         }
@@ -261,10 +292,12 @@ impl Integrator {
 
     /// Derivative and margins at the start of a step.
     fn begin(&mut self, state: &State, commands: &[f64], source: Source) {
-        self.respond(source, state.time, &state.joints);
-        let Self { coupled, response, rates, margins, .. } = self;
+        self.respond(source, state.time, &state.joints, &state.touching);
+        let Self { coupled, response, rates, margins, barrier_margins, .. } = self;
         self.power = coupled.derivative(state.time, &state.joints, &state.modes, commands, response, &mut rates[0]);
         coupled.margins(state.time, &state.joints, &state.modes, commands, &mut margins[0]);
+        barrier_margins[0].clear();
+        barrier_margins[0].extend(coupled.barriers.margins(&state.touching));
     }
 
     /// A step of length `h` from the state, into `self.end`; its first rate is there already. Returns work and heat.
@@ -281,7 +314,9 @@ impl Integrator {
             self.put_currents(state, commands, share, &mut stages);
             // The two stages in the middle share a time, and with it the polynomial's answer.
             if k != 1 || source == Source::Engine {
-                self.respond(source, time, &stages);
+                self.respond(source, time, &stages, &state.touching);
+            } else {
+                self.measure(&stages, &state.touching);
             }
             let Self { coupled, response, rates, .. } = self;
             power[k + 1] = coupled.derivative(time, &stages, &state.modes, commands, response, &mut rates[k + 1]);
@@ -333,10 +368,12 @@ impl Integrator {
     /// Derivative and margins at the end of a step.
     fn end_derivative(&mut self, state: &State, time: f64, commands: &[f64], source: Source) {
         let end = std::mem::take(&mut self.end);
-        self.respond(source, time, &end);
-        let Self { coupled, response, end_rate, margins, .. } = self;
+        self.respond(source, time, &end, &state.touching);
+        let Self { coupled, response, end_rate, margins, barrier_margins, .. } = self;
         self.end_power = coupled.derivative(time, &end, &state.modes, commands, response, end_rate);
         coupled.margins(time, &end, &state.modes, commands, &mut margins[1]);
+        barrier_margins[1].clear();
+        barrier_margins[1].extend(coupled.barriers.margins(&state.touching));
         self.end = end;
     }
 

@@ -10,22 +10,26 @@
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
 
 mod build;
+pub mod contact;
 pub mod coupled;
 mod events;
 pub mod integrator;
 pub mod joint;
 pub mod mobility;
 pub mod mode;
+pub mod obstacle;
 mod pace;
 pub mod rigid_body;
 mod sensors;
 pub mod world;
 
 use build::resting_mode;
+pub use contact::Touch;
 pub use integrator::Counts;
 use integrator::{Integrator, State};
 use joint::{Phase, Power};
 use mode::{Mode, Slip};
+pub use obstacle::Obstacle;
 pub use rigid_body::RigidBody;
 use sensors::{Sensors, Tracker};
 pub use world::World;
@@ -66,11 +70,21 @@ pub struct Options {
     pub seed: u64,
     /// Whether all sensors are exact.
     pub ideal_sensors: bool,
+    /// What stands in the way; [`Engine::Rapier`] alone knows of it.
+    pub obstacles: Vec<Obstacle>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { engine: Engine::Rapier, step: 1e-3, substeps: 3, every_stage: false, seed: 1, ideal_sensors: false }
+        Self {
+            engine: Engine::Rapier,
+            step: 1e-3,
+            substeps: 3,
+            every_stage: false,
+            seed: 1,
+            ideal_sensors: false,
+            obstacles: Vec::new(),
+        }
     }
 }
 
@@ -81,7 +95,7 @@ pub struct Energy {
     pub work: f64,
     /// [J] turned into heat since the start by friction and dampers.
     pub dissipated: f64,
-    /// [J] of motion, of the gears' springs and of gravity.
+    /// [J] of motion, of the springs of gears and barriers, and of gravity.
     pub stored: f64,
 }
 
@@ -144,8 +158,11 @@ impl Plant {
             self.sensors[i].restart(y);
         }
         self.state.joints = joints;
-        self.integrator.mobility.clear();
-        self.integrator.push_node(0.0, &self.state.joints);
+        let Self { integrator, state, .. } = self;
+        integrator.mobility.clear();
+        integrator.push_node(0.0, &state.joints);
+        let Integrator { coupled, links, .. } = integrator;
+        coupled.barriers.start(links.as_mut(), &state.joints, &mut state.touching);
         self.observe();
     }
 
@@ -201,6 +218,7 @@ impl Plant {
     }
 
     fn observe(&mut self) {
+        self.integrator.measure(&self.state.joints, &self.state.touching);
         let State { time, joints, modes, .. } = &self.state;
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
             let flow = law.flow(*time, &joints[i], &modes[i], self.commands[i]);
@@ -222,6 +240,11 @@ impl Plant {
         self.state.modes[joint].contact
     }
 
+    /// What links are pressed against now.
+    pub fn touches(&self) -> impl Iterator<Item = Touch> + '_ {
+        self.integrator.coupled.barriers.touches(&self.state.touching)
+    }
+
     /// Whether rotor and link of a joint are held by friction.
     pub fn sticks(&self, joint: usize) -> [bool; 2] {
         let Mode { rotor, link, .. } = self.state.modes[joint];
@@ -240,11 +263,12 @@ impl Plant {
 
     /// Work, heat and what is stored, for the audit.
     pub fn energy(&self) -> Energy {
-        let State { joints, modes, done, .. } = &self.state;
+        let State { joints, modes, touching, done, .. } = &self.state;
         let q: Vec<f64> = joints.iter().map(|y| y.q).collect();
         let v: Vec<f64> = joints.iter().map(|y| y.v).collect();
         let mut links = Dynamics::new(&self.robot);
         let mut stored = links.kinetic_energy(&q, &v) + links.potential_energy(&q);
+        stored += self.integrator.coupled.barriers.energy(touching);
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
             stored += 0.5 * law.rotor_inertia * joints[i].omega * joints[i].omega;
             stored += law.elastic_energy(&joints[i], modes[i].contact);

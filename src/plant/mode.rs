@@ -73,6 +73,15 @@ impl Change {
     pub const ALL: [Self; 4] = [Self::Contact, Self::Rotor, Self::Link, Self::Saturation];
 }
 
+/// Whose mode ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// One of a joint.
+    Joint(usize, Change),
+    /// A barrier is touched or left.
+    Barrier(usize),
+}
+
 /// Distances from the ends of a joint's modes, in the order of [`Change::ALL`]; negative beyond the end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margins(pub [f64; 4]);

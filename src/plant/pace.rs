@@ -10,6 +10,10 @@ use super::integrator::{Source, Step};
 /// Longest step times the fastest motion of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 2e-5` rad a step too little.
 pub(super) const LONGEST_STEP: f64 = 0.3;
 
+/// Longest step times the fastest motion of links against barriers: an impact is half an oscillation in 16 steps, and its
+/// restitution is right within 1e-5.
+const LONGEST_STEP_TOUCHING: f64 = 0.2;
+
 /// Longest step times the fastest pole where only stability counts.
 const STABLE_STEP: f64 = 1.0;
 
@@ -58,8 +62,9 @@ impl Plant {
     /// Looks at the end of an interval in the fewest steps that are stable.
     fn look_ahead(&mut self, until: f64) -> f64 {
         let Self { integrator, state, saved, commands, fastest, .. } = self;
-        let steps = ((until - state.time) * *fastest / STABLE_STEP).ceil().max(1.0) as usize;
         saved.copy_from(state);
+        let fastest = fastest.max(integrator.look(saved, until));
+        let steps = ((until - state.time) * fastest / STABLE_STEP).ceil().max(1.0) as usize;
         integrator.settle(saved, commands, Source::Polynomial);
         integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
         integrator.offer_node(until, &saved.joints, &saved.modes)
@@ -67,7 +72,8 @@ impl Plant {
 
     fn go_through(&mut self, until: f64, source: Source) {
         let Self { integrator, sensors, state, commands, rate, .. } = self;
-        let steps = ((until - state.time) * *rate - 1e-6).ceil().max(1.0) as usize;
+        let rate = rate.max(integrator.look(state, until) / LONGEST_STEP_TOUCHING);
+        let steps = ((until - state.time) * rate - 1e-6).ceil().max(1.0) as usize;
         integrator.settle(state, commands, source);
         integrator.advance(state, commands, until, steps, source, |step: &Step| {
             for (i, sensors) in sensors.iter_mut().enumerate() {

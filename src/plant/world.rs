@@ -3,18 +3,19 @@
 //! A step of `dt = 1e-12 s` without forces of its own leaves the machine where it is and yields the acceleration
 //! `a = −M⁻¹ h`; the same step leaves the factors of `M`, so `h = −M a` without a second formulation of the dynamics.
 //! The body frame of a link is its joint frame after the motion; the free axis is the `x` axis of the joint's frames.
-//! Left out: contacts. The bodies stand in the world at the last evaluated state, where they can be seen.
+//! The bodies stand in the world at the last evaluated state, where they can be seen; obstacles beside them (`obstacle`).
 
-use nalgebra::{DMatrix, Isometry3, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, Isometry3, Matrix6xX, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::{
     CCDSolver, GenericJointBuilder, ImpulseJointSet, IntegrationParameters, IslandManager, JointAxesMask, JointAxis,
-    MassProperties, MultibodyJointHandle, MultibodyJointSet, RigidBodyBuilder, RigidBodyHandle, RigidBodySet,
-    SoftBodySet,
+    MassProperties, Multibody, MultibodyJointHandle, MultibodyJointSet, RigidBodyBuilder, RigidBodyHandle,
+    RigidBodySet, SoftBodySet,
 };
 use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderSet, NarrowPhase};
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use rapier3d_f64::pipeline::PhysicsPipeline;
 
+use super::obstacle::Pair;
 use super::rigid_body::RigidBody;
 use crate::robot::{Body, Inertia, Robot};
 use crate::units::JointKind;
@@ -30,18 +31,21 @@ pub struct World {
     islands: IslandManager,
     broad_phase: BroadPhaseBvh,
     narrow_phase: NarrowPhase,
-    bodies: RigidBodySet,
-    colliders: ColliderSet,
+    pub(super) bodies: RigidBodySet,
+    pub(super) colliders: ColliderSet,
     impulse_joints: ImpulseJointSet,
-    multibody_joints: MultibodyJointSet,
+    pub(super) multibody_joints: MultibodyJointSet,
     soft_bodies: SoftBodySet,
     ccd: CCDSolver,
-    links: Vec<RigidBodyHandle>,
-    joints: Vec<Option<MultibodyJointHandle>>,
+    pub(super) links: Vec<RigidBodyHandle>,
+    pub(super) joints: Vec<Option<MultibodyJointHandle>>,
     /// Position of a joint in rapier's generalized vectors, and the axis of its coordinate.
-    columns: Vec<usize>,
+    pub(super) columns: Vec<usize>,
     axes: Vec<usize>,
-    displacement: Vec<f64>,
+    pub(super) displacement: Vec<f64>,
+    pub(super) pairs: Vec<Pair>,
+    /// Of the link whose distance was asked for last.
+    pub(super) jacobian: Matrix6xX<f64>,
 }
 
 impl World {
@@ -85,6 +89,8 @@ impl World {
             columns: Vec::new(),
             axes,
             displacement: vec![0.0; robot.dof()],
+            pairs: Vec::new(),
+            jacobian: Matrix6xX::zeros(robot.dof()),
         };
         world.settle();
         world
@@ -128,9 +134,16 @@ impl World {
         self.links.iter().map(|handle| isometry(self.bodies[*handle].position()))
     }
 
-    fn set_state(&mut self, q: &[f64], v: &[f64]) {
-        let Self { joints, multibody_joints, bodies, columns, axes, displacement, .. } = self;
-        let Some((multibody, _)) = joints.first().copied().flatten().and_then(|h| multibody_joints.get_mut(h)) else {
+    /// The multibody; `None` for a robot without joints.
+    pub(super) fn multibody(&self) -> Option<&Multibody> {
+        let handle = self.joints.first().copied().flatten()?;
+        self.multibody_joints.get(handle).map(|(multibody, _)| multibody)
+    }
+
+    /// Writes how far the joints are from `q`.
+    pub(super) fn displace(&mut self, q: &[f64]) {
+        let Self { joints, multibody_joints, columns, axes, displacement, .. } = self;
+        let Some((multibody, _)) = joints.first().copied().flatten().and_then(|h| multibody_joints.get(h)) else {
             return;
         };
         displacement.fill(0.0);
@@ -138,6 +151,16 @@ impl World {
             if let Some(link) = multibody.link(i + 1) {
                 displacement[column] = q[i] - link.joint().coords()[axes[i]];
             }
+        }
+    }
+
+    fn set_state(&mut self, q: &[f64], v: &[f64]) {
+        self.displace(q);
+        let Self { joints, multibody_joints, bodies, columns, displacement, .. } = self;
+        let Some((multibody, _)) = joints.first().copied().flatten().and_then(|h| multibody_joints.get_mut(h)) else {
+            return;
+        };
+        for (i, &column) in columns.iter().enumerate() {
             multibody.generalized_velocity_mut()[column] = v[i];
         }
         multibody.apply_displacements(displacement);
@@ -150,10 +173,7 @@ impl RigidBody for World {
     fn evaluate(&mut self, q: &[f64], v: &[f64], mass: &mut DMatrix<f64>, h: &mut [f64]) {
         self.set_state(q, v);
         self.step();
-        let Some((multibody, _)) = self.joints.first().copied().flatten().and_then(|h| self.multibody_joints.get(h))
-        else {
-            return;
-        };
+        let Some(multibody) = self.multibody() else { return };
         // M = Pᵀ L U from the factors that the step leaves; LU is stored packed, L with a unit diagonal.
         let factors = multibody.inv_augmented_mass();
         let packed = factors.lu_internal();
@@ -173,6 +193,10 @@ impl RigidBody for World {
         for (i, bias) in h.iter_mut().enumerate() {
             *bias = -(0..n).map(|j| mass[(i, j)] * acceleration[j]).sum::<f64>();
         }
+    }
+
+    fn distance(&mut self, pair: usize, q: &[f64], reach: f64, gradient: &mut [f64]) -> Option<f64> {
+        self.pair_distance(pair, q, reach, gradient)
     }
 }
 
@@ -218,7 +242,7 @@ fn quaternion(rotation: &UnitQuaternion<f64>) -> Rotation {
     Rotation::from_xyzw(rotation.i, rotation.j, rotation.k, rotation.w)
 }
 
-fn pose(isometry: &Isometry3<f64>) -> Pose {
+pub(super) fn pose(isometry: &Isometry3<f64>) -> Pose {
     Pose::from_parts(vector(&isometry.translation.vector), quaternion(&isometry.rotation))
 }
 

@@ -30,6 +30,7 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
         rotor_inertia: table.number("rotor_inertia", &Range::positive("kg·m²"))?,
         gear_stiffness: table.number("gear_stiffness", &Range::positive(stiffness))?,
         gear_damping: table.number_or("gear_damping", &Range::non_negative(damping), 0.0)?,
+        end_stop_stiffness: table.optional_number("end_stop_stiffness", &Range::positive(stiffness))?,
         backlash: table.optional_number("backlash", &Range::non_negative(body.joint.kind.position_unit()))?,
         motor: read(table.table("motor")?, read_motor)?,
         amplifier: table.optional_table("drive")?.map_or_else(

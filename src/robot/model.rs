@@ -44,6 +44,9 @@ pub struct JointModel {
     pub gear_stiffness: f64,
     /// [N·m·s/rad or N·s/m] at the joint, outside the gap, ≥ 0.
     pub gear_damping: f64,
+    /// [N·m/rad or N/m] of the stops where the URDF has the joint's range end, > 0; `None`: there are no stops. A URDF's limit is
+    /// what may be asked of a joint, and many a joint rests on it: whether metal stands there is for the model to say.
+    pub end_stop_stiffness: Option<f64>,
     /// [rad or m] total gap at the joint, ≥ 0; `None`: unknown, to be identified.
     pub backlash: Option<f64>,
     /// The motor.
@@ -64,6 +67,12 @@ impl JointModel {
     /// Rotor inertia on the joint side, `ratio² · J_r` [kg·m² or kg].
     pub fn reflected_inertia(&self) -> f64 {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia
+    }
+
+    /// Stiffness and damping of the stops at the ends of the range, [N·m/rad or N/m] and [N·m·s/rad or N·s/m]: damping stands
+    /// to stiffness as in the gear.
+    pub fn end_stop(&self) -> Option<(f64, f64)> {
+        self.end_stop_stiffness.map(|stiffness| (stiffness, self.gear_damping * stiffness / self.gear_stiffness))
     }
 
     /// Motor torque on the joint side per current, `ratio · K_t` [N·m/A or N/A].

@@ -152,6 +152,7 @@ fn first_joint(body: &Body) -> JointModel {
         rotor_inertia: 1e-5,
         gear_stiffness,
         gear_damping,
+        end_stop_stiffness: None,
         backlash: None,
         motor: Motor { torque_constant: 0.05, resistance: None, inductance: None },
         amplifier: Amplifier {

@@ -104,6 +104,7 @@ fn write_joint(out: &mut String, joint: &JointModel) {
     number(out, "rotor_inertia", joint.rotor_inertia, "[kg·m²] at the motor shaft");
     number(out, "gear_stiffness", joint.gear_stiffness, stiffness);
     number(out, "gear_damping", joint.gear_damping, damping);
+    known(out, "end_stop_stiffness", joint.end_stop_stiffness, "of the stops at the ends of its range");
     known(out, "backlash", joint.backlash, position);
 
     section(out, ".motor");

@@ -74,6 +74,7 @@ impl Machine {
             rotor_inertia: self.rotor / (self.ratio * self.ratio),
             gear_stiffness: STIFFNESS,
             gear_damping: DAMPING,
+            end_stop_stiffness: None,
             backlash: None,
             motor: Motor { torque_constant: TORQUE_CONSTANT, resistance: None, inductance: None },
             amplifier: Amplifier { voltage_limit: 24.0, current_limit: 18.0, current_time_constant: 4e-4 },

@@ -126,6 +126,7 @@ pub fn plain_joint(name: &str) -> JointModel {
         rotor_inertia: 0.02,
         gear_stiffness: 3000.0,
         gear_damping: 2.0,
+        end_stop_stiffness: None,
         backlash: None,
         motor: Motor { torque_constant: 1.0, resistance: None, inductance: None },
         amplifier: Amplifier {

@@ -1,0 +1,229 @@
+//! What stops a link: obstacles in its way, and the end stops of its joint.
+//!
+//! ```text
+//!   f = max(0, k p + c ṗ),   p = −d(q),   ṗ = −(∂d/∂q) q̇          f
+//!   load += (∂d/∂q)ᵀ f                                              |    /
+//!                                                                   |___/____ p
+//! ```
+//! A barrier is a tooth flank on the outside: compliant, damped, and it never pulls. The distance `d` [m, rad] of an end stop is
+//! `upper − q` or `q − lower`; that of a link and an obstacle is the engine's, found anew at every stage of every step while
+//! they are close, so that the spring's energy `k p²/2` belongs to the state alone. One point a pair acts, the deepest: a face
+//! that lies flat on a face is held at the corner that is deepest.
+//! Left out: friction along the surface, and links that meet links of their own arm.
+//! Reference: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact,
+//! J. Appl. Mech. 42 (1975), the linear (Kelvin-Voigt) case, without its pull at the end.
+
+use super::joint::Phase;
+use super::mobility::Response;
+use super::rigid_body::RigidBody;
+
+/// [m/s or rad/s] No link comes closer to a barrier faster than this and twice its joint's speed.
+const FASTEST_APPROACH: f64 = 20.0;
+
+/// What stands in the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cause {
+    /// An end stop of a joint: its index, the side (+1 upper, −1 lower) and where it stands [rad or m].
+    EndStop(usize, f64, f64),
+    /// A link and an obstacle: index of the pair in the engine's list, of the link's body, of the obstacle.
+    Pair(usize, usize, usize),
+}
+
+/// A link that is pressed against something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// Index of its body, and of the joint that moves it.
+    pub body: usize,
+    /// Index of the obstacle; `None`: an end stop of the joint.
+    pub obstacle: Option<usize>,
+    /// `f` [N], of an end stop [N·m or N], ≥ 0.
+    pub force: f64,
+}
+
+/// A barrier, and how its link stood to it when it was measured last.
+#[derive(Debug, Clone)]
+pub struct Barrier {
+    /// What stands in the way.
+    pub cause: Cause,
+    /// `k` [N/m, N·m/rad], > 0.
+    stiffness: f64,
+    /// `c` [N·s/m, N·m·s/rad], ≥ 0.
+    damping: f64,
+    /// `p` [m, rad].
+    depth: f64,
+    /// `ṗ` [m/s, rad/s].
+    rate: f64,
+    /// `∂d/∂q`, one a joint.
+    gradient: Vec<f64>,
+}
+
+impl Barrier {
+    /// A barrier for a machine of so many joints.
+    pub fn new(cause: Cause, stiffness: f64, damping: f64, joints: usize) -> Self {
+        let mut gradient = vec![0.0; joints];
+        if let Cause::EndStop(joint, side, _) = cause {
+            gradient[joint] = -side;
+        }
+        Self { cause, stiffness, damping, depth: f64::NEG_INFINITY, rate: 0.0, gradient }
+    }
+
+    fn measure(&mut self, links: &mut dyn RigidBody, q: &[f64], y: &[Phase], reach: f64) {
+        match self.cause {
+            Cause::EndStop(joint, side, place) => self.depth = side * (q[joint] - place),
+            Cause::Pair(pair, ..) => match links.distance(pair, q, reach, &mut self.gradient) {
+                Some(distance) => self.depth = -distance,
+                // No answer means far away; but of a pair pressed together a moment ago it means that the geometry had none.
+                None if self.depth > 0.0 => {}
+                None => self.depth = f64::NEG_INFINITY,
+            },
+        }
+        self.rate = -self.gradient.iter().zip(y).map(|(slope, phase)| slope * phase.v).sum::<f64>();
+    }
+
+    /// Touching needs both: a surface that is pressed in, and a force that pushes. Negative where nothing touches.
+    fn pressed(&self) -> f64 {
+        self.depth.min(self.depth + self.rate * self.damping / self.stiffness)
+    }
+
+    /// `f` while it touches.
+    fn force(&self) -> f64 {
+        self.stiffness * self.depth + self.damping * self.rate
+    }
+
+    /// `k p²/2` [J].
+    fn energy(&self) -> f64 {
+        0.5 * self.stiffness * self.depth * self.depth
+    }
+}
+
+/// All barriers of a machine, and what they do to its links at the state that was measured last.
+#[derive(Debug, Clone)]
+pub struct Barriers {
+    all: Vec<Barrier>,
+    /// Those that can be touched before the next look.
+    near: Vec<usize>,
+    /// [m, rad] How far was looked.
+    reach: f64,
+    /// Load on the links [N·m or N], one a joint.
+    pub load: Vec<f64>,
+    /// [W] that dampers turn into heat.
+    pub heat: f64,
+    q: Vec<f64>,
+}
+
+impl Barriers {
+    /// The barriers of a machine of so many joints.
+    pub fn new(all: Vec<Barrier>, joints: usize) -> Self {
+        let near = Vec::with_capacity(all.len());
+        Self { all, near, reach: 0.0, load: vec![0.0; joints], heat: 0.0, q: vec![0.0; joints] }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Whether none can be touched before the next look.
+    #[inline]
+    pub fn are_far(&self) -> bool {
+        self.near.is_empty()
+    }
+
+    /// Those that can be touched before the next look.
+    pub fn near(&self) -> impl Iterator<Item = (usize, &Barrier)> {
+        self.near.iter().map(|&k| (k, &self.all[k]))
+    }
+
+    /// Looks which of them can be touched within an interval [s] from a state; the others are left alone in it.
+    pub fn look(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &[bool], interval: f64) {
+        self.near.clear();
+        self.load.fill(0.0);
+        self.heat = 0.0;
+        if self.all.is_empty() {
+            return;
+        }
+        let fastest = y.iter().fold(0.0, |fastest: f64, phase| fastest.max(phase.v.abs()));
+        self.reach = (FASTEST_APPROACH + 2.0 * fastest) * interval;
+        self.take(y);
+        for (k, barrier) in self.all.iter_mut().enumerate() {
+            barrier.measure(links, &self.q, y, self.reach);
+            if touching[k] || barrier.depth > -self.reach {
+                self.near.push(k);
+            }
+        }
+    }
+
+    /// Measures those that are near, and what those that touch do.
+    pub fn measure(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &[bool]) {
+        self.load.fill(0.0);
+        self.heat = 0.0;
+        self.take(y);
+        for &k in &self.near {
+            let barrier = &mut self.all[k];
+            barrier.measure(links, &self.q, y, self.reach);
+            if touching[k] {
+                let force = barrier.force();
+                self.load.iter_mut().zip(&barrier.gradient).for_each(|(load, slope)| *load += slope * force);
+                self.heat += barrier.damping * barrier.rate * barrier.rate;
+            }
+        }
+    }
+
+    fn take(&mut self, y: &[Phase]) {
+        self.q.iter_mut().zip(y).for_each(|(q, phase)| *q = phase.q);
+    }
+
+    /// The near ones, each with its distance from being touched or left; negative beyond that.
+    pub fn margins<'a>(&'a self, touching: &'a [bool]) -> impl Iterator<Item = (usize, f64)> + 'a {
+        self.near.iter().map(|&k| (k, self.margin(k, touching)))
+    }
+
+    /// Distance from being touched or left; negative beyond that.
+    pub fn margin(&self, k: usize, touching: &[bool]) -> f64 {
+        let pressed = self.all[k].pressed();
+        if touching[k] { pressed } else { -pressed }
+    }
+
+    /// Touches or leaves; returns the heat [J]: what is still pressed in when a link leaves relaxes in its own damper.
+    pub fn change(&self, k: usize, touching: &mut [bool]) -> f64 {
+        touching[k] = !touching[k];
+        if touching[k] { -self.all[k].energy() } else { self.all[k].energy() }
+    }
+
+    /// Decides anew what touches at a state.
+    pub fn start(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &mut [bool]) {
+        touching.fill(false);
+        self.look(links, y, touching, f64::MIN_POSITIVE);
+        for &k in &self.near {
+            touching[k] = self.all[k].pressed() > 0.0;
+        }
+    }
+
+    /// [J] Energy of what is pressed in.
+    pub fn energy(&self, touching: &[bool]) -> f64 {
+        self.near().filter(|(k, _)| touching[*k]).map(|(_, barrier)| barrier.energy()).sum()
+    }
+
+    /// Those that touch.
+    pub fn touches<'a>(&'a self, touching: &'a [bool]) -> impl Iterator<Item = Touch> + 'a {
+        self.near().filter(|(k, _)| touching[*k]).map(|(_, barrier)| {
+            let (body, obstacle) = match barrier.cause {
+                Cause::EndStop(joint, ..) => (joint, None),
+                Cause::Pair(_, body, obstacle) => (body, Some(obstacle)),
+            };
+            Touch { body, obstacle, force: barrier.force() }
+        })
+    }
+
+    /// [1/s] A bound of the fastest motion of links against the near barriers: `√(Σ k g W gᵀ) + Σ c g W gᵀ`, `g = ∂d/∂q`.
+    pub fn fastest(&self, response: &Response) -> f64 {
+        let (mut squares, mut rate) = (0.0, 0.0);
+        for (_, Barrier { gradient, stiffness, damping, .. }) in self.near() {
+            let along = |i: usize| gradient.iter().zip(response.row(i)).map(|(g, w)| g * w).sum::<f64>();
+            let mobility: f64 = gradient.iter().enumerate().map(|(i, slope)| slope * along(i)).sum();
+            squares += stiffness * mobility;
+            rate += damping * mobility;
+        }
+        squares.sqrt() + rate
+    }
+}
