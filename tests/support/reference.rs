@@ -1,9 +1,60 @@
-//! An independent reference: the planar arm with two gearheads in closed form, integrated by Dormand-Prince 5(4) at 1e-12.
+//! An independent reference: Dormand-Prince 5(4) with step control, and the planar arm with two gearheads in closed form.
 //!
 //! It shares no code with the program. Contact and voltage limit are branches that the step control resolves; where a rotor
 //! or link comes to rest or breaks away, the instant is bracketed by taking the step again with half its length. Which of the
 //! links at rest stick is found by trying all combinations.
 #![allow(dead_code)]
+
+/// A step of Dormand-Prince (J. R. Dormand, P. J. Prince 1980): the state after `h`, and the estimated error of each component.
+pub fn dormand_prince<const N: usize>(
+    rate: impl Fn(&[f64; N]) -> [f64; N],
+    start: &[f64; N],
+    h: f64,
+) -> ([f64; N], [f64; N]) {
+    const A: [[f64; 6]; 6] = [
+        [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+        [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+        [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+        [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+        [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+    ];
+    const E: [f64; 7] =
+        [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
+    let mut k = [[0.0; N]; 7];
+    k[0] = rate(start);
+    let mut y = *start;
+    for stage in 0..6 {
+        y = *start;
+        for (slope, a) in k.iter().zip(A[stage]) {
+            for (y, slope) in y.iter_mut().zip(slope) {
+                *y += h * a * slope;
+            }
+        }
+        k[stage + 1] = rate(&y);
+    }
+    (y, std::array::from_fn(|c| (0..7).map(|s| h * E[s] * k[s][c]).sum()))
+}
+
+/// Integrates smooth equations over a duration, the error of every step and component below the tolerance.
+pub fn integrate<const N: usize>(
+    rate: impl Fn(&[f64; N]) -> [f64; N],
+    start: [f64; N],
+    duration: f64,
+    tolerance: f64,
+) -> [f64; N] {
+    let (mut y, mut t, mut h) = (start, 0.0, duration.min(1e-4));
+    while duration - t > 1e-15 {
+        h = h.min(duration - t);
+        let (end, error) = dormand_prince(&rate, &y, h);
+        let worst = error.iter().fold(0.0_f64, |worst, e| worst.max(e.abs())) / tolerance;
+        if worst <= 1.0 {
+            (y, t) = (end, t + h);
+        }
+        h *= (0.9 * worst.max(1e-6).powf(-0.2)).clamp(0.2, 5.0);
+    }
+    y
+}
 
 /// Numbers of one joint, joint side.
 #[derive(Clone, Copy)]
@@ -50,6 +101,8 @@ pub struct Run {
     pub y: Y,
     pub slips: Slips,
     pub h: f64,
+    /// [rad] Largest error of a position in a step.
+    pub tolerance: f64,
 }
 
 struct Forces {
@@ -161,44 +214,19 @@ impl Arm {
 }
 
 impl Run {
-    pub fn at_rest(arm: Arm, q: [f64; 2]) -> Self {
+    pub fn at_rest(arm: Arm, q: [f64; 2], tolerance: f64) -> Self {
         let mut y = [0.0; 10];
         (y[0], y[2], y[5], y[7]) = (q[0], q[0], q[1], q[1]);
-        Self { arm, t: 0.0, y, slips: [0; 4], h: 1e-6 }
+        Self { arm, t: 0.0, y, slips: [0; 4], h: 1e-6, tolerance }
     }
 
-    /// One Dormand-Prince step: the state and the estimate of its error relative to the tolerance.
+    /// One step: the state, and the estimate of its error against the tolerance.
     fn step(&self, command: &[f64; 2], h: f64) -> (Y, f64) {
-        const A: [[f64; 6]; 6] = [
-            [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
-            [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
-            [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
-            [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
-            [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
-        ];
-        const E: [f64; 7] =
-            [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
-        let mut k = [[0.0; 10]; 7];
-        k[0] = self.arm.forces(&self.y, command, &self.slips).rate;
-        let mut y = self.y;
-        for stage in 0..6 {
-            y = self.y;
-            for (slope, a) in k.iter().zip(A[stage]) {
-                for (y, slope) in y.iter_mut().zip(slope) {
-                    *y += h * a * slope;
-                }
-            }
-            k[stage + 1] = self.arm.forces(&y, command, &self.slips).rate;
-        }
+        let (y, error) = dormand_prince(|y| self.arm.forces(y, command, &self.slips).rate, &self.y, h);
         // Positions weigh as much as velocities over a millisecond; currents over an ampere.
-        let mut worst = 0.0_f64;
-        for c in 0..10 {
-            let error: f64 = (0..7).map(|s| h * E[s] * k[s][c]).sum();
-            let scale = 1e-12 * [1.0, 10.0, 1.0, 10.0, 10.0][c % 5];
-            worst = worst.max(error.abs() / scale);
-        }
-        (y, worst)
+        let scale = [1.0, 10.0, 1.0, 10.0, 10.0];
+        let worst = (0..10).fold(0.0_f64, |worst, c| worst.max(error[c].abs() / scale[c % 5]));
+        (y, worst / self.tolerance)
     }
 
     /// Integrates for a duration under a constant command.

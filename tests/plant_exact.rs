@@ -1,0 +1,303 @@
+//! The simulated machine against an independent reference: Dormand-Prince at 1e-12, of equations written down a second time.
+//! The tables that the tests print stand in `docs/exactness.md`.
+
+#[path = "support/machines.rs"]
+mod machines;
+#[path = "support/reference.rs"]
+mod reference;
+
+use lostmotion::effects::JointState;
+use lostmotion::plant::{Engine, Options, Plant};
+use machines::*;
+
+/// [rad] Error of a step of the reference.
+const TOLERANCE: f64 = 1e-12;
+
+/// [rad or m] What is promised of the motion of the links alone.
+const SMOOTH: f64 = 1e-6;
+
+/// [rad] 1e-4 degrees, what is promised of a motion through gaps and stick: a thirtieth of an encoder count is 1e-3 degrees.
+const EVENTFUL: f64 = 1.7e-6;
+
+fn own(options: Options) -> Options {
+    Options { engine: Engine::Reduced, ideal_sensors: true, ..options }
+}
+
+fn on(engine: Engine) -> Options {
+    Options { engine, ideal_sensors: true, ..Options::default() }
+}
+
+// The links alone.
+
+/// `M(q)⁻¹ (τ − h)` of the planar arm.
+fn link_acceleration(q2: f64, v: [f64; 2], torque: [f64; 2]) -> [f64; 2] {
+    let (a, b, c) = (I1 + M1 * C1 * C1 + M2 * L1 * L1, I2 + M2 * C2 * C2, M2 * L1 * C2);
+    let (m11, m12, m22) = (a + b + 2.0 * c * q2.cos(), b + c * q2.cos(), b);
+    let r1 = torque[0] + c * q2.sin() * (2.0 * v[0] * v[1] + v[1] * v[1]);
+    let r2 = torque[1] - c * q2.sin() * v[0] * v[0];
+    let det = m11 * m22 - m12 * m12;
+    [(m22 * r1 - m12 * r2) / det, (m11 * r2 - m12 * r1) / det]
+}
+
+/// [N·m/rad], [N·m·s/rad], [rad/s] Soft springs whose far ends turn: the smooth torques `k (Ω t − q) − d (q̇ − Ω)` on the links.
+const PULL: [[f64; 3]; 2] = [[1.2, 0.05, 0.5], [0.4, 0.02, -0.7]];
+const START: [f64; 2] = [0.3, 0.4];
+
+/// The links after two seconds under [`PULL`], and their largest speed.
+fn pulled_truth() -> ([f64; 2], f64) {
+    let mut fastest = 0.0_f64;
+    let mut y = [START[0], START[1], 0.0, 0.0, 0.0];
+    for _ in 0..2000 {
+        let rate = |y: &[f64; 5]| {
+            let [q1, q2, v1, v2, t] = *y;
+            let torque = |[k, d, omega]: [f64; 3], q: f64, v: f64| k * (omega * t - q) - d * (v - omega);
+            let [a1, a2] = link_acceleration(q2, [v1, v2], [torque(PULL[0], q1, v1), torque(PULL[1], q2, v2)]);
+            [v1, v2, a1, a2, 1.0]
+        };
+        y = reference::integrate(rate, y, 1e-3, TOLERANCE);
+        fastest = fastest.max(y[2].abs()).max(y[3].abs());
+    }
+    ([y[0], y[1]], fastest)
+}
+
+/// The same by the plant, in periods of `period`: gears are the springs, and rotors that nothing slows down their far ends.
+fn pulled(options: &Options, period: f64) -> [f64; 2] {
+    let mut model = plain(planar_arm());
+    for (joint, [k, d, _]) in model.joints.iter_mut().zip(PULL) {
+        (joint.rotor_inertia, joint.gear_stiffness, joint.gear_damping) = (1e12, k, d);
+    }
+    let mut plant = Plant::new(&model, options).unwrap();
+    let start = |j: usize| JointState { motor_velocity: PULL[j][2], link_position: START[j], ..JointState::default() };
+    plant.launch(&[start(0), start(1)]);
+    for _ in 0..(2.0 / period).round() as usize {
+        plant.advance(&[0.0, 0.0], period).unwrap();
+    }
+    [0, 1].map(|joint| plant.states()[joint].link_position)
+}
+
+fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).abs().max((a[1] - b[1]).abs())
+}
+
+#[test]
+fn equivalent_links_under_smooth_torques() {
+    let (truth, fastest) = pulled_truth();
+    assert!((1.8..2.2).contains(&fastest), "up to 120 deg/s: {:.0} deg/s", fastest.to_degrees());
+    for engine in [Engine::Rapier, Engine::Reduced] {
+        let error = apart(pulled(&on(engine), 1e-3), truth);
+        println!("{engine:?}: {error:.1e} rad at up to {:.0} deg/s", fastest.to_degrees());
+        assert!(error < SMOOTH, "{engine:?}: {error:e} rad");
+    }
+}
+
+/// Errors at steps that halve: a row each, and the orders `log₂` of what each halving gains.
+fn orders(name: &str, steps: &[(f64, f64)]) -> Vec<f64> {
+    let mut orders = Vec::new();
+    for (row, (ms, error)) in steps.iter().enumerate() {
+        let order = if row > 0 { (steps[row - 1].1 / error).log2() } else { f64::NAN };
+        println!("| {name} | {ms:.3} | {error:.1e} | {order:.1} |");
+        orders.extend((row > 0).then_some(order));
+    }
+    orders
+}
+
+#[test]
+fn equivalent_smooth_motion_converges_at_fourth_order() {
+    let (truth, _) = pulled_truth();
+    let error = |ms: f64, every_stage| {
+        let options = own(Options { step: 1e-3 * ms, substeps: 1, every_stage, ..Options::default() });
+        (ms, apart(pulled(&options, 1e-3 * ms), truth))
+    };
+    for (name, every_stage) in [("links, between evaluations", false), ("links, evaluated at every stage", true)] {
+        let orders = orders(name, &[8.0, 4.0, 2.0, 1.0].map(|ms| error(ms, every_stage)));
+        // Fourth order; a few tenths less where higher powers of the step still count.
+        assert!(orders.iter().all(|order| *order > 3.6), "{orders:?}");
+    }
+}
+
+/// Gears that do nothing: the links alone.
+fn links_alone() -> Plant {
+    let mut model = plain(planar_arm());
+    for joint in &mut model.joints {
+        (joint.gear_stiffness, joint.gear_damping) = (1e-12, 0.0);
+    }
+    Plant::new(&model, &on(Engine::Rapier)).unwrap()
+}
+
+#[test]
+fn property_free_arm_keeps_its_energy_for_a_minute() {
+    let mut plant = links_alone();
+    let moving = |link_velocity| JointState { link_velocity, ..JointState::default() };
+    plant.launch(&[moving(2.0), moving(-3.0)]);
+    let start = plant.energy().stored;
+    let mut worst = 0.0_f64;
+    for _ in 0..60_000 {
+        plant.advance(&[0.0, 0.0], 1e-3).unwrap();
+        worst = worst.max((plant.energy().stored / start - 1.0).abs());
+    }
+    println!("energy drift in 60 s: {worst:.1e}");
+    // What the issue of exactness asks of links alone.
+    assert!(worst < 1e-8, "{worst:e}");
+}
+
+// Links, gears, friction, drives, in closed loop.
+
+/// The machine of [`scara`] as the reference wants it.
+fn arm() -> reference::Arm {
+    let gears = [
+        (5.375, 6.29e-4, 0.0103, 0.442, 0.509, 0.0603, 0.407),
+        (10.0 / 3.0, 1.903e-3, 0.0064, 0.173, 0.187, 0.0408, 0.187),
+    ]
+    .map(|(ratio, rotor, gap, coulomb, breakaway, stribeck, viscous)| reference::Gearhead {
+        rotor: ratio * ratio * rotor,
+        k: 3000.0,
+        d: 2.0,
+        gap,
+        coulomb,
+        breakaway,
+        stribeck,
+        viscous,
+        link_share: 0.4,
+        kt: ratio * 0.023,
+        r: 0.5,
+        l: 0.0005,
+        volts: 24.0,
+        amperes: 18.0,
+        loop_time: 4e-4,
+    });
+    reference::Arm { a: I1 + M1 * C1 * C1 + M2 * L1 * L1, b: I2 + M2 * C2 * C2, c: M2 * L1 * C2, gears }
+}
+
+/// A PI velocity controller a joint, sampled at 1 kHz.
+#[derive(Default)]
+struct Loop {
+    integral: [f64; 2],
+}
+
+impl Loop {
+    fn command(&mut self, wanted: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
+        let (kp, ki, kt) = ([5.0, 1.5], [50.0, 15.0], [5.375 * 0.023, 10.0 / 3.0 * 0.023]);
+        let mut command = [0.0; 2];
+        for j in 0..2 {
+            let error = wanted[j] - velocity[j];
+            self.integral[j] += ki[j] * error * 1e-3;
+            command[j] = (kp[j] * error + self.integral[j]) / kt[j];
+        }
+        command
+    }
+}
+
+/// Velocities wanted of both joints [rad/s] at a time.
+type Motion = fn(f64) -> [f64; 2];
+
+/// Motor and link angles, a row a millisecond.
+type Trace = Vec<[f64; 4]>;
+
+/// Up to 120 deg/s on both joints, with reversals.
+fn fast(t: f64) -> [f64; 2] {
+    [2.0 * (3.1 * t).sin() * (0.7 * t).cos(), 2.0 * (4.3 * t + 0.4).sin() * (0.5 * t + 0.3).sin()]
+}
+
+/// One joint at a time to and fro, at rest in between: it sticks, breaks away, crosses the gap.
+fn slow(t: f64) -> [f64; 2] {
+    let speed = [0.009, -0.009, 0.03, -0.03, 0.0, 0.1, -0.1, 0.0][(2.0 * t) as usize % 8];
+    if t < 2.0 { [speed, 0.0] } else { [0.0, speed] }
+}
+
+/// The paper's staircase, one joint after the other: ±0.5 to ±10 deg/s in steps of 0.5 deg/s, a second each way.
+fn staircase(t: f64) -> [f64; 2] {
+    let stair = 0.5_f64.to_radians() * ((0.5 * t % 20.0).floor() + 1.0);
+    let speed = if t % 2.0 < 1.0 { stair } else { -stair };
+    if t < 40.0 { [speed, 0.0] } else { [0.0, speed] }
+}
+
+fn truth(motion: Motion, seconds: f64, tolerance: f64) -> Trace {
+    let mut run = reference::Run::at_rest(arm(), [0.0, 0.0], tolerance);
+    let mut control = Loop::default();
+    let step = |k: usize| {
+        run.advance(&control.command(motion(k as f64 * 1e-3), [run.y[1], run.y[6]]), 1e-3);
+        [run.y[0], run.y[2], run.y[5], run.y[7]]
+    };
+    (0..(seconds * 1e3) as usize).map(step).collect()
+}
+
+/// What happened on the way, both joints together, seen at the control's instants.
+#[derive(Debug, Default)]
+struct Events {
+    /// Flanks touched after the gap.
+    flanks: usize,
+    /// Motors that moved back after they moved forth, or the other way round.
+    reversals: usize,
+    /// Rotors and links that came to rest.
+    rests: usize,
+}
+
+/// The same by the plant.
+fn simulated(motion: Motion, seconds: f64, options: &Options) -> (Trace, Events) {
+    let mut plant = Plant::new(&scara(), options).unwrap();
+    let mut control = Loop::default();
+    let mut events = Events::default();
+    let mut moved = [0.0; 2];
+    let step = |k: usize| {
+        let before = [0, 1].map(|j| (plant.contact(j), plant.sticks(j)));
+        let velocity = [0, 1].map(|j| plant.states()[j].motor_velocity);
+        plant.advance(&control.command(motion(k as f64 * 1e-3), velocity), 1e-3).unwrap();
+        for (j, (contact, sticks)) in before.into_iter().enumerate() {
+            let velocity = plant.states()[j].motor_velocity;
+            events.flanks += usize::from(plant.contact(j) != 0 && plant.contact(j) != contact);
+            events.reversals += usize::from(velocity * moved[j] < 0.0);
+            events.rests += (0..2).filter(|&side| plant.sticks(j)[side] && !sticks[side]).count();
+            moved[j] = if velocity == 0.0 { moved[j] } else { velocity };
+        }
+        let [a, b] = [plant.states()[0], plant.states()[1]];
+        [a.motor_position, a.link_position, b.motor_position, b.link_position]
+    };
+    let trace = (0..(seconds * 1e3) as usize).map(step).collect();
+    (trace, events)
+}
+
+/// Largest difference of two traces [rad].
+fn difference(a: &Trace, b: &Trace) -> f64 {
+    a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Motor and link angles within 1e-4 degrees of the reference through reversals, impacts and stick; and the reference itself
+/// does not move by a hundredth of that where its tolerance is halved.
+#[test]
+fn equivalent_closed_loop_with_dormand_prince() {
+    let motions: [(&str, Motion, f64, usize); 3] =
+        [("fast", fast, 4.0, 5), ("slow", slow, 4.0, 2), ("staircase", staircase, 80.0, 70)];
+    for (name, motion, seconds, often) in motions {
+        let truth_at = |tolerance| truth(motion, seconds, tolerance);
+        let truth = truth_at(TOLERANCE);
+        let own_error = difference(&truth, &truth_at(0.5 * TOLERANCE));
+        println!("{name}: the reference is its own within {:.0e} deg", own_error.to_degrees());
+        assert!(own_error < 0.01 * EVENTFUL, "{name}: {own_error:e} rad");
+        for engine in [Engine::Rapier, Engine::Reduced] {
+            let (trace, events) = simulated(motion, seconds, &on(engine));
+            let error = difference(&trace, &truth);
+            println!("{name} {engine:?}: {:.1e} deg, {events:?}", error.to_degrees());
+            assert!(error < EVENTFUL, "{name} {engine:?}: {error:e} rad");
+            let Events { flanks, reversals, rests } = events;
+            assert!(flanks.min(reversals).min(rests) >= often, "{name}: too little happens, {events:?}");
+        }
+    }
+}
+
+/// Runge-Kutta between located events is of fourth order. Between evaluations the engine's answer is interpolated, and where an
+/// impact bends the velocities within an interval the interpolation is of second order only.
+#[test]
+fn equivalent_eventful_motion_converges_at_the_stated_order() {
+    let truth = truth(fast, 2.0, TOLERANCE);
+    let error = |per_ms: f64, every_stage| {
+        let options = own(Options { step: 3e-3 / per_ms, substeps: 3, every_stage, ..Options::default() });
+        (1.0 / per_ms, difference(&simulated(fast, 2.0, &options).0, &truth))
+    };
+    let cases = [("gears, between evaluations", false, 2.0), ("gears, evaluated at every stage", true, 4.0)];
+    for (name, every_stage, stated) in cases {
+        let orders = orders(name, &[3.0, 6.0, 12.0, 24.0].map(|per_ms| error(per_ms, every_stage)));
+        // Events fall on other places of the step each time: one halving gains more and the next less. The mean is what counts.
+        let mean = orders.iter().sum::<f64>() / orders.len() as f64;
+        assert!(mean > 0.9 * stated, "{name}: {orders:?}");
+    }
+}
