@@ -114,6 +114,14 @@ impl PowerStage {
         }
     }
 
+    /// `T_i` [s], where the current is a state.
+    pub fn time_constant(&self) -> Option<f64> {
+        match self.winding {
+            Winding::Inductive { time_constant, .. } => Some(time_constant),
+            _ => None,
+        }
+    }
+
     /// `di/dt` [A/s]; 0 where the current is no state.
     pub fn rate(&self, command: f64, current: f64, velocity: f64, saturation: i8) -> f64 {
         match self.winding {

@@ -2,6 +2,7 @@
 
 use super::contact::{Barrier, Barriers, Cause};
 use super::coupled::Coupled;
+use super::grip::Grip;
 use super::integrator::{Integrator, State};
 use super::joint::{JointLaws, Phase, Power};
 use super::mode::{Mode, Slip};
@@ -34,7 +35,12 @@ impl Plant {
             .collect();
         for action in actions {
             match action {
-                Action::Joint(joint, action) => laws[joint].actions.push(action),
+                Action::Joint(joint, action) => {
+                    laws[joint].actions.push(action);
+                    if model.joints[joint].friction.is_none() {
+                        laws[joint].rotor_grip.share = 1.0;
+                    }
+                }
                 Action::Sensor(joint, action) => sensors[joint].push(action),
             }
         }
@@ -139,7 +145,9 @@ fn install(model: &mut Model) -> Result<Vec<Action>> {
     Ok(actions)
 }
 
+/// The laws of a joint. Friction acts on the rotor in its share; without any, effects may still bring some.
 fn laws_of(joint: &JointModel, link: &crate::robot::Joint) -> JointLaws {
+    let friction = joint.friction.as_ref();
     JointLaws {
         rotor_inertia: joint.reflected_inertia(),
         power: PowerStage::new(&joint.motor, &joint.amplifier, joint.torque_per_ampere()),
@@ -148,19 +156,19 @@ fn laws_of(joint: &JointModel, link: &crate::robot::Joint) -> JointLaws {
             stiffness: joint.gear_stiffness,
             damping: joint.gear_damping,
         },
-        friction: joint.friction,
-        link_coulomb: link.friction,
+        rotor_grip: Grip::new(friction, friction.map_or(0.0, |friction| 1.0 - friction.link_share), 0.0),
+        link_grip: Grip::new(friction, friction.map_or(0.0, |friction| friction.link_share), link.friction),
         link_damping: link.damping,
         actions: Vec::new(),
     }
 }
 
 pub(super) fn resting_mode(law: &JointLaws) -> Mode {
-    let slip = |has_friction: bool| if has_friction { Slip::Stuck } else { Slip::Free };
+    let slip = |grip: &Grip| if grip.share > 0.0 || grip.own > 0.0 { Slip::Stuck } else { Slip::Free };
     Mode {
         contact: i8::from(law.gear.backlash == 0.0),
-        rotor: slip(law.rotor_has_friction()),
-        link: slip(law.link_has_friction()),
+        rotor: slip(&law.rotor_grip),
+        link: slip(&law.link_grip),
         saturation: 0,
     }
 }

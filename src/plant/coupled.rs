@@ -59,30 +59,28 @@ impl Coupled {
     ) -> Power {
         let mut power = Power::default();
         self.stuck.clear();
-        for (i, law) in self.laws.iter().enumerate() {
-            let flow = law.flow(time, &y[i], &modes[i], commands[i]);
+        let Self { laws, flows, torques, stuck, .. } = self;
+        let sides = laws.iter().zip(y).zip(modes).zip(commands);
+        let found = flows.iter_mut().zip(torques.iter_mut()).zip(rate.iter_mut());
+        for (i, ((((law, y), mode), command), ((flow, torque), rate))) in sides.zip(found).enumerate() {
+            *flow = law.flow(time, y, mode, *command);
             power.work += flow.power.work;
             power.dissipated += flow.power.dissipated;
-            rate[i] = Phase {
-                theta: y[i].omega,
-                omega: flow.rotor_acceleration,
-                q: y[i].v,
-                v: 0.0,
-                current: flow.current_rate,
-            };
-            if modes[i].link == Slip::Stuck {
-                self.stuck.push(i);
+            *torque = flow.link_load;
+            rate.theta = y.omega;
+            rate.omega = flow.rotor_acceleration;
+            rate.q = y.v;
+            rate.current = flow.current_rate;
+            if mode.link == Slip::Stuck {
+                stuck.push(i);
             }
-            self.torques[i] = flow.link_load;
-            self.flows[i] = flow;
         }
         if !self.barriers.are_far() {
             self.torques.iter_mut().zip(&self.barriers.load).for_each(|(torque, load)| *torque += load);
             power.dissipated += self.barriers.heat;
         }
         for (i, rate) in rate.iter_mut().enumerate() {
-            let row = response.row(i);
-            rate.v = row.iter().zip(&self.torques).map(|(w, torque)| w * torque).sum::<f64>() - response.free(i);
+            rate.v = dot(response.row(i), torques) - response.free(i);
         }
         if !self.stuck.is_empty() {
             self.hold_links(response, rate);
@@ -177,8 +175,7 @@ impl Coupled {
                             );
                             margins.0[2] < 0.0
                         }
-                        Slip::Positive => rate[i].v < 0.0,
-                        Slip::Negative => rate[i].v > 0.0,
+                        slips => slips.sign() * rate[i].v < 0.0,
                     }
             });
             let Some(i) = violated else { return };
@@ -188,4 +185,9 @@ impl Coupled {
             };
         }
     }
+}
+
+#[inline(always)]
+fn dot(row: &[f64], column: &[f64]) -> f64 {
+    row.iter().zip(column).map(|(a, b)| a * b).sum()
 }

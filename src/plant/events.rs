@@ -130,6 +130,10 @@ impl Integrator {
                 mode.rotor = Slip::towards(flow.rotor_drive);
             }
             Change::Rotor => {
+                if let Some(slip) = law.rotor_grip.beyond(mode.rotor, y.omega.abs()) {
+                    mode.rotor = slip;
+                    return;
+                }
                 y.omega = 0.0;
                 mode.rotor = Slip::Stuck;
                 let flow = law.flow(state.time, y, mode, commands[joint]);
@@ -144,6 +148,10 @@ impl Integrator {
                 state.modes[joint].link = Slip::towards(coupled.holds[joint]);
             }
             Change::Link => {
+                if let Some(slip) = law.link_grip.beyond(mode.link, y.v.abs()) {
+                    mode.link = slip;
+                    return;
+                }
                 y.v = 0.0;
                 mode.link = Slip::Stuck;
                 self.respond(source, state.time, &state.joints, &state.touching);

@@ -4,15 +4,16 @@
 //! of the margins along the step's cubic Hermite interpolant is found, the step is taken again up to there, and the mode
 //! changes: a flank is touched or left, a rotor or link comes to rest or breaks away, the voltage limit is met or left.
 //! Without that every method is of first order. The current is the fastest of all; while it is not limited by the voltage its
-//! course under a constant command is known, and it is put in as it is.
+//! course under a constant command is known, and it is put in as it is ([`transient`](super::transient)).
 
 use nalgebra::DMatrix;
 
 use super::coupled::Coupled;
 use super::joint::{Phase, Power};
 use super::mobility::{Mobility, Response};
-use super::mode::{Margins, Mode};
+use super::mode::{Margins, Mode, Slip};
 use super::rigid_body::RigidBody;
+use super::transient::Transient;
 
 /// Where `W` and `a₀` come from during a stretch of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,10 +88,10 @@ pub struct Integrator {
     pub(super) power: Power,
     pub(super) end_rate: Vec<Phase>,
     pub(super) end_power: Power,
-    /// [s] Step that the remainders belong to.
-    pub(super) remainders_of: f64,
-    /// What remains of a current's distance from its command after half that step, one a joint.
-    pub(super) remainders: Vec<f64>,
+    /// [s] Step that the transients belong to.
+    pub(super) transients_of: f64,
+    /// Of the currents in that step, one a joint.
+    pub(super) transients: Vec<Transient>,
     pub(super) stage: Vec<Phase>,
     pub(super) end: Vec<Phase>,
     pub(super) probe: Vec<Phase>,
@@ -126,8 +127,8 @@ impl Integrator {
             power: Power::default(),
             end_rate: phases(),
             end_power: Power::default(),
-            remainders_of: 0.0,
-            remainders: vec![1.0; n],
+            transients_of: 0.0,
+            transients: vec![Transient::default(); n],
             stage: phases(),
             end: phases(),
             probe: phases(),
@@ -304,14 +305,14 @@ impl Integrator {
     fn step(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Power {
         let t = state.time;
         self.counts.steps += 1;
-        self.remember_remainders(h);
+        self.remember_transients(h);
         let mut power = [self.power; 4];
         let mut stages = std::mem::take(&mut self.stage);
         for (k, (share, time)) in [(0.5, t + 0.5 * h), (0.5, t + 0.5 * h), (1.0, t + h)].into_iter().enumerate() {
             for (i, stage) in stages.iter_mut().enumerate() {
                 *stage = state.joints[i].step(share * h, &self.rates[k][i]);
             }
-            self.put_currents(state, commands, share, &mut stages);
+            self.put_currents(state, commands, k, &mut stages);
             // The two stages in the middle share a time, and with it the polynomial's answer.
             if k != 1 || source == Source::Engine {
                 self.respond(source, time, &stages, &state.touching);
@@ -336,7 +337,7 @@ impl Integrator {
             };
         }
         let mut end = std::mem::take(&mut self.end);
-        self.put_currents(state, commands, 1.0, &mut end);
+        self.put_currents(state, commands, 3, &mut end);
         self.end = end;
         let [p1, p2, p3, p4] = power;
         Power {
@@ -345,22 +346,27 @@ impl Integrator {
         }
     }
 
-    fn remember_remainders(&mut self, h: f64) {
-        if h != self.remainders_of {
-            self.remainders_of = h;
-            for (remainder, law) in self.remainders.iter_mut().zip(&self.coupled.laws) {
-                *remainder = law.power.remainder(0.5 * h);
+    fn remember_transients(&mut self, h: f64) {
+        if h != self.transients_of {
+            self.transients_of = h;
+            for (transient, law) in self.transients.iter_mut().zip(&self.coupled.laws) {
+                *transient = Transient::new(&law.power, law.rotor_inertia, h);
             }
         }
     }
 
-    /// Puts the known course of the currents that no voltage limits into a stage at half the step or at its end.
-    fn put_currents(&self, state: &State, commands: &[f64], share: f64, stages: &mut [Phase]) {
-        for (i, stage) in stages.iter_mut().enumerate() {
-            if state.modes[i].saturation == 0 {
-                let half = self.remainders[i];
-                let remainder = if share == 1.0 { half * half } else { half };
-                stage.current = commands[i] + (state.joints[i].current - commands[i]) * remainder;
+    /// Puts the known course of the currents that no voltage limits into a stage (0 to 2) or the end of a step (3).
+    fn put_currents(&self, state: &State, commands: &[f64], stage: usize, phases: &mut [Phase]) {
+        for (i, phase) in phases.iter_mut().enumerate() {
+            let mode = &state.modes[i];
+            if mode.saturation == 0 {
+                let distance = state.joints[i].current - commands[i];
+                let transient = &self.transients[i];
+                phase.current = commands[i] + distance * transient.remainder[usize::from(stage > 1)];
+                if mode.rotor != Slip::Stuck {
+                    phase.theta += distance * transient.theta[stage];
+                    phase.omega += distance * transient.omega[stage];
+                }
             }
         }
     }

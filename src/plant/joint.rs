@@ -7,10 +7,11 @@
 //! ```
 //! Every law is smooth within a [`Mode`]; a margin that turns negative tells that a mode has ended.
 
+use super::grip::Grip;
 use super::mode::{Margins, Mode, Slip};
 use crate::drive::PowerStage;
 use crate::effects::{JointAction, JointState};
-use crate::gearhead::{DeadZone, Direction, Friction};
+use crate::gearhead::DeadZone;
 
 /// Rotor, link and current of a joint; its derivative has the same shape.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -57,10 +58,10 @@ pub struct JointLaws {
     pub power: PowerStage,
     /// Gear.
     pub gear: DeadZone,
-    /// Friction and the shares of it on rotor and link.
-    pub friction: Option<Friction>,
-    /// URDF `friction` of the link.
-    pub link_coulomb: f64,
+    /// Friction of the rotor.
+    pub rotor_grip: Grip,
+    /// Friction of the link: its share of the gearhead's, and the URDF's `friction`.
+    pub link_grip: Grip,
     /// `c`: URDF `damping` of the link.
     pub link_damping: f64,
     /// What effects add.
@@ -87,40 +88,22 @@ pub struct Flow {
 }
 
 impl JointLaws {
-    /// Whether friction acts on the rotor at all.
-    pub fn rotor_has_friction(&self) -> bool {
-        self.friction.map_or(!self.actions.is_empty(), |friction| friction.link_share < 1.0)
-    }
-
-    /// Whether friction acts on the link at all.
-    pub fn link_has_friction(&self) -> bool {
-        self.link_coulomb > 0.0 || self.friction.is_some_and(|friction| friction.link_share > 0.0)
-    }
-
-    /// Friction magnitude on the rotor at a speed in a direction; at speed 0 what holds it.
-    pub fn rotor_friction(&self, state: &JointState, direction: Direction, speed: f64) -> f64 {
-        let share = self.friction.map_or(1.0, |friction| 1.0 - friction.link_share);
-        share * self.level(state, direction, speed)
-    }
-
-    /// Friction magnitude on the link at a speed in a direction; at speed 0 what holds it.
-    pub fn link_friction(&self, state: &JointState, direction: Direction, speed: f64) -> f64 {
-        let share = self.friction.map_or(0.0, |friction| friction.link_share);
-        let own = if share > 0.0 { share * self.level(state, direction, speed) } else { 0.0 };
-        own + self.link_coulomb
-    }
-
-    fn level(&self, state: &JointState, direction: Direction, speed: f64) -> f64 {
-        let mut level = self.friction.map_or(0.0, |friction| friction.law.magnitude(direction, speed));
-        if !self.actions.is_empty() {
-            // An effect reads the direction from the sign of the velocities: of the side that slips, or is about to.
-            let velocity = direction.sign() * speed.max(f64::MIN_POSITIVE);
-            let state = JointState { motor_velocity: velocity, link_velocity: velocity, ..*state };
-            for action in &self.actions {
-                level = action.dry_friction(&state, level);
-            }
+    /// Friction magnitude of a side that slips, at a speed; at speed 0 what holds it against slipping that way.
+    #[inline(always)]
+    fn friction(&self, grip: &Grip, state: &JointState, slip: Slip, speed: f64) -> f64 {
+        let mut level = grip.level(slip, speed);
+        if !self.actions.is_empty() && grip.share > 0.0 {
+            level = self.altered(level, state, slip.sign() * speed.max(f64::MIN_POSITIVE));
         }
-        level
+        grip.share * level + grip.own
+    }
+
+    /// What effects make of a level of friction. They read the direction from the sign of the velocities: of the side that
+    /// slips, or is about to.
+    #[cold]
+    fn altered(&self, level: f64, state: &JointState, velocity: f64) -> f64 {
+        let state = JointState { motor_velocity: velocity, link_velocity: velocity, ..*state };
+        self.actions.iter().fold(level, |level, action| action.dry_friction(&state, level))
     }
 
     /// The state as effects see it.
@@ -172,7 +155,7 @@ impl JointLaws {
     }
 
     /// What the laws say within a mode.
-    #[inline]
+    #[inline(always)]
     pub fn flow(&self, time: f64, y: &Phase, mode: &Mode, command: f64) -> Flow {
         let current = self.power.current(command, y.current, y.omega, mode.saturation);
         let x_dot = y.omega - y.v;
@@ -183,49 +166,49 @@ impl JointLaws {
             gear_torque = self.gear.stiffness * self.compression(y, mode.contact) + damper;
         }
         let motor_torque = self.power.torque_per_ampere * current;
-        let mut rotor_drive = motor_torque - gear_torque;
-        let mut link_load = gear_torque - self.link_damping * y.v;
-        let mut power =
-            Power { work: motor_torque * y.omega, dissipated: damper * x_dot + self.link_damping * y.v * y.v };
-        let state = if self.actions.is_empty() {
-            JointState::default()
-        } else {
-            let state = self.observe(time, y, gear_torque, current);
-            for action in &self.actions {
-                let (on_rotor, on_link) = (action.motor_torque(&state), action.link_torque(&state));
-                rotor_drive += on_rotor;
-                link_load += on_link;
-                power.work += on_rotor * y.omega + on_link * y.v;
-            }
-            state
-        };
-        let mut rotor_acceleration = rotor_drive / self.rotor_inertia;
-        if let Some(direction) = mode.rotor.direction() {
-            let s = direction.sign();
-            let friction = self.rotor_friction(&state, direction, s * y.omega);
-            rotor_acceleration = (rotor_drive - s * friction) / self.rotor_inertia;
-            power.dissipated += s * friction * y.omega;
-        } else if mode.rotor == Slip::Stuck {
-            rotor_acceleration = 0.0;
-        }
-        if let Some(direction) = mode.link.direction() {
-            let s = direction.sign();
-            let friction = self.link_friction(&state, direction, s * y.v);
-            link_load -= s * friction;
-            power.dissipated += s * friction * y.v;
-        }
-        Flow {
+        let mut flow = Flow {
             current,
             current_rate: self.power.rate(command, y.current, y.omega, mode.saturation),
             gear_torque,
-            rotor_drive,
-            rotor_acceleration,
-            link_load,
-            power,
+            rotor_drive: motor_torque - gear_torque,
+            rotor_acceleration: 0.0,
+            link_load: gear_torque - self.link_damping * y.v,
+            power: Power { work: motor_torque * y.omega, dissipated: damper * x_dot + self.link_damping * y.v * y.v },
+        };
+        let mut state = JointState::default();
+        if !self.actions.is_empty() {
+            state = self.observe(time, y, gear_torque, current);
+            self.act(&state, y, &mut flow);
+        }
+        if mode.rotor != Slip::Stuck {
+            let s = mode.rotor.sign();
+            let friction =
+                if s == 0.0 { 0.0 } else { self.friction(&self.rotor_grip, &state, mode.rotor, s * y.omega) };
+            flow.rotor_acceleration = (flow.rotor_drive - s * friction) / self.rotor_inertia;
+            flow.power.dissipated += s * friction * y.omega;
+        }
+        let s = mode.link.sign();
+        if s != 0.0 {
+            let friction = self.friction(&self.link_grip, &state, mode.link, s * y.v);
+            flow.link_load -= s * friction;
+            flow.power.dissipated += s * friction * y.v;
+        }
+        flow
+    }
+
+    /// Adds what effects put on rotor and link.
+    #[cold]
+    fn act(&self, state: &JointState, y: &Phase, flow: &mut Flow) {
+        for action in &self.actions {
+            let (on_rotor, on_link) = (action.motor_torque(state), action.link_torque(state));
+            flow.rotor_drive += on_rotor;
+            flow.link_load += on_link;
+            flow.power.work += on_rotor * y.omega + on_link * y.v;
         }
     }
 
     /// How far the mode is from its end; `link_hold` is the friction that holds a link that sticks.
+    #[inline]
     pub fn margins(&self, time: f64, y: &Phase, mode: &Mode, command: f64, flow: &Flow, link_hold: f64) -> Margins {
         let contact = if self.gear.backlash == 0.0 {
             f64::INFINITY
@@ -239,8 +222,13 @@ impl JointLaws {
         } else {
             self.observe(time, y, flow.gear_torque, flow.current)
         };
-        let rotor = mode.rotor.margin(y.omega, flow.rotor_drive, |d| self.rotor_friction(&state, d, 0.0));
-        let link = mode.link.margin(y.v, link_hold, |d| self.link_friction(&state, d, 0.0));
+        let side = |grip: &Grip, slip: Slip, velocity: f64, hold: f64| match slip {
+            Slip::Free => f64::INFINITY,
+            Slip::Stuck => self.friction(grip, &state, Slip::towards(hold), 0.0) - hold.abs(),
+            slips => grip.margin(slips, slips.sign() * velocity),
+        };
+        let rotor = side(&self.rotor_grip, mode.rotor, y.omega, flow.rotor_drive);
+        let link = side(&self.link_grip, mode.link, y.v, link_hold);
         let demand = self.power.demand(command, y.current, y.omega);
         let saturation = match mode.saturation {
             0 => self.power.voltage_limit - demand.abs(),

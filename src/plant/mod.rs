@@ -13,6 +13,7 @@ mod build;
 pub mod contact;
 pub mod coupled;
 mod events;
+pub mod grip;
 pub mod integrator;
 pub mod joint;
 pub mod mobility;
@@ -21,10 +22,12 @@ pub mod obstacle;
 mod pace;
 pub mod rigid_body;
 mod sensors;
+mod transient;
 pub mod world;
 
 use build::resting_mode;
 pub use contact::Touch;
+use grip::Grip;
 pub use integrator::Counts;
 use integrator::{Integrator, State};
 use joint::{Phase, Power};
@@ -79,7 +82,7 @@ impl Default for Options {
         Self {
             engine: Engine::Rapier,
             step: 1e-3,
-            substeps: 3,
+            substeps: 2,
             every_stage: false,
             seed: 1,
             ideal_sensors: false,
@@ -145,15 +148,15 @@ impl Plant {
         self.commands.fill(0.0);
         for (i, y) in joints.iter().enumerate() {
             let law = &self.integrator.coupled.laws[i];
-            let towards = |velocity: f64| if velocity == 0.0 { Slip::Stuck } else { Slip::towards(velocity) };
+            let way = |grip: &Grip, velocity: f64| if velocity == 0.0 { Slip::Stuck } else { grip.slip(velocity) };
             let mode = &mut self.state.modes[i];
             *mode = resting_mode(law);
             mode.contact = law.contact(y);
             if mode.rotor != Slip::Free {
-                mode.rotor = towards(y.omega);
+                mode.rotor = way(&law.rotor_grip, y.omega);
             }
             if mode.link != Slip::Free {
-                mode.link = towards(y.v);
+                mode.link = way(&law.link_grip, y.v);
             }
             self.sensors[i].restart(y);
         }

@@ -13,32 +13,46 @@ pub enum Slip {
     Positive,
     /// It slips, v ≤ 0.
     Negative,
+    /// It slips, v ≥ the kink of its law.
+    FastPositive,
+    /// It slips, v ≤ −the kink of its law.
+    FastNegative,
 }
 
 impl Slip {
+    /// Slips in a direction, beyond the kink of its law or before it.
+    pub const fn of(direction: Direction, fast: bool) -> Self {
+        match (direction, fast) {
+            (Direction::Positive, false) => Self::Positive,
+            (Direction::Negative, false) => Self::Negative,
+            (Direction::Positive, true) => Self::FastPositive,
+            (Direction::Negative, true) => Self::FastNegative,
+        }
+    }
+
     /// The direction, while it slips against friction.
     pub const fn direction(self) -> Option<Direction> {
         match self {
-            Self::Positive => Some(Direction::Positive),
-            Self::Negative => Some(Direction::Negative),
+            Self::Positive | Self::FastPositive => Some(Direction::Positive),
+            Self::Negative | Self::FastNegative => Some(Direction::Negative),
             Self::Free | Self::Stuck => None,
         }
     }
 
-    /// Slips in the direction of a torque.
-    pub const fn towards(torque: f64) -> Self {
-        if torque < 0.0 { Self::Negative } else { Self::Positive }
+    /// Whether it slips beyond the kink of its law.
+    pub const fn is_fast(self) -> bool {
+        matches!(self, Self::FastPositive | Self::FastNegative)
     }
 
-    /// Distance from the end of the mode, negative beyond it: the speed while it slips; while it sticks, what friction can
-    /// still take above the torque `hold` that it balances, `holds` being its breakaway level in a direction.
-    pub fn margin(self, velocity: f64, hold: f64, holds: impl Fn(Direction) -> f64) -> f64 {
-        match self {
-            Self::Free => f64::INFINITY,
-            Self::Positive => velocity,
-            Self::Negative => -velocity,
-            Self::Stuck => holds(Direction::of(hold)) - hold.abs(),
-        }
+    /// +1 or −1 while it slips against friction, else 0.
+    #[inline(always)]
+    pub const fn sign(self) -> f64 {
+        [0.0, 0.0, 1.0, -1.0, 1.0, -1.0][self as usize]
+    }
+
+    /// Begins to slip in the direction of a torque.
+    pub const fn towards(torque: f64) -> Self {
+        if torque < 0.0 { Self::Negative } else { Self::Positive }
     }
 }
 
@@ -60,9 +74,9 @@ pub struct Mode {
 pub enum Change {
     /// A flank is touched or left.
     Contact,
-    /// The rotor comes to rest or breaks away.
+    /// The rotor comes to rest or breaks away, or passes the kink of its friction law.
     Rotor,
-    /// The link comes to rest or breaks away.
+    /// The link comes to rest or breaks away, or passes the kink of its friction law.
     Link,
     /// The voltage limit is met or left.
     Saturation,

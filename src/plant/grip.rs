@@ -1,0 +1,111 @@
+//! Friction of a rotor or a link as the integrator needs it: the law of every way of slipping, smooth within each.
+//!
+//! ```text
+//!   F(|v|) = F_C + D e^{−|v| σ} + F_V |v|          D = F_S − F_C, σ = 1/v_S; of two lines each is one such law with D = 0
+//! ```
+//! Two lines meet at a kink, at the switch velocity: the slower and the faster line are modes of their own, so that the kink is
+//! located like any other event.
+
+use super::mode::Slip;
+use crate::gearhead::{Direction, Exponential, Friction, FrictionLaw, Lines};
+
+/// Beyond this `|v| σ` the exponential adds nothing: e⁻⁴⁰ = 4e-18.
+const GONE: f64 = 40.0;
+
+/// One smooth piece of a law.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Piece {
+    /// `F_C`.
+    coulomb: f64,
+    /// `D`.
+    drop: f64,
+    /// `σ`.
+    steepness: f64,
+    /// `F_V`.
+    viscous: f64,
+}
+
+impl Piece {
+    fn exponential(law: &Exponential) -> Self {
+        let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = *law;
+        Self { coulomb, drop: breakaway - coulomb, steepness: 1.0 / stribeck_velocity, viscous }
+    }
+
+    fn line(a: f64, b: f64) -> Self {
+        Self { coulomb: a, viscous: b, ..Self::default() }
+    }
+
+    #[inline(always)]
+    fn at(&self, speed: f64) -> f64 {
+        let fallen = speed * self.steepness;
+        let line = self.coulomb + self.viscous * speed;
+        if self.drop == 0.0 || fallen > GONE { line } else { line + self.drop * (-fallen).exp() }
+    }
+}
+
+/// Friction of one side of a gear: `share · F + own`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grip {
+    /// [1] Part of the joint's law that acts on this side.
+    pub share: f64,
+    /// [N·m or N] Friction besides it, at any speed.
+    pub own: f64,
+    /// The joint's law, by `Slip as usize`.
+    pieces: [Piece; 6],
+    /// [rad/s or m/s] Speed at which the slower piece ends, by direction.
+    kinks: [f64; 2],
+}
+
+impl Grip {
+    /// This share of a joint's law, and friction besides.
+    pub fn new(friction: Option<&Friction>, share: f64, own: f64) -> Self {
+        let mut grip = Self { share, own, pieces: [Piece::default(); 6], kinks: [f64::INFINITY; 2] };
+        for direction in [Direction::Positive, Direction::Negative] {
+            let side = direction.index();
+            let (slow, fast, kink) = match friction.map(|friction| &friction.law) {
+                None => continue,
+                Some(FrictionLaw::Exponential(law)) => {
+                    let piece = Piece::exponential(&law[side]);
+                    (piece, piece, f64::INFINITY)
+                }
+                Some(FrictionLaw::TwoLines(law)) => {
+                    let Lines { a1, b1, a2, b2 } = law[side];
+                    let (slow, fast) = (Piece::line(a1, b1), Piece::line(a2, b2));
+                    // Lines that do not meet at a speed: the second holds from rest on.
+                    let kink = law[side].switch_velocity();
+                    if kink > 0.0 { (slow, fast, kink) } else { (fast, fast, f64::INFINITY) }
+                }
+            };
+            grip.pieces[Slip::of(direction, false) as usize] = slow;
+            grip.pieces[Slip::of(direction, true) as usize] = fast;
+            grip.kinks[side] = kink;
+        }
+        grip
+    }
+
+    /// Magnitude of the joint's law [N·m or N] while it slips this way at a speed.
+    #[inline(always)]
+    pub fn level(&self, slip: Slip, speed: f64) -> f64 {
+        self.pieces[slip as usize].at(speed)
+    }
+
+    /// The way in which a velocity slips; at rest, in which a torque of that sign makes it slip.
+    pub fn slip(&self, velocity: f64) -> Slip {
+        let direction = Direction::of(velocity);
+        Slip::of(direction, velocity.abs() > self.kinks[direction.index()])
+    }
+
+    /// Distance in speed from the end of a way of slipping, negative beyond it.
+    #[inline]
+    pub fn margin(&self, slip: Slip, speed: f64) -> f64 {
+        let kink = self.kinks[slip.direction().unwrap_or(Direction::Positive).index()];
+        if slip.is_fast() { speed - kink } else { speed.min(kink - speed) }
+    }
+
+    /// How it slips on where a way of slipping has ended at a speed; `None`: it comes to rest.
+    pub fn beyond(&self, slip: Slip, speed: f64) -> Option<Slip> {
+        let direction = slip.direction()?;
+        let at_kink = slip.is_fast() || speed > 0.5 * self.kinks[direction.index()];
+        at_kink.then(|| Slip::of(direction, !slip.is_fast()))
+    }
+}
