@@ -5,7 +5,9 @@ mod machines;
 
 use lostmotion::effects::JointState;
 use lostmotion::error::Error;
+use lostmotion::gearhead::{Friction, FrictionLaw, Lines};
 use lostmotion::plant::{Engine, FASTEST_MOTION, Options, Plant};
+use lostmotion::robot::JointModel;
 use machines::*;
 
 fn diverged(result: Result<(), Error>) -> (f64, String, &'static str, f64) {
@@ -44,4 +46,33 @@ fn property_a_command_that_is_no_number_is_refused() {
     let (time, joint, quantity, value) = diverged(plant.advance(&[0.0, f64::NAN], 1e-3));
     assert_eq!((time, joint.as_str(), quantity), (0.0, "joint2", "command current"));
     assert!(value.is_nan());
+}
+
+/// A rotor alone under a constant torque through the kink of its law: `J ω̇ = τ − a − b ω` on each line,
+/// `ω(t) = ω_∞ + (ω_0 − ω_∞) e^{−b t/J}` with `ω_∞ = (τ − a)/b`.
+#[test]
+fn analytic_kink_of_a_two_line_law_is_located() {
+    let lines = Lines { a1: 0.46, b1: -6.0, a2: 0.27, b2: 0.6 };
+    let kink = (lines.a1 - lines.a2) / (lines.b2 - lines.b1);
+    let (inertia, torque, duration) = (0.02, 0.7, 0.0405);
+    let mut joint = JointModel {
+        friction: Some(Friction { law: FrictionLaw::TwoLines([lines, lines]), link_share: 0.0 }),
+        ..plain_joint("joint1")
+    };
+    (joint.gear_stiffness, joint.gear_damping, joint.rotor_inertia) = (1e-12, 0.0, inertia);
+    let options = Options { substeps: 10, ..Options::default() };
+    for sign in [1.0, -1.0] {
+        let mut plant = Plant::new(&model(turntable(1.0), vec![joint.clone()]), &options).unwrap();
+        plant.advance(&[sign * torque], duration).unwrap();
+        let limits = [(torque - lines.a1) / lines.b1, (torque - lines.a2) / lines.b2];
+        let passes = -inertia / lines.b1 * ((kink - limits[0]) / -limits[0]).ln();
+        let expected = limits[1] + (kink - limits[1]) * (-lines.b2 / inertia * (duration - passes)).exp();
+        let found = sign * plant.states()[0].motor_velocity;
+        println!("kink passed at {passes}, {found} of {expected}");
+        // 1e-9: (b h/J)⁵/120 is 2e-10 in a step of 0.1 ms. Not located, the kink would leave Δb ω̇ h²/8J, 1e-5 of it.
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        // And back: slower than the kink again, and to rest.
+        plant.advance(&[0.0], 0.5).unwrap();
+        assert!(plant.sticks(0)[0]);
+    }
 }

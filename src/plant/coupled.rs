@@ -59,7 +59,7 @@ impl Coupled {
     ) -> Power {
         let mut power = Power::default();
         self.stuck.clear();
-        let Self { laws, flows, torques, stuck, .. } = self;
+        let Self { laws, flows, torques, stuck, barriers, .. } = self;
         let sides = laws.iter().zip(y).zip(modes).zip(commands);
         let found = flows.iter_mut().zip(torques.iter_mut()).zip(rate.iter_mut());
         for (i, ((((law, y), mode), command), ((flow, torque), rate))) in sides.zip(found).enumerate() {
@@ -75,9 +75,9 @@ impl Coupled {
                 stuck.push(i);
             }
         }
-        if !self.barriers.are_far() {
-            self.torques.iter_mut().zip(&self.barriers.load).for_each(|(torque, load)| *torque += load);
-            power.dissipated += self.barriers.heat;
+        if !barriers.are_far() {
+            torques.iter_mut().zip(&barriers.load).for_each(|(torque, load)| *torque += load);
+            power.dissipated += barriers.heat;
         }
         for (i, rate) in rate.iter_mut().enumerate() {
             rate.v = dot(response.row(i), torques) - response.free(i);
