@@ -4,6 +4,8 @@
 //! millisecond, motion, largest error of an angle [rad] with ideal sensors, and the CPU time [s] of each run.
 //! `peers batch FOLDER THREADS` prints the wall time [s] of a batch of runs on that many threads.
 
+#[path = "../../tests/support/closed_loop.rs"]
+mod closed_loop;
 #[path = "../../tests/support/machines.rs"]
 mod machines;
 #[path = "../../tests/support/reference.rs"]
@@ -15,13 +17,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
+use closed_loop::{Loop, Motion, fast, slow, truth};
 use lostmotion::plant::{Engine, Options, Plant};
-use machines::*;
+use machines::scara;
 use rayon::prelude::*;
-use reference::{Arm, Gearhead};
 
-/// Milliseconds of a motion.
-const LENGTH: usize = 4000;
+/// [s] Length of a motion.
+const SECONDS: f64 = 4.0;
 /// Runs of a motion that are timed, one after the other.
 const TIMED: usize = 5;
 /// Runs of a batch.
@@ -32,72 +34,12 @@ unsafe extern "C" {
     safe fn clock() -> c_long;
 }
 
-/// Up to 120 deg/s on both joints, with reversals: the references of their velocities [rad/s].
-fn fast(t: f64) -> [f64; 2] {
-    [2.0 * (3.1 * t).sin() * (0.7 * t).cos(), 2.0 * (4.3 * t + 0.4).sin() * (0.5 * t + 0.3).sin()]
-}
-
-/// One joint at a time to and fro, at rest in between: it sticks, breaks away, crosses the gap.
-fn slow(t: f64) -> [f64; 2] {
-    let speed = [0.009, -0.009, 0.03, -0.03, 0.0, 0.1, -0.1, 0.0][(2.0 * t) as usize % 8];
-    if t < 2.0 { [speed, 0.0] } else { [0.0, speed] }
-}
-
-/// PI control of the motors' velocities, at 1 kHz.
-#[derive(Default)]
-struct Loop {
-    integral: [f64; 2],
-}
-
-impl Loop {
-    /// Currents [A] for these velocities [rad/s].
-    fn command(&mut self, wanted: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
-        let (kp, ki, kt) = ([5.0, 1.5], [50.0, 15.0], [5.375 * 0.023, 10.0 / 3.0 * 0.023]);
-        std::array::from_fn(|j| {
-            let error = wanted[j] - velocity[j];
-            self.integral[j] += ki[j] * error * 1e-3;
-            (kp[j] * error + self.integral[j]) / kt[j]
-        })
-    }
-}
-
-/// The arm as the reference wants it.
-fn arm() -> Arm {
-    let [first, second] = [0, 1].map(|i| {
-        let joint = &scara().joints[i];
-        let friction = joint.friction.expect("the arm has friction");
-        let lostmotion::gearhead::FrictionLaw::Exponential([law, _]) = friction.law else { unreachable!() };
-        Gearhead {
-            rotor: joint.reflected_inertia(),
-            k: joint.gear_stiffness,
-            d: joint.gear_damping,
-            gap: joint.backlash.unwrap_or(0.0),
-            coulomb: law.coulomb,
-            breakaway: law.breakaway,
-            stribeck: law.stribeck_velocity,
-            viscous: law.viscous,
-            link_share: friction.link_share,
-            kt: joint.torque_per_ampere(),
-            r: joint.motor.resistance.unwrap_or(0.0),
-            l: joint.motor.inductance.unwrap_or(0.0),
-            volts: joint.amplifier.voltage_limit,
-            amperes: joint.amplifier.current_limit,
-            loop_time: joint.amplifier.current_time_constant,
-        }
-    });
-    Arm { a: I1 + M1 * C1 * C1 + M2 * L1 * L1, b: I2 + M2 * C2 * C2, c: M2 * L1 * C2, gears: [first, second] }
-}
-
 /// A line a millisecond: the velocities wanted during it [rad/s], and θ₁ q₁ θ₂ q₂ [rad] at its end.
-fn write_reference(path: &Path, motion: fn(f64) -> [f64; 2]) -> Result<(), Box<dyn Error>> {
-    let mut truth = reference::Run::at_rest(arm(), [0.0, 0.0]);
-    let mut control = Loop::default();
+fn write_reference(path: &Path, motion: Motion) -> Result<(), Box<dyn Error>> {
     let mut text = String::new();
-    for k in 0..LENGTH {
-        let wanted = motion(k as f64 * 1e-3);
-        truth.advance(&control.command(wanted, [truth.y[1], truth.y[6]]), 1e-3);
-        let y = &truth.y;
-        writeln!(text, "{:e} {:e} {:e} {:e} {:e} {:e}", wanted[0], wanted[1], y[0], y[2], y[5], y[7])?;
+    for (k, [theta1, q1, theta2, q2]) in truth(motion, SECONDS, 1e-12).into_iter().enumerate() {
+        let [w1, w2] = motion(k as f64 * 1e-3);
+        writeln!(text, "{w1:e} {w2:e} {theta1:e} {q1:e} {theta2:e} {q2:e}")?;
     }
     Ok(std::fs::write(path, text)?)
 }
