@@ -203,8 +203,9 @@ def main():
     parser.add_argument("--write", action="store_true", help="quote the tables in the READMEs")
     arguments = parser.parse_args()
     load = os.getloadavg()[0]
+    busy = "; a busy machine: wall times are too long" if load > 0.7 * os.cpu_count() else ""
     rows = collect(arguments)
-    head = f"{datetime.date.today()}, {machine()} (virtual, load {load:.1f} at the start), {versions(arguments.mujoco)}."
+    head = f"{datetime.date.today()}, {machine()} (virtual, load {load:.1f} at the start{busy}), {versions(arguments.mujoco)}."
     tables = {
         HERE.parents[1] / "README.md": "\n\n".join([head, at_equal_error(rows, names=False), whole_processes(arguments)]),
         HERE / "README.md": "\n\n".join([head, at_equal_error(rows, names=True), all_settings(rows)]),
