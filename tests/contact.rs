@@ -3,12 +3,17 @@
 #[path = "support/machines.rs"]
 mod machines;
 
+use std::path::PathBuf;
+
 use lostmotion::effects::JointState;
-use lostmotion::plant::{Obstacle, Options, Plant};
-use lostmotion::robot::{Geometry, JointModel, Robot, Shape};
+use lostmotion::error::Error;
+use lostmotion::plant::{Energy, Engine, Obstacle, Options, Plant};
+use lostmotion::robot::{Geometry, JointModel, Limits, Model, Robot, Shape};
+use lostmotion::scenario::{Scenario, simulate};
+use lostmotion::timeseries::Channel;
 use lostmotion::units::JointKind;
 use machines::*;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 /// [m] Distance of the finger's centre from the axis, and its radius.
 const ARM: f64 = 0.3;
@@ -108,4 +113,253 @@ fn analytic_a_motor_presses_with_its_torque_over_the_lever_arm() {
     assert!((touch.force - torque / (ARM * cos)).abs() < 1e-9 * touch.force, "{touch:?}");
     let depth = ARM * sin + FINGER - WALL;
     assert!((depth - torque / (ARM * cos * k)).abs() < 1e-12, "{depth:e}");
+}
+
+/// The arm with gears, friction and drives, its forearm a capsule, and a post in its way.
+fn arm_and_post(at: [f64; 2]) -> (Model, Obstacle) {
+    let mut model = scara();
+    let along = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
+    let pose = Isometry3::from_parts(Translation3::new(0.15, 0.0, 0.0), along);
+    let geometry = Geometry::Capsule(0.03, 0.3);
+    model.robot.bodies[1].shapes.push(Shape { link: "forearm".to_owned(), pose, geometry });
+    let post = shape("post", at[0], at[1], Geometry::Cylinder(0.02, 0.3));
+    (model, Obstacle { shape: post, edge_radius: 0.005, stiffness: 1e5, damping: 100.0 })
+}
+
+/// Commands [A] that press the arm against the post, and hammer it there.
+fn push(t: f64) -> [f64; 2] {
+    [6.0 + 12.0 * (12.0 * t).cos(), 3.0 + 6.0 * (12.0 * t + 0.5).cos()]
+}
+
+/// Presses the arm against the post for so many milliseconds; what every joint did, a row each.
+fn press(plant: &mut Plant, milliseconds: u32) -> Vec<f64> {
+    plant.place(&[0.0, 0.3]);
+    let mut trace = Vec::new();
+    for k in 0..milliseconds {
+        let t = f64::from(k) * 1e-3;
+        plant.advance(&push(t), 1e-3).unwrap();
+        trace.extend(plant.states().iter().flat_map(|state| [state.link_position, state.motor_position]));
+    }
+    trace
+}
+
+#[test]
+fn property_energy_closes_through_impacts_of_a_geared_arm() {
+    let (model, post) = arm_and_post([0.47, 0.14]);
+    let mut plant = Plant::new(&model, &ideal(vec![post])).unwrap();
+    plant.place(&[0.0, 0.3]);
+    let start = plant.energy();
+    let (mut met, mut touching, mut peak) = (0, false, 0.0_f64);
+    for k in 0..4000 {
+        let t = f64::from(k) * 1e-3;
+        plant.advance(&push(t), 1e-3).unwrap();
+        let force = plant.touches().map(|touch| touch.force).sum::<f64>();
+        met += i32::from(force > 0.0 && !touching);
+        (touching, peak) = (force > 0.0, peak.max(force));
+        let Energy { work, dissipated, stored } = plant.energy();
+        let gap = work - dissipated - (stored - start.stored);
+        // 1e-4 of the work done is what the plant promises.
+        assert!(gap.abs() < 1e-4 * work.abs().max(0.01), "at {t} s: {gap:e} J of {work} J");
+    }
+    println!("met {met} times, peak {peak} N; {:?}", plant.energy());
+    assert!(met >= 5 && peak > 50.0, "met {met} times, {peak} N");
+}
+
+#[test]
+fn equivalent_an_arm_against_a_post_converges() {
+    let (model, post) = arm_and_post([0.47, 0.14]);
+    let trace = |substeps, every_stage| {
+        let options = Options { substeps, every_stage, ..ideal(vec![post.clone()]) };
+        press(&mut Plant::new(&model, &options).unwrap(), 500)
+    };
+    let reference = trace(40, true);
+    // 1e-4 deg is what the default settings promise of geared arms, impacts included; a quarter of the step leaves
+    // what the response, held by a cubic through an impact, is wrong by. Asked at every stage, it goes with the fourth power.
+    for (substeps, every_stage, limit) in [(3, false, 1e-4), (12, false, 3e-5), (12, true, 1e-6)] {
+        let found = trace(substeps, every_stage);
+        let apart = found.iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max).to_degrees();
+        println!("{substeps} steps a ms, engine at every stage: {every_stage}: {apart:e} deg");
+        assert!(apart < limit, "{substeps} steps a ms: {apart:e} deg");
+    }
+}
+
+#[test]
+fn property_reruns_with_contacts_are_bit_identical() {
+    let (model, post) = arm_and_post([0.47, 0.14]);
+    let bits = || {
+        let trace = press(&mut Plant::new(&model, &ideal(vec![post.clone()])).unwrap(), 1000);
+        trace.into_iter().map(f64::to_bits).collect::<Vec<_>>()
+    };
+    let here = bits();
+    assert!(here == bits(), "the second run differs");
+    assert!(here == std::thread::scope(|scope| scope.spawn(bits).join().unwrap()), "another thread's run differs");
+}
+
+#[test]
+fn property_an_obstacle_out_of_reach_changes_nothing() {
+    let (model, far) = arm_and_post([0.9, 0.9]);
+    let bits = |obstacles| {
+        let trace = press(&mut Plant::new(&model, &ideal(obstacles)).unwrap(), 1000);
+        trace.into_iter().map(f64::to_bits).collect::<Vec<_>>()
+    };
+    let free = bits(Vec::new());
+    assert!(free == bits(vec![far]), "an obstacle out of reach was felt");
+    assert!(free != bits(vec![arm_and_post([0.47, 0.14]).1]), "an obstacle in the way was not felt");
+}
+
+#[test]
+fn property_a_fast_link_does_not_get_through_a_thin_wall() {
+    // 5 mm thick, met at 8 m/s: 8 mm in a millisecond.
+    let thin = Shape {
+        pose: Isometry3::translation(0.3, WALL + 0.0025, 0.0),
+        geometry: Geometry::Box(Vector3::new(1.0, 0.005, 0.4)),
+        link: "sheet".to_owned(),
+    };
+    for (v, k) in [(8.0, 1e8), (2.0, 1e7), (0.05, 1e5)] {
+        let obstacle = Obstacle { shape: thin.clone(), edge_radius: 0.002, stiffness: k, damping: 100.0 };
+        let mut plant = launched(slider(obstacle, &ideal(Vec::new())), v);
+        for _ in 0..(0.3 / v * 1e3) as usize {
+            plant.advance(&[0.0], 1e-3).unwrap();
+            assert!(plant.states()[0].link_position + FINGER < WALL + 0.0025, "{v} m/s: through");
+        }
+        assert!(plant.states()[0].link_velocity < -0.5 * v, "{v} m/s: {:?}", plant.states()[0]);
+    }
+}
+
+/// A joint with stops at ±0.5 rad.
+fn stopped(stiffness: Option<f64>) -> Model {
+    let mut robot = turntable(LINK);
+    robot.bodies[0].joint.limits = Limits { lower: -0.5, upper: 0.5, ..UNLIMITED };
+    model(robot, vec![JointModel { end_stop_stiffness: stiffness, gear_damping: 20.0, ..plain_joint("joint1") }])
+}
+
+#[test]
+fn analytic_an_end_stop_holds_a_joint_on_both_engines() {
+    for engine in [Engine::Rapier, Engine::Reduced] {
+        let (k, torque) = (2000.0, 5.0);
+        let mut plant = Plant::new(&stopped(Some(k)), &Options { engine, ..ideal(Vec::new()) }).unwrap();
+        for side in [1.0, -1.0] {
+            for _ in 0..4000 {
+                plant.advance(&[side * torque], 1e-3).unwrap();
+            }
+            let [touch] = plant.touches().collect::<Vec<_>>()[..] else { panic!("no contact") };
+            assert_eq!((touch.body, touch.obstacle), (0, None));
+            // 1e-9: what is left of the motion after four seconds of its damping.
+            assert!((touch.force - torque).abs() < 1e-9 * torque, "{touch:?}");
+            let depth = side * plant.states()[0].link_position - 0.5;
+            assert!((depth - torque / k).abs() < 1e-11, "{depth:e}");
+        }
+    }
+}
+
+#[test]
+fn equivalent_both_engines_hit_an_end_stop_alike() {
+    let trace = |engine| {
+        let mut model = scara();
+        for (joint, body) in model.joints.iter_mut().zip(&mut model.robot.bodies) {
+            joint.end_stop_stiffness = Some(1000.0);
+            body.joint.limits = Limits { lower: -0.3, upper: 0.35, ..UNLIMITED };
+        }
+        let mut plant = Plant::new(&model, &Options { engine, ..ideal(Vec::new()) }).unwrap();
+        let trace = press(&mut plant, 1000);
+        assert!(trace.iter().copied().fold(0.0, f64::max) > 0.35, "no stop was met");
+        trace
+    };
+    let [rapier, reduced] = [Engine::Rapier, Engine::Reduced].map(trace);
+    let apart = rapier.iter().zip(&reduced).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    println!("{apart:e} rad");
+    // 1e-8 rad as without stops: the engines' biases differ by 1e-11.
+    assert!(apart < 1e-8, "{apart:e}");
+}
+
+#[test]
+fn property_without_a_stop_a_joint_passes_its_limit() {
+    let mut plant = Plant::new(&stopped(None), &ideal(Vec::new())).unwrap();
+    for _ in 0..1000 {
+        plant.advance(&[5.0], 1e-3).unwrap();
+    }
+    assert!(plant.states()[0].link_position > 1.0);
+    assert_eq!(plant.touches().count(), 0);
+}
+
+#[test]
+fn property_obstacles_need_rapier() {
+    let options = Options { engine: Engine::Reduced, ..ideal(vec![wall(1e5, 0.0)]) };
+    let error = Plant::new(&model(table(), vec![plain_joint("joint1")]), &options).err().expect("must be refused");
+    assert!(error.to_string().contains("engine = reduced") && error.to_string().contains("rapier"), "{error}");
+}
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The scenario of the catalogue with a post in the way, changed.
+fn scenario(changes: &[(&str, &str)]) -> Result<Scenario, Error> {
+    let file = root().join("scenarios/04_meet_an_obstacle/scenario.toml");
+    let mut text = std::fs::read_to_string(&file).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "the scenario lacks {from}");
+        text = text.replacen(from, to, 1);
+    }
+    Scenario::from_text(&text, &file, &[])
+}
+
+#[test]
+fn scenario_an_arm_meets_a_post_and_is_held_there() {
+    let scenario = scenario(&[]).unwrap();
+    scenario.check_motion().unwrap();
+    let run = simulate(&scenario, scenario.seed, &|_, _| {}).unwrap();
+    assert_eq!(scenario.contact_expectations.len(), 3);
+    let unmet: Vec<String> =
+        scenario.contact_expectations.iter().filter_map(|e| Some(e.check(&run)?.to_string())).collect();
+    assert!(unmet.is_empty(), "{unmet:?}");
+    let [contact] = &run.contacts[0][..] else { panic!("{} contacts", run.contacts[0].len()) };
+    assert_eq!((contact.link.as_str(), contact.obstacle.as_deref()), ("forearm", Some("post")));
+    assert_eq!(contact.force.len(), run.sessions[0].len());
+    // Held: the arm stands at its angle although the reference is 29 degrees further.
+    let link = run.sessions[0].joint("joint1").and_then(|joint| joint.get(Channel::TrueLinkPosition)).unwrap();
+    let still = (link[link.len() - 1] - link[link.len() - 1000]).abs();
+    assert!(still < 1e-6 && link[link.len() - 1] < 0.42, "{still:e} rad in the last second");
+}
+
+#[test]
+fn scenario_a_post_out_of_the_way_is_missed() {
+    let scenario = scenario(&[("xyz = [0.52, 0.30, 0.40]", "xyz = [0.52, -0.30, 0.40]")]).unwrap();
+    let run = simulate(&scenario, scenario.seed, &|_, _| {}).unwrap();
+    assert!(run.contacts[0].is_empty());
+    for expectation in &scenario.contact_expectations {
+        let unmet = expectation.check(&run).expect("nothing was touched").to_string();
+        assert!(unmet.contains("post: nothing touched it"), "{unmet}");
+    }
+}
+
+#[test]
+fn property_a_start_inside_an_obstacle_is_refused() {
+    let scenario = scenario(&[("xyz = [0.52, 0.30, 0.40]", "xyz = [0.52, 0.0, 0.40]")]).unwrap();
+    let error = scenario.check_motion().unwrap_err().to_string();
+    assert!(error.contains("obstacles.post") && error.contains("clear of forearm where session1 starts"), "{error}");
+}
+
+#[test]
+fn property_broken_obstacles_are_refused_with_line_and_key() {
+    let cases: [(&[(&str, &str)], &str); 9] = [
+        (&[("shape = \"cylinder\"", "shape = \"cone\"")], "obstacles[1].shape = \"cone\": expected"),
+        (&[("radius = 0.02", "radius = -0.02")], "obstacles[1].radius = -0.02: expected"),
+        (&[("length = 0.40", "height = 0.40")], "obstacles[1].length: expected"),
+        (&[("stiffness = 1e5", "stiffness = 1e12")], "obstacles[1].stiffness = 1e12: expected"),
+        (&[("damping = 100.0", "damping = 100.0\nedge_radius = 0.03")], "obstacles[1].edge_radius = 0.03: expected"),
+        (&[("damping = 100.0", "friction = 0.3")], "obstacles[1].friction = 0.3: expected"),
+        (&[("seed = 1", "seed = 1\nplant.engine = \"reduced\"")], "expected plant.engine = \"rapier\""),
+        (&[("[expect.obstacles.post]", "[expect.obstacles.wall]")], "expect.obstacles.wall"),
+        (&[("xyz = [0.52, 0.30, 0.40]", "xyz = [0.52, 0.30]")], "obstacles[1].xyz = [0.52, 0.30]: expected"),
+    ];
+    for (changes, expected) in cases {
+        let error = scenario(changes).err().unwrap_or_else(|| panic!("{changes:?} was accepted")).to_string();
+        let place = error.split("scenario.toml:").nth(1).and_then(|rest| rest.split(':').next());
+        assert!(place.is_some_and(|line| line.parse::<usize>().is_ok()), "no line in {error}");
+        assert!(error.contains(expected), "{error} lacks {expected}");
+    }
+    let twice = ("[reference]", "[[obstacles]]\nname = \"post\"\nshape = \"sphere\"\nradius = 0.1\n[reference]");
+    let error = scenario(&[twice]).expect_err("two of a name").to_string();
+    assert!(error.contains("obstacles[2].name"), "{error}");
 }

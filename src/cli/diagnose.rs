@@ -121,7 +121,7 @@ impl Findings {
         let model = &self.diagnosis.extended_model;
         let motions = self.sessions.iter().map(|session| {
             let traces = rendering::traces(&self.diagnosis, &session.name);
-            Motion { robot: &model.robot, session, traces }
+            Motion { traces, ..Motion::new(&model.robot, session) }
         });
         Report {
             document: rendering::document(name, &self.diagnosis),

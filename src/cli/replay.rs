@@ -50,7 +50,7 @@ impl Replay {
             .collect();
         let motions = replays
             .iter()
-            .map(|one| Motion { robot: &model.robot, session: &one.simulated, traces: rendering::traces(one) })
+            .map(|one| Motion { traces: rendering::traces(one), ..Motion::new(&model.robot, &one.simulated) })
             .collect();
         let json = envelope("lostmotion/replay/1", &model.name, json!({ "sessions": content }));
         console::finish(&Report { document, json, motions, model: None, extra: Vec::new() }, &folder, &self.output)

@@ -9,10 +9,10 @@ use crate::dataset::{self, Session};
 use crate::effects;
 use crate::error::Result;
 use crate::identify::{self as identification, Options};
-use crate::report::Report;
 use crate::report::diagnosis::traces as residuals;
 use crate::report::files::envelope;
 use crate::report::recording::Motion;
+use crate::report::{Report, contacts};
 use crate::robot::Model;
 use crate::scenario::{self, Procedure, Scenario, Unmet};
 use crate::timeseries::TimeSeries;
@@ -85,6 +85,10 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
         Procedure::Diagnose => diagnosed(&scenario, &run.sessions, &measured, &progress)?,
     };
     drop(progress);
+    let mut unmet: Vec<String> = unmet.iter().map(Unmet::to_string).collect();
+    let met = scenario.contact_expectations.iter().filter_map(|expectation| expectation.check(&run));
+    unmet.extend(met.map(|unmet| unmet.to_string()));
+    note_contacts(&mut report, &scenario, &run);
     note(&mut report, &scenario, seed, &unmet);
     if common.csv {
         report.extra.extend(measured.iter().map(|session| csv(&scenario, session)));
@@ -190,11 +194,22 @@ fn recording(series: &TimeSeries, source: &Path) -> Session {
     Session { series: series.clone(), notes: Vec::new(), source: source.to_owned(), controllers }
 }
 
+/// Writes what was touched into the report and its recording.
+fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &scenario::Run) {
+    for (motion, touched) in report.motions.iter_mut().zip(&run.contacts) {
+        motion.obstacles = &scenario.options.obstacles;
+        contacts::trace(motion, touched);
+    }
+    if let Some(section) = contacts::section(run) {
+        report.document.sections.insert(0, section);
+        report.json["contacts"] = contacts::json(run).into();
+    }
+}
+
 /// Writes question, seed and failed expectations into the report.
-fn note(report: &mut Report<'_>, scenario: &Scenario, seed: u64, unmet: &[Unmet]) {
+fn note(report: &mut Report<'_>, scenario: &Scenario, seed: u64, unmet: &[String]) {
     if let Value::Object(content) = &mut report.json {
         content.insert("seed".into(), seed.into());
-        let unmet: Vec<Value> = unmet.iter().map(|unmet| unmet.to_string().into()).collect();
         content.insert("failed_expectations".into(), unmet.into());
     }
     if !scenario.question.is_empty() {

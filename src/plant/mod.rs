@@ -7,6 +7,7 @@
 //! ```
 //! One line a joint: [`joint`] holds the laws, [`coupled`] joins them, [`integrator`] steps between located events (`events`),
 //! [`mobility`] carries `M` and `h` from one evaluation of the engine to the next (`pace`), [`world`] is the engine.
+//! What stops a link, [`contact`]: an end stop, or an [`obstacle`] in rapier's world.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
 
 mod build;

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyBuilder;
-use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle, Group, InteractionGroups, InteractionTestMode};
+use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle};
 use rapier3d_f64::parry::query::contact;
 
 use super::world::{World, pose};
@@ -19,7 +19,7 @@ use crate::robot::{Geometry, Robot, Shape};
 pub struct Obstacle {
     /// Its shape in the base frame; its name is the shape's `link`.
     pub shape: Shape,
-    /// [m] Radius of its edges, > 0, less than half its smallest side; those of spheres and capsules are round as they are.
+    /// [m] Radius of its edges, > 0, less than half its smallest side; of what is round as it is, any part of its radius.
     pub edge_radius: f64,
     /// `k` [N/m] of the surfaces that touch, > 0.
     pub stiffness: f64,
@@ -28,12 +28,9 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
-    /// The core of its shape, and the thickness [m] of the skin around it.
-    fn core(&self) -> (Shape, f64) {
-        let skin = match self.shape.geometry {
-            Geometry::Sphere(radius) | Geometry::Capsule(radius, _) => 0.5 * radius,
-            _ => self.edge_radius,
-        };
+    /// Its shape without the skin, which is as thick as its edges are round.
+    fn core(&self) -> Shape {
+        let skin = self.edge_radius;
         let geometry = match &self.shape.geometry {
             Geometry::Box(sides) => Geometry::Box(sides - Vector3::repeat(2.0 * skin)),
             Geometry::Cylinder(radius, length) => Geometry::Cylinder(radius - skin, length - 2.0 * skin),
@@ -41,7 +38,7 @@ impl Obstacle {
             Geometry::Sphere(radius) => Geometry::Sphere(radius - skin),
             Geometry::ConvexHull(corners) => Geometry::ConvexHull(corners.clone()),
         };
-        (Shape { geometry, ..self.shape.clone() }, skin)
+        Shape { geometry, ..self.shape.clone() }
     }
 }
 
@@ -68,16 +65,16 @@ impl World {
     pub fn put_obstacles(&mut self, robot: &Robot, obstacles: &[Obstacle]) -> Result<&[Pair]> {
         let mut standing = Vec::new();
         for obstacle in obstacles {
-            let (core, skin) = obstacle.core();
             let body = self.bodies.insert(RigidBodyBuilder::fixed());
-            let collider = collider(robot, &core)?.contact_skin(skin);
-            standing.push((self.colliders.insert_with_parent(collider, body, &mut self.bodies), skin));
+            let collider = collider(robot, &obstacle.core())?.contact_skin(obstacle.edge_radius);
+            standing.push(self.colliders.insert_with_parent(collider, body, &mut self.bodies));
         }
         for (body, link) in robot.bodies.iter().enumerate() {
             for shape in &link.shapes {
                 let collider = collider(robot, shape)?;
                 let link_collider = self.colliders.insert_with_parent(collider, self.links[body], &mut self.bodies);
-                for (obstacle, &(obstacle_collider, skin)) in standing.iter().enumerate() {
+                for (obstacle, &obstacle_collider) in standing.iter().enumerate() {
+                    let skin = obstacles[obstacle].edge_radius;
                     let branch =
                         self.multibody().map(|multibody| multibody.kinematic_branch(body + 1)).unwrap_or_default();
                     self.pairs.push(Pair { body, obstacle, link_collider, obstacle_collider, skin, branch });
@@ -110,9 +107,8 @@ impl World {
     }
 }
 
-/// The collider of a shape, which weighs nothing and which rapier's contact solver passes over.
+/// The collider of a shape; switched off, it weighs nothing and rapier's own contact solver passes over it.
 fn collider(robot: &Robot, shape: &Shape) -> Result<ColliderBuilder> {
     let (at, solid) = solid(robot, shape)?;
-    let nothing = InteractionGroups::new(Group::NONE, Group::NONE, InteractionTestMode::And);
-    Ok(ColliderBuilder::new(solid).position(pose(&at)).density(0.0).collision_groups(nothing))
+    Ok(ColliderBuilder::new(solid).position(pose(&at)).enabled(false))
 }

@@ -1,5 +1,7 @@
 //! Results to JSON, HTML and Rerun recordings.
 
+/// What was touched, for readers.
+pub mod contacts;
 /// A diagnosis for readers.
 pub mod diagnosis;
 /// Units for readers.

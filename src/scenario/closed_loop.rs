@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::{Recorder, Regulator, Run, Scenario, Session};
+use super::{Contact, Recorder, Regulator, Run, Scenario, Session};
 use crate::control::{Profile, Target};
 use crate::error::Result;
 use crate::plant::{Options, Plant};
@@ -85,16 +85,23 @@ pub fn simulate(scenario: &Scenario, seed: u64, progress: &(dyn Fn(f64, f64) + S
         })
         .collect::<Result<Vec<_>>>()?;
     progress(all, all);
-    Ok(Run { sessions })
+    let (sessions, contacts) = sessions.into_iter().unzip();
+    Ok(Run { sessions, contacts })
 }
 
-/// One session: a new machine, at rest where its reference starts.
-fn run_session(scenario: &Scenario, session: &Session, seed: u64, progress: &mut dyn FnMut(f64)) -> Result<TimeSeries> {
+/// One session: a new machine, at rest where its reference starts. What was recorded, and what was touched.
+fn run_session(
+    scenario: &Scenario,
+    session: &Session,
+    seed: u64,
+    progress: &mut dyn FnMut(f64),
+) -> Result<(TimeSeries, Vec<Contact>)> {
     let Scenario { model, options, control_period, controller, .. } = scenario;
     let mut plant = Plant::new(model, &Options { seed, ..options.clone() })?;
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);
     let timing = Timing { period: *control_period, duration: session.duration };
     let recorder = closed_loop(&mut plant, &mut regulator, &session.profile, timing, progress)?;
-    Ok(recorder.finish(&session.name, model))
+    let contacts = recorder.contacts(model, &options.obstacles);
+    Ok((recorder.finish(&session.name, model), contacts))
 }

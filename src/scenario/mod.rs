@@ -9,14 +9,17 @@
 //! brings a machine, a reference and a [`Regulator`] of their own.
 
 mod closed_loop;
+mod contact;
 mod expect;
 mod read;
 mod read_controller;
+mod read_obstacles;
 mod read_reference;
 mod record;
 mod regulator;
 
 pub use closed_loop::{Timing, closed_loop, simulate};
+pub use contact::{Contact, ContactExpectation, UnmetContact};
 pub use expect::{Expectation, Unmet};
 pub use record::Recorder;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
@@ -25,8 +28,8 @@ use std::path::PathBuf;
 
 use crate::control::{Profile, Target};
 use crate::dynamics::MotionCheck;
-use crate::error::Result;
-use crate::plant::Options;
+use crate::error::{Error, Place, Result};
+use crate::plant::{Options, Plant};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
@@ -80,6 +83,8 @@ pub struct Scenario {
     pub procedure: Procedure,
     /// What must come out.
     pub expectations: Vec<Expectation>,
+    /// What must be met on the way.
+    pub contact_expectations: Vec<ContactExpectation>,
 }
 
 /// What a simulated scenario leaves behind.
@@ -88,6 +93,8 @@ pub struct Run {
     /// The recordings, one a session: what the machine's sensors said, and beside it the truth in the channels that a
     /// simulation alone has.
     pub sessions: Vec<TimeSeries>,
+    /// What was touched, one list a session.
+    pub contacts: Vec<Vec<Contact>>,
 }
 
 impl Run {
@@ -102,7 +109,8 @@ impl Run {
 }
 
 impl Scenario {
-    /// Refuses a motion that leaves the joints' limits or lets links collide.
+    /// Refuses a motion that leaves the joints' limits, lets links collide with each other, or starts with a link inside an
+    /// obstacle. What it meets on its way it is meant to meet.
     ///
     /// # Errors
     /// The first time at which it happens, and to whom.
@@ -121,6 +129,20 @@ impl Scenario {
             }
             let paths: Vec<&[f64]> = paths.iter().map(Vec::as_slice).collect();
             check.check(&times, &paths)?;
+        }
+        if self.options.obstacles.is_empty() { Ok(()) } else { self.check_starts() }
+    }
+
+    fn check_starts(&self) -> Result<()> {
+        let mut plant = Plant::new(&self.model, &self.options)?;
+        for session in &self.sessions {
+            plant.place(&session.profile.start());
+            if let Some((touch, obstacle)) = plant.touches().find_map(|touch| Some((touch, touch.obstacle?))) {
+                let link = &self.model.robot.bodies[touch.body].name;
+                let expected = format!("a place clear of {link} where {} starts", session.name);
+                let key = format!("obstacles.{}", self.options.obstacles[obstacle].shape.link);
+                return Err(Error::input(&self.source, Place::File, key, "", expected));
+            }
         }
         Ok(())
     }

@@ -13,13 +13,17 @@
 //! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps
 //! [controller]                                 # law, velocity, a table of gains for every joint
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
+//! [[obstacles]]                                # what stands in the way, see `read_obstacles`
 //! [expect.joint1]                              # largest errors in per cent, see `expect`
+//! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
 //! ```
 
 use std::path::Path;
 
+use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
-use super::{Expectation, Procedure, Scenario, Session, read_controller, read_reference};
+use super::{ContactExpectation, Expectation, Procedure, Scenario, Session};
+use super::{read_controller, read_obstacles, read_reference};
 use crate::error::Result;
 use crate::plant::{Engine, Options};
 use crate::robot::Model;
@@ -62,17 +66,21 @@ impl Scenario {
             .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
         let model = read_model(root, of_model)?;
         let words = [("identify", Procedure::Identify), ("diagnose", Procedure::Diagnose), ("none", Procedure::None)];
+        let mut options = read_options(root)?;
+        options.obstacles = read_obstacles::read(root, &model.robot, options.engine)?;
+        let (expectations, contact_expectations) = read_expectations(root, &model, &options)?;
         let scenario = Self {
             name: root.text("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
             source: root.file().to_owned(),
-            options: read_options(root)?,
+            options,
             seed: root.optional_integer("seed", 0, i64::MAX)?.unwrap_or(1).unsigned_abs(),
             control_period: root.number_or("control_period", &Range::positive("s"), 1e-3)?,
             controller: read_controller::read(&root.table("controller")?, &model)?,
             sessions: read_sessions(root, &model)?,
             procedure: root.optional_choice("procedure", &words)?.unwrap_or(Procedure::None),
-            expectations: read_expectations(root, &model)?,
+            expectations,
+            contact_expectations,
             model,
         };
         root.finish()?;
@@ -122,10 +130,19 @@ fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<Session>> {
     }
 }
 
-fn read_expectations(root: &Table<'_>, model: &Model) -> Result<Vec<Expectation>> {
-    let Some(table) = root.optional_table("expect")? else { return Ok(Vec::new()) };
+fn read_expectations(
+    root: &Table<'_>,
+    model: &Model,
+    options: &Options,
+) -> Result<(Vec<Expectation>, Vec<ContactExpectation>)> {
+    let Some(table) = root.optional_table("expect")? else { return Ok((Vec::new(), Vec::new())) };
     let mut expectations = Vec::new();
+    let mut of_contacts = Vec::new();
     for (joint, table) in table.named_tables()? {
+        if joint == "obstacles" {
+            of_contacts = read_contact_expectations(&table, options)?;
+            continue;
+        }
         if model.robot.joint_index(joint).is_none() {
             return Err(root.error("expect", format!("joints of the model; `{joint}` is none")));
         }
@@ -135,6 +152,22 @@ fn read_expectations(root: &Table<'_>, model: &Model) -> Result<Vec<Expectation>
             }
         }
         table.finish()?;
+    }
+    Ok((expectations, of_contacts))
+}
+
+fn read_contact_expectations(table: &Table<'_>, options: &Options) -> Result<Vec<ContactExpectation>> {
+    let mut expectations = Vec::new();
+    for (obstacle, table_of_one) in table.named_tables()? {
+        if options.obstacles.iter().all(|known| known.shape.link != obstacle) {
+            return Err(table.error(obstacle, "an obstacle of the scenario"));
+        }
+        for (quantity, unit) in CONTACT_QUANTITIES {
+            if let Some(range) = table_of_one.optional_vector::<2>(quantity, &Range::non_negative(unit))? {
+                expectations.push(ContactExpectation { obstacle: obstacle.to_owned(), quantity, range });
+            }
+        }
+        table_of_one.finish()?;
     }
     Ok(expectations)
 }

@@ -1,8 +1,9 @@
 //! The recorder: what the sensors say and what is true, a sample a control period.
 
+use super::contact::{Contact, ContactRecorder};
 use crate::control::Target;
 use crate::effects::Reading;
-use crate::plant::Plant;
+use crate::plant::{Obstacle, Plant};
 use crate::robot::Model;
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
@@ -31,6 +32,7 @@ const MEASURED: [Channel; 6] = [
 #[derive(Debug, Clone)]
 pub struct Recorder {
     time: Vec<f64>,
+    contacts: ContactRecorder,
     /// One a joint, one vector a channel: those of `MEASURED`, then those of `TRUTH`.
     joints: Vec<[Vec<f64>; MEASURED.len() + TRUTH.len()]>,
 }
@@ -39,12 +41,14 @@ impl Recorder {
     /// Room for a number of samples of a machine with so many joints.
     pub fn new(joints: usize, samples: usize) -> Self {
         let channels = || std::array::from_fn(|_| Vec::with_capacity(samples));
-        Self { time: Vec::with_capacity(samples), joints: (0..joints).map(|_| channels()).collect() }
+        let contacts = ContactRecorder::default();
+        Self { time: Vec::with_capacity(samples), contacts, joints: (0..joints).map(|_| channels()).collect() }
     }
 
     /// Takes a sample: readings and states at one instant, and the command that is given then.
     pub fn sample(&mut self, plant: &Plant, readings: &[Reading], targets: &[Target], commands: &[f64]) {
         self.time.push(plant.time());
+        self.contacts.sample(plant.touches());
         for (i, channels) in self.joints.iter_mut().enumerate() {
             let (reading, target, state) = (&readings[i], &targets[i], &plant.states()[i]);
             let values = [
@@ -66,6 +70,11 @@ impl Recorder {
                 channel.push(value);
             }
         }
+    }
+
+    /// What was touched so far.
+    pub fn contacts(&self, model: &Model, obstacles: &[Obstacle]) -> Vec<Contact> {
+        self.contacts.clone().finish(model, obstacles)
     }
 
     /// The session's time series under its name.

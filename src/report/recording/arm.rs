@@ -17,7 +17,10 @@ const FRAMES: usize = 1500;
 const LINKS: [[u8; 3]; 6] =
     [[120, 124, 130], [90, 160, 255], [240, 160, 60], [60, 200, 160], [220, 130, 180], [200, 200, 90]];
 
-/// Shapes below `arm/<link>`, and the motion of their links from `start` [s] on.
+/// Colour of what stands in the way.
+const OBSTACLE: [u8; 3] = [200, 80, 60];
+
+/// Shapes below `arm/<link>`, what stands in the way below `arm/obstacles`, and the motion of their links from `start` [s] on.
 pub fn log(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<()> {
     let robot = motion.robot;
     for (index, shape) in robot.base_shapes.iter().enumerate() {
@@ -31,6 +34,9 @@ pub fn log(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<
     }
     if extent_of_shapes(robot).is_none() {
         log_skeleton(stream, robot)?;
+    }
+    for obstacle in motion.obstacles {
+        log_shape(stream, &format!("arm/obstacles/{}", obstacle.shape.link), &obstacle.shape, OBSTACLE)?;
     }
     log_motion(stream, motion, start)
 }

@@ -11,7 +11,8 @@ use super::{arm, canvas};
 use crate::error::Result;
 
 /// Panels of a joint in the order they are stacked.
-const PANELS: [&str; 8] = ["residual", "position_error", "velocity", "position", "gap", "current", "torque", "contact"];
+const PANELS: [&str; 9] =
+    ["residual", "position_error", "velocity", "position", "gap", "current", "torque", "force", "contact"];
 /// Plots that are shown at once; all others are behind tabs.
 const PLOTS_AT_ONCE: usize = 3;
 /// [s] A recording is played in about this time.

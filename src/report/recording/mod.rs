@@ -14,6 +14,7 @@ mod stream;
 mod traces;
 
 use crate::error::Result;
+use crate::plant::Obstacle;
 use crate::robot::Robot;
 use crate::timeseries::TimeSeries;
 
@@ -27,6 +28,8 @@ pub struct Motion<'a> {
     pub robot: &'a Robot,
     /// One session of it; joints that it lacks stand at zero.
     pub session: &'a TimeSeries,
+    /// What stands in its way.
+    pub obstacles: &'a [Obstacle],
     /// What is shown beside the channels of the session: residuals, predictions.
     pub traces: Vec<Trace>,
 }
@@ -51,7 +54,7 @@ pub struct Trace {
 impl<'a> Motion<'a> {
     /// A session without further traces.
     pub const fn new(robot: &'a Robot, session: &'a TimeSeries) -> Self {
-        Self { robot, session, traces: Vec::new() }
+        Self { robot, session, obstacles: &[], traces: Vec::new() }
     }
 }
 

@@ -75,6 +75,7 @@ fn unit(motion: &Motion<'_>, trace: &Trace) -> &'static str {
         "velocity" => velocity_unit(kind),
         "torque" | "residual" => kind.effort_unit(),
         "current" => "A",
+        "force" => "N",
         "contact" => "flank",
         _ => kind.position_unit(),
     }

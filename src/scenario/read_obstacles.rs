@@ -1,0 +1,116 @@
+//! The list `[[obstacles]]` of a scenario file: what stands in the way.
+//!
+//! ```toml
+//! [[obstacles]]
+//! name = "post"
+//! shape = "cylinder"          # its axis along z: radius, length; "capsule" (length between the centres of its caps): the same;
+//!                             # "sphere": radius; "box": size = [x, y, z]
+//! radius = 0.02               # [m]
+//! length = 0.3                # [m]
+//! xyz = [0.3, 0.1, 0.15]      # [m] its middle in the base frame
+//! rpy = [0.0, 0.0, 0.0]       # [rad] as in a URDF
+//! stiffness = 1e5             # [N/m] of the surfaces that touch
+//! damping = 100.0             # [N·s/m]
+//! edge_radius = 0.005         # [m] of a box or a cylinder
+//! ```
+//! An obstacle in the way of the planned motion is meant to be met: the plan is not refused for it. Its start is, if a link is
+//! inside an obstacle there.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use crate::error::Result;
+use crate::plant::{Engine, Obstacle};
+use crate::robot::{Geometry, Robot, Shape};
+use crate::toml_input::{Range, Table};
+
+/// `k` [N/m] where the file gives none: an arm that bumps into a padded or slender thing. A surface of steel has 1e7 to 1e8, which
+/// shortens an impact to below a millisecond, and the steps with it.
+const STIFFNESS: f64 = 1e5;
+
+/// `c` [N·s/m] where the file gives none: with that stiffness 1 kg rebounds with 0.64 of its speed, 10 kg with 0.86.
+const DAMPING: f64 = 100.0;
+
+/// [m] Radius of the edges where the file gives none, unless a quarter of the smallest side is less.
+const EDGE_RADIUS: f64 = 0.005;
+
+/// Reads the obstacles of a scenario.
+pub(super) fn read(root: &Table<'_>, robot: &Robot, engine: Engine) -> Result<Vec<Obstacle>> {
+    let tables = root.tables("obstacles")?;
+    if tables.is_empty() {
+        return Ok(Vec::new());
+    }
+    if engine != Engine::Rapier {
+        return Err(root.error("obstacles", "plant.engine = \"rapier\", which alone knows of obstacles"));
+    }
+    if robot.bodies.iter().all(|body| body.shapes.is_empty()) {
+        return Err(
+            root.error("obstacles", "an arm whose URDF gives its links collision shapes: this one can touch nothing")
+        );
+    }
+    let mut obstacles: Vec<Obstacle> = Vec::new();
+    for table in &tables {
+        let obstacle = read_obstacle(table)?;
+        if obstacles.iter().any(|other| other.shape.link == obstacle.shape.link) {
+            return Err(table.error("name", "a name that no other obstacle has"));
+        }
+        obstacles.push(obstacle);
+    }
+    Ok(obstacles)
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Box,
+    Cylinder,
+    Capsule,
+    Sphere,
+}
+
+fn read_obstacle(table: &Table<'_>) -> Result<Obstacle> {
+    let kinds =
+        [("box", Kind::Box), ("cylinder", Kind::Cylinder), ("capsule", Kind::Capsule), ("sphere", Kind::Sphere)];
+    let kind = table
+        .optional_choice("shape", &kinds)?
+        .ok_or_else(|| table.error("shape", "box, cylinder, capsule or sphere"))?;
+    let length = Range::positive("m");
+    // The geometry, and its smallest side where it has edges.
+    let (geometry, side) = match kind {
+        Kind::Box => {
+            let size: Option<[f64; 3]> = table.optional_vector("size", &length)?;
+            let size =
+                size.ok_or_else(|| table.error("size", format!("a list of 3 sides, each {length} (missing)")))?;
+            (Geometry::Box(Vector3::from(size)), Some(size.into_iter().fold(f64::INFINITY, f64::min)))
+        }
+        Kind::Cylinder => {
+            let (radius, long) = (table.number("radius", &length)?, table.number("length", &length)?);
+            (Geometry::Cylinder(radius, long), Some(long.min(2.0 * radius)))
+        }
+        Kind::Capsule => (Geometry::Capsule(table.number("radius", &length)?, table.number("length", &length)?), None),
+        Kind::Sphere => (Geometry::Sphere(table.number("radius", &length)?), None),
+    };
+    let edge_radius = match (&geometry, side) {
+        (_, Some(side)) => {
+            let edge = table.number_or("edge_radius", &length, EDGE_RADIUS.min(0.25 * side))?;
+            if edge >= 0.5 * side {
+                return Err(
+                    table.error("edge_radius", format!("a radius below {} m, half the smallest side", 0.5 * side))
+                );
+            }
+            edge
+        }
+        (Geometry::Capsule(radius, _) | Geometry::Sphere(radius), None) => 0.5 * radius,
+        _ => EDGE_RADIUS,
+    };
+    let vector = |key, unit| table.optional_vector::<3>(key, &Range::any(unit)).map(Option::unwrap_or_default);
+    let ([x, y, z], [roll, pitch, yaw]) = (vector("xyz", "m")?, vector("rpy", "rad")?);
+    let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    let pose = Isometry3::from_parts(Translation3::new(x, y, z), turn);
+    let obstacle = Obstacle {
+        shape: Shape { link: table.text("name")?.to_owned(), pose, geometry },
+        edge_radius,
+        stiffness: table.number_or("stiffness", &Range::between(1.0, 1e9, "N/m"), STIFFNESS)?,
+        damping: table.number_or("damping", &Range::between(0.0, 1e5, "N·s/m"), DAMPING)?,
+    };
+    table.finish()?;
+    Ok(obstacle)
+}
