@@ -5,11 +5,12 @@ use super::coupled::Coupled;
 use super::grip::Grip;
 use super::integrator::{Integrator, State};
 use super::joint::{JointLaws, Phase, Power};
+use super::links::Links;
 use super::mode::{Mode, Slip};
 use super::obstacle::{Obstacle, Pair};
 use super::pace::LONGEST_STEP;
 use super::sensors::Sensors;
-use super::{Engine, Options, Plant, RigidBody, World};
+use super::{Engine, Options, Plant, World};
 use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
 use crate::effects::{self, Action, JointState, Reading};
@@ -46,13 +47,17 @@ impl Plant {
         }
         let n = laws.len();
         let mut barriers = end_stops(&model);
-        let links: Box<dyn RigidBody> = match options.engine {
+        let links = match options.engine {
             Engine::Rapier => {
                 let mut world = World::new(&model.robot);
                 barriers.extend(put_obstacles(&mut world, &model, &options.obstacles)?);
-                Box::new(world)
+                if options.every_stage {
+                    Links::asked(Box::new(world))
+                } else {
+                    Links::carried(Box::new(world), Dynamics::new(&model.robot))
+                }
             }
-            Engine::Reduced if options.obstacles.is_empty() => Box::new(Dynamics::new(&model.robot)),
+            Engine::Reduced if options.obstacles.is_empty() => Links::asked(Box::new(Dynamics::new(&model.robot))),
             Engine::Reduced => {
                 let expected = "the engine rapier, which alone knows of obstacles";
                 return Err(Error::input(&model.source, Place::File, "engine", "reduced", expected));

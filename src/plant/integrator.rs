@@ -10,9 +10,9 @@ use nalgebra::DMatrix;
 
 use super::coupled::Coupled;
 use super::joint::{Phase, Power};
+use super::links::Links;
 use super::mobility::{Mobility, Response};
 use super::mode::{Margins, Mode, Slip};
-use super::rigid_body::RigidBody;
 use super::transient::Transient;
 
 /// Where `W` and `a₀` come from during a stretch of time.
@@ -61,8 +61,10 @@ pub struct Step<'a> {
 /// What a run has taken so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Evaluations of `M` and `h` by the engine.
+    /// Evaluations of `M` and `h`.
     pub evaluations: usize,
+    /// Answers of the engine by which those between them were confirmed; none where the engine makes every evaluation.
+    pub confirmations: usize,
     /// Runge-Kutta steps, those that were taken back or shortened included.
     pub steps: usize,
     /// Changes of mode.
@@ -76,7 +78,7 @@ pub struct Integrator {
     /// The machine's laws.
     pub coupled: Coupled,
     /// The links.
-    pub links: Box<dyn RigidBody>,
+    pub links: Links,
     /// Their response between evaluations.
     pub mobility: Mobility,
     pub(super) response: Response,
@@ -107,7 +109,7 @@ const MAX_EVENTS_AT_ONCE: usize = 40;
 
 impl Integrator {
     /// For a machine with these laws and links.
-    pub fn new(coupled: Coupled, links: Box<dyn RigidBody>) -> Self {
+    pub fn new(coupled: Coupled, links: Links) -> Self {
         let n = coupled.laws.len();
         let phases = || vec![Phase::default(); n];
         let margins = || vec![Margins([f64::INFINITY; 4]); n];
@@ -139,23 +141,44 @@ impl Integrator {
         }
     }
 
-    /// Asks the engine at a state.
-    fn evaluate(&mut self, y: &[Phase]) {
+    /// Evaluates the links at a state.
+    fn evaluate(&mut self, time: f64, y: &[Phase]) {
         self.counts.evaluations += 1;
+        self.take(y);
+        self.links.evaluate(time, &self.q, &self.v, &mut self.mass, &mut self.bias);
+    }
+
+    fn take(&mut self, y: &[Phase]) {
         for (i, phase) in y.iter().enumerate() {
             self.q[i] = phase.q;
             self.v[i] = phase.v;
         }
-        self.links.evaluate(&self.q, &self.v, &mut self.mass, &mut self.bias);
     }
 
-    /// Asks the engine at a state and adds the answer to the polynomial's nodes.
+    /// Forgets the past and starts from a state.
+    pub fn start(&mut self, y: &[Phase]) {
+        self.mobility.clear();
+        self.take(y);
+        self.links.start(0.0, &self.q, &self.v);
+        self.push_node(0.0, y);
+    }
+
+    /// Asks the engine at a state that the motion has reached, if that is due.
+    pub fn confirm(&mut self, time: f64, y: &[Phase]) {
+        if self.links.is_due(time) {
+            self.counts.confirmations += 1;
+            self.take(y);
+            self.links.ask(time, &self.q, &self.v);
+        }
+    }
+
+    /// Evaluates the links at a state and adds that to the polynomial's nodes.
     pub fn push_node(&mut self, time: f64, y: &[Phase]) {
-        self.evaluate(y);
+        self.evaluate(time, y);
         self.mobility.push(time, &self.mass, &self.bias);
     }
 
-    /// Asks the engine at a state that was reached just now, and compares its answer with what the polynomial says there: the
+    /// Evaluates the links at a state that was reached just now, and compares the answer with what the polynomial says there: the
     /// *surprise* [rad/s² or m/s²], the largest error of an acceleration under the torques that act.
     ///
     /// ```text
@@ -166,7 +189,7 @@ impl Integrator {
         if y.iter().any(|phase| !(phase.q.is_finite() && phase.v.is_finite())) {
             return f64::INFINITY;
         }
-        self.evaluate(y);
+        self.evaluate(time, y);
         self.mobility.offer(time, &self.mass, &self.bias, &mut self.response);
         let mut surprise = 0.0_f64;
         for (i, law) in self.coupled.laws.iter().enumerate() {
@@ -183,7 +206,7 @@ impl Integrator {
         match source {
             Source::Polynomial => self.mobility.at(time, &mut self.response),
             Source::Engine => {
-                self.evaluate(y);
+                self.evaluate(time, y);
                 self.mobility.exact(&self.mass, &self.bias, &mut self.response);
             }
         }
@@ -192,7 +215,7 @@ impl Integrator {
     /// Looks which barriers can be touched until a time; returns a bound [1/s] of the fastest motion against them, 0 for none.
     pub fn look(&mut self, state: &State, until: f64) -> f64 {
         let Self { coupled, links, mobility, response, .. } = self;
-        coupled.barriers.look(links.as_mut(), &state.joints, &state.touching, until - state.time);
+        coupled.barriers.look(links.engine.as_mut(), &state.joints, &state.touching, until - state.time);
         if coupled.barriers.are_far() {
             return 0.0;
         }
@@ -205,7 +228,7 @@ impl Integrator {
     pub fn measure(&mut self, y: &[Phase], touching: &[bool]) {
         let Self { coupled, links, .. } = self;
         if !coupled.barriers.are_far() {
-            coupled.barriers.measure(links.as_mut(), y, touching);
+            coupled.barriers.measure(links.engine.as_mut(), y, touching);
         }
     }
 

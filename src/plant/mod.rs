@@ -6,7 +6,7 @@
 //!   J θ̈ = K i + τ_e − T − F_r       M(q) q̈ + h(q, q̇) = T + τ_l − c q̇ − F_l       L di/dt = u − R i − K θ̇
 //! ```
 //! One line a joint: [`joint`] holds the laws, [`coupled`] joins them, [`integrator`] steps between located events (`events`),
-//! [`mobility`] carries `M` and `h` from one evaluation of the engine to the next (`pace`), [`world`] is the engine.
+//! [`mobility`] carries `M` and `h` from one evaluation to the next (`pace`), [`world`] is the engine that has the last word on them ([`links`]).
 //! What stops a link, [`contact`]: an end stop, or an [`obstacle`] in rapier's world.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
 
@@ -17,6 +17,7 @@ mod events;
 pub mod grip;
 pub mod integrator;
 pub mod joint;
+pub mod links;
 pub mod mobility;
 pub mod mode;
 pub mod obstacle;
@@ -163,10 +164,9 @@ impl Plant {
         }
         self.state.joints = joints;
         let Self { integrator, state, .. } = self;
-        integrator.mobility.clear();
-        integrator.push_node(0.0, &state.joints);
+        integrator.start(&state.joints);
         let Integrator { coupled, links, .. } = integrator;
-        coupled.barriers.start(links.as_mut(), &state.joints, &mut state.touching);
+        coupled.barriers.start(links.engine.as_mut(), &state.joints, &mut state.touching);
         self.observe();
     }
 

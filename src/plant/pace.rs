@@ -24,9 +24,15 @@ const NO_SURPRISE: f64 = 1e-4;
 const SOME_SURPRISE: f64 = 1.0;
 
 impl Plant {
-    /// One interval between evaluations, the cheapest way that holds: under the extrapolated response if it turns out right;
-    /// else again under the response interpolated with what the engine said at its end; else with the engine at every stage.
+    /// One interval between evaluations, and the engine's word at its end where that is due.
     pub(super) fn advance_piece(&mut self, until: f64) {
+        self.pass(until);
+        self.integrator.confirm(until, &self.state.joints);
+    }
+
+    /// One interval between evaluations, the cheapest way that holds: under the extrapolated response if it turns out right;
+    /// else again under the response interpolated with the evaluation at its end; else with one at every stage.
+    fn pass(&mut self, until: f64) {
         if self.every_stage || !self.integrator.mobility.is_full() {
             self.go_through(until, Source::Engine);
             self.integrator.push_node(until, &self.state.joints);
