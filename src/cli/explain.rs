@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use clap::Args;
 
-use crate::effects::{self, About, Kind, Scope};
+use crate::effects::{self, Effect, Kind, Scope};
 use crate::error::{Error, Place, Result};
 use crate::report::Table;
 use crate::report::number::significant;
@@ -28,12 +28,13 @@ impl Explain {
             let expected = format!("a name of the catalogue{hint} (`lostmotion list effects`)");
             return Err(Error::input("command line".as_ref(), Place::File, "EFFECT", self.effect, expected));
         };
-        console::print(&render(effect.about()))?;
+        console::print(&render(effect))?;
         Ok(Outcome::Done)
     }
 }
 
-fn render(about: &About) -> String {
+fn render(effect: &dyn Effect) -> String {
+    let about = effect.about();
     let kind = match about.kind {
         Kind::Physics => "the machine moves differently",
         Kind::Measurement => "the machine moves alike, its sensors tell otherwise",
@@ -42,6 +43,7 @@ fn render(about: &About) -> String {
         Scope::Joint => "one joint",
         Scope::Machine => "the whole machine",
     };
+    let diagnosed = if effect.diagnosable().is_some() { "yes" } else { "not yet: it can be simulated" };
     let mut text = format!("{}: {}\n\n  {}\n\n", about.name, about.summary, about.equation);
     let mut table = Table::new("", &["parameter", "symbol", "unit", "range", "meaning"]);
     for parameter in about.parameters {
@@ -53,6 +55,7 @@ fn render(about: &About) -> String {
     for (name, content) in [
         ("kind", kind),
         ("acts on", scope),
+        ("diagnosed", diagnosed),
         ("signature", about.signature),
         ("look-alikes", &look_alikes),
         ("told apart by", about.separate_by),

@@ -29,8 +29,10 @@ impl List {
             What::Scenarios => described("scenarios", "scenario.toml"),
             What::Effects => effects::CATALOGUE
                 .iter()
-                .map(|effect| effect.about())
-                .map(|about| (about.name.to_owned(), about.summary.to_owned()))
+                .map(|effect| {
+                    let note = if effect.diagnosable().is_some() { "" } else { " (simulated, not yet diagnosed)" };
+                    (effect.name().to_owned(), format!("{}{note}", effect.about().summary))
+                })
                 .collect(),
         };
         console::print(&render(&lines))?;

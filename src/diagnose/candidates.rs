@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::problem::{FOLDS, Fitted, Part, Problem, Term};
 use super::regression::{Block, Score};
-use crate::effects::{CATALOGUE, Effect, Scope};
+use crate::effects::{self, Diagnosable, Scope};
 
 /// Shapes that are fitted in full after a scan of many.
 const SHORTLIST: usize = 3;
@@ -76,7 +76,7 @@ pub struct Candidate {
 
 impl Candidate {
     /// The effect.
-    pub fn effect(&self) -> &'static dyn Effect {
+    pub fn effect(&self) -> &'static dyn Diagnosable {
         self.terms[0].effect
     }
 
@@ -144,7 +144,7 @@ impl Search<'_, '_> {
         }
     }
 
-    fn shortlist(&self, effect: &'static dyn Effect, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    fn shortlist(&self, effect: &'static dyn Diagnosable, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         if shapes.len() <= MANY_SHAPES || joints.len() > 1 {
             return shapes;
         }
@@ -173,7 +173,7 @@ impl Search<'_, '_> {
     }
 
     /// The best term of an effect on these joints, and its training gain.
-    fn best(&self, effect: &'static dyn Effect, joints: &[usize]) -> Option<(Term, f64, usize)> {
+    fn best(&self, effect: &'static dyn Diagnosable, joints: &[usize]) -> Option<(Term, f64, usize)> {
         let motion = &self.problem.motion;
         let shapes = effect.shapes(motion, joints[0]);
         let count = shapes.len();
@@ -283,10 +283,10 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
 }
 
 /// Effects with the joints where they could act and are not in the model yet.
-fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Effect, Vec<usize>)> {
+fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Diagnosable, Vec<usize>)> {
     let dof = problem.baseline.len();
-    let mut places: Vec<(&'static dyn Effect, Vec<usize>)> = Vec::new();
-    for effect in CATALOGUE.iter().copied() {
+    let mut places: Vec<(&'static dyn Diagnosable, Vec<usize>)> = Vec::new();
+    for effect in effects::diagnosable() {
         let applies = |joint: usize| effect.applies(&problem.motion, joint);
         let present =
             |joint: usize| terms.iter().any(|term| term.effect.name() == effect.name() && term.joints.contains(&joint));
@@ -304,7 +304,12 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Effect, Vec<us
     places
 }
 
-fn assess(search: &Search, before: &Prediction, effect: &'static dyn Effect, joints: &[usize]) -> Option<Candidate> {
+fn assess(
+    search: &Search,
+    before: &Prediction,
+    effect: &'static dyn Diagnosable,
+    joints: &[usize],
+) -> Option<Candidate> {
     let (term, training_gain, shapes) = search.best(effect, joints)?;
     let dof = before.folds.len();
     let mut evidence = vec![Evidence::default(); dof];

@@ -11,7 +11,7 @@ use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
 use super::views::{self, Residual};
 use super::{Options, extend, floor, observe, typical_inertia, unexplained};
-use crate::effects::CATALOGUE;
+use crate::effects;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
@@ -120,7 +120,7 @@ fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection, data: &D
 /// The effect that a noticeable lag of the current is, with its gain on held-out data beside the nominal model.
 fn delayed(problem: &Problem, data: &Data) -> Option<FoundEffect> {
     let (late, recorded) = (data.late?, data.as_recorded.as_ref()?);
-    let (effect, values) = CATALOGUE.iter().find_map(|effect| Some((effect, effect.of_lag(late.lag.value)?)))?;
+    let (effect, values) = effects::diagnosable().find_map(|effect| Some((effect, effect.of_lag(late.lag.value)?)))?;
     let about = effect.about();
     let mended = nominal_residuals(problem)?;
     let power = |residuals: &[Vec<f64>]| -> f64 {

@@ -6,13 +6,13 @@ use rayon::prelude::*;
 use super::baseline::{Falling, JointBaseline, stribeck_grid};
 use super::regression::{Block, NU, Solution, System, profile_likelihood};
 use super::standstill::Standstill;
-use crate::effects::{Effect, Motion, Scope};
+use crate::effects::{Diagnosable, Motion, Scope};
 
 /// Where an effect is put to the test: the joints that share its coefficients.
 #[derive(Clone)]
 pub struct Term {
     /// The effect.
-    pub effect: &'static dyn Effect,
+    pub effect: &'static dyn Diagnosable,
     /// Its joint, or all of them for an effect of the machine.
     pub joints: Vec<usize>,
     /// Its shape.
@@ -23,7 +23,7 @@ pub struct Term {
 
 impl Term {
     /// Evaluates an effect along the motion.
-    pub fn new(motion: &Motion, effect: &'static dyn Effect, joints: &[usize], shape: Vec<f64>) -> Self {
+    pub fn new(motion: &Motion, effect: &'static dyn Diagnosable, joints: &[usize], shape: Vec<f64>) -> Self {
         let columns = joints.iter().map(|joint| effect.columns(motion, *joint, &shape)).collect();
         Self { effect, joints: joints.to_vec(), shape, columns }
     }

@@ -42,6 +42,26 @@ pub struct ParameterSpec {
 }
 
 impl ParameterSpec {
+    /// A parameter that has to be given and may be any number.
+    pub const fn new(name: &'static str, symbol: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+        Self { name, symbol, unit, min: f64::NEG_INFINITY, max: f64::INFINITY, default: None, meaning }
+    }
+
+    /// Within a range, its ends included.
+    pub const fn between(self, min: f64, max: f64) -> Self {
+        Self { min, max, ..self }
+    }
+
+    /// Not below a value.
+    pub const fn at_least(self, min: f64) -> Self {
+        Self { min, ..self }
+    }
+
+    /// With a value where the model file leaves it out.
+    pub const fn or(self, default: f64) -> Self {
+        Self { default: Some(default), ..self }
+    }
+
     /// The unit on a joint of this kind: N for N·m and m for rad where it slides.
     pub fn unit_for(&self, kind: crate::units::JointKind) -> &'static str {
         use crate::units::JointKind::{Prismatic, Revolute};

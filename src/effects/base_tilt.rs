@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
-use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -22,24 +22,14 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Machine,
     parameters: &[
-        ParameterSpec {
-            name: "tilt",
-            symbol: "t",
-            unit: "rad",
-            min: 0.0,
-            max: 1.6,
-            default: None,
-            meaning: "angle by which the z axis of the base leans",
-        },
-        ParameterSpec {
-            name: "azimuth",
-            symbol: "α",
-            unit: "rad",
-            min: -TAU,
-            max: TAU,
-            default: None,
-            meaning: "direction in which it leans, from the x axis of the base towards its y axis",
-        },
+        ParameterSpec::new("tilt", "t", "rad", "angle by which the z axis of the base leans").between(0.0, 1.6),
+        ParameterSpec::new(
+            "azimuth",
+            "α",
+            "rad",
+            "direction in which it leans, from the x axis of the base towards its y axis",
+        )
+        .between(-TAU, TAU),
     ],
     signature: "sine and cosine of the absolute link angles, whatever direction and speed; one tilt explains all joints",
     look_alikes: &["cable_spring", "current_offset"],
@@ -68,6 +58,12 @@ impl Effect for BaseTilt {
         Ok(Vec::new())
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for BaseTilt {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         let columns = gravity_changes(&motion.model.robot.gravity).map(|gravity| {
             let mut robot = motion.model.robot.clone();

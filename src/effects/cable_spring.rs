@@ -8,7 +8,9 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -19,24 +21,9 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec {
-            name: "stiffness",
-            symbol: "c",
-            unit: "N·m/rad",
-            min: 0.0,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "torque per displacement, positive towards the rest position",
-        },
-        ParameterSpec {
-            name: "rest_position",
-            symbol: "q0",
-            unit: "rad (joint)",
-            min: f64::NEG_INFINITY,
-            max: f64::INFINITY,
-            default: Some(0.0),
-            meaning: "position at which the cable does not pull",
-        },
+        ParameterSpec::new("stiffness", "c", "N·m/rad", "torque per displacement, positive towards the rest position")
+            .at_least(0.0),
+        ParameterSpec::new("rest_position", "q0", "rad (joint)", "position at which the cable does not pull").or(0.0),
     ],
     signature: "a torque linear in the position of one joint, whatever direction and speed",
     look_alikes: &["base_tilt", "current_offset", "coulomb_asymmetry"],
@@ -69,6 +56,12 @@ impl Effect for CableSpring {
         Ok(vec![Action::Joint(need_joint(&ABOUT, model, joint)?, Box::new(cable))])
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for CableSpring {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         let q = motion.joints[joint].q.clone();
         // Where the zero of the torque is free it takes the constant, and the rest position cannot be told.

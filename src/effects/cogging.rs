@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -20,33 +22,9 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec {
-            name: "amplitude",
-            symbol: "τ_c",
-            unit: "N·m",
-            min: 0.0,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "amplitude at the joint, the ratio included",
-        },
-        ParameterSpec {
-            name: "order",
-            symbol: "n",
-            unit: "1",
-            min: 0.0,
-            max: 10_000.0,
-            default: None,
-            meaning: "periods per turn of the motor shaft",
-        },
-        ParameterSpec {
-            name: "phase",
-            symbol: "φ",
-            unit: "rad",
-            min: -TAU,
-            max: TAU,
-            default: Some(0.0),
-            meaning: "phase at θ_m = 0",
-        },
+        ParameterSpec::new("amplitude", "τ_c", "N·m", "amplitude at the joint, the ratio included").at_least(0.0),
+        ParameterSpec::new("order", "n", "1", "periods per turn of the motor shaft").between(0.0, 10_000.0),
+        ParameterSpec::new("phase", "φ", "rad", "phase at θ_m = 0").between(-TAU, TAU).or(0.0),
     ],
     signature: "a ripple at a whole order of the motor angle, in both directions alike, also at low current",
     look_alikes: &["position_dependent_friction", "cable_spring"],
@@ -90,6 +68,12 @@ impl Effect for Cogging {
         Ok(vec![Action::Joint(joint, Box::new(ripple))])
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for Cogging {
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         motion.range(joint) * motion.model.joints[joint].gear_ratio > TAU
     }

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::{need_friction, need_joint};
-use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::gearhead::FrictionLaw;
 use crate::robot::Model;
@@ -20,15 +20,13 @@ static ABOUT: About = About {
     equation: "F_C, F_S → F_C (1 ± a), F_S (1 ± a): + for v > 0, − for v < 0",
     kind: Kind::Physics,
     scope: Scope::Joint,
-    parameters: &[ParameterSpec {
-        name: "asymmetry",
-        symbol: "a",
-        unit: "1",
-        min: -0.95,
-        max: 0.95,
-        default: None,
-        meaning: "relative difference of dry friction from the mean of both directions, positive where it is larger for v > 0",
-    }],
+    parameters: &[ParameterSpec::new(
+        "asymmetry",
+        "a",
+        "1",
+        "relative difference of dry friction from the mean of both directions, positive where it is larger for v > 0",
+    )
+    .between(-0.95, 0.95)],
     signature: "a torque of one sign while the joint moves, the same at all speeds but for the Stribeck part; nothing at rest",
     look_alikes: &["current_offset", "base_tilt", "cable_spring", "viscous_asymmetry"],
     separate_by: "record the current while the joint rests unloaded: an offset stays, an asymmetry does not; and move slowly, where the Stribeck part differs",
@@ -65,6 +63,12 @@ impl Effect for CoulombAsymmetry {
         Ok(Vec::new())
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for CoulombAsymmetry {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![motion.column(joint, |m, row| m.friction.dry(m.v[row]) * m.direction[row].abs())]
     }

@@ -7,7 +7,9 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Reading, Scope, SensorAction};
+use super::{
+    About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Reading, Scope, SensorAction,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -17,15 +19,7 @@ static ABOUT: About = About {
     equation: "i → i + i0",
     kind: Kind::Measurement,
     scope: Scope::Joint,
-    parameters: &[ParameterSpec {
-        name: "offset",
-        symbol: "i0",
-        unit: "A",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        default: None,
-        meaning: "what the sensor reads at zero current",
-    }],
+    parameters: &[ParameterSpec::new("offset", "i0", "A", "what the sensor reads at zero current")],
     signature: "a constant in amperes, also at rest",
     look_alikes: &["coulomb_asymmetry", "cable_spring", "base_tilt"],
     separate_by: "record the current with the drive off: an offset stays",
@@ -53,6 +47,12 @@ impl Effect for CurrentOffset {
         Ok(vec![Action::Sensor(need_joint(&ABOUT, model, joint)?, Box::new(Offset(i0)))])
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for CurrentOffset {
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         motion.joints[joint].has_current
     }

@@ -9,7 +9,9 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -19,15 +21,7 @@ static ABOUT: About = About {
     equation: "F → F + μ |T| sgn v, T the torque through the gear",
     kind: Kind::Physics,
     scope: Scope::Joint,
-    parameters: &[ParameterSpec {
-        name: "coefficient",
-        symbol: "μ",
-        unit: "1",
-        min: 0.0,
-        max: 1.0,
-        default: None,
-        meaning: "friction per torque through the gear",
-    }],
+    parameters: &[ParameterSpec::new("coefficient", "μ", "1", "friction per torque through the gear").between(0.0, 1.0)],
     signature: "friction is larger where the joint accelerates or carries weight, in the direction of motion",
     look_alikes: &["payload", "position_dependent_friction", "quadratic_drag"],
     separate_by: "repeat the same motion with a known extra load on the link, and move both with and against it",
@@ -55,6 +49,12 @@ impl Effect for LoadDependentFriction {
         Ok(vec![Action::Joint(need_joint(&ABOUT, model, joint)?, Box::new(Load(mu)))])
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for LoadDependentFriction {
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
         match motion.model.joints[joint].friction {
             Some(friction) => vec![vec![friction.link_share]],

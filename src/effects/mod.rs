@@ -1,9 +1,10 @@
 //! The catalogue: what can make a measured arm differ from its simulation. One effect, one file.
 //!
 //! An effect has two faces. In the simulation it alters the model or acts on joints and readings ([`Effect::install`]).
-//! In a diagnosis it says which torque it would add to the measured motion.
+//! In a diagnosis it says which torque it would add to the measured motion ([`Diagnosable`]); not every effect can.
 
 pub mod about;
+mod action;
 pub mod motion;
 mod parameters;
 
@@ -12,15 +13,22 @@ mod cable_spring;
 mod cogging;
 mod coulomb_asymmetry;
 mod current_offset;
+mod joint_compliance;
 mod load_dependent_friction;
 mod payload;
+mod periodic_disturbance;
 mod position_dependent_friction;
 mod quadratic_drag;
+mod rotor_inertia;
 mod sensor_delay;
 mod stribeck;
+mod thermal_friction_drift;
+mod torque_constant_error;
+mod torque_ripple;
 mod viscous_asymmetry;
 
 pub use about::{About, Kind, ParameterSpec, Scope};
+pub use action::{Action, JointAction, JointState, Reading, SensorAction};
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
 
@@ -29,19 +37,25 @@ use std::collections::BTreeMap;
 use crate::error::Result;
 use crate::robot::Model;
 
-/// Every effect that can be installed and diagnosed, in alphabetical order.
+/// Every effect that can be installed, in alphabetical order.
 pub static CATALOGUE: &[&dyn Effect] = &[
     &base_tilt::BaseTilt,
     &cable_spring::CableSpring,
     &cogging::Cogging,
     &coulomb_asymmetry::CoulombAsymmetry,
     &current_offset::CurrentOffset,
+    &joint_compliance::JointCompliance,
     &load_dependent_friction::LoadDependentFriction,
     &payload::Payload,
+    &periodic_disturbance::PeriodicDisturbance,
     &position_dependent_friction::PositionDependentFriction,
     &quadratic_drag::QuadraticDrag,
+    &rotor_inertia::RotorInertia,
     &sensor_delay::SensorDelay,
     &stribeck::Stribeck,
+    &thermal_friction_drift::ThermalFrictionDrift,
+    &torque_constant_error::TorqueConstantError,
+    &torque_ripple::TorqueRipple,
     &viscous_asymmetry::ViscousAsymmetry,
 ];
 
@@ -50,73 +64,12 @@ pub fn find(name: &str) -> Option<&'static dyn Effect> {
     CATALOGUE.iter().copied().find(|effect| effect.name() == name)
 }
 
-/// One joint at one instant, as the laws between rotor and link see it. Joint side, SI.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct JointState {
-    /// `t` [s] since the start of the session.
-    pub time: f64,
-    /// `θ` [rad or m] rotor angle divided by the gear ratio.
-    pub motor_position: f64,
-    /// `θ̇` [rad/s or m/s].
-    pub motor_velocity: f64,
-    /// `q` [rad or m] link.
-    pub link_position: f64,
-    /// `q̇` [rad/s or m/s].
-    pub link_velocity: f64,
-    /// `T` [N·m or N] through the gear, positive drives the link positively.
-    pub gear_torque: f64,
-    /// `i` [A] motor current.
-    pub current: f64,
+/// The effects that a diagnosis can tell, in the order of the catalogue.
+pub fn diagnosable() -> impl Iterator<Item = &'static dyn Diagnosable> {
+    CATALOGUE.iter().filter_map(|effect| effect.diagnosable())
 }
 
-/// What an effect does to a joint while it moves. Every method defaults to nothing.
-pub trait JointAction: Send + Sync {
-    /// Friction level [N·m or N] (≥ 0) of the whole joint in the direction that the state moves or is about to move, given
-    /// the level, viscous part included, that the law and earlier effects yield. Acts on rotor and link in the law's shares;
-    /// both velocities of the state are that of the side in question. A side at rest has the smallest velocity there is
-    /// in the direction in which it is about to move, so that the sign of a velocity always tells the direction.
-    fn dry_friction(&self, _state: &JointState, level: f64) -> f64 {
-        level
-    }
-    /// Torque added to the rotor [N·m or N], positive drives positively; must be smooth in the state.
-    fn motor_torque(&self, _state: &JointState) -> f64 {
-        0.0
-    }
-    /// Torque added to the link [N·m or N], positive drives positively; must be smooth in the state.
-    fn link_torque(&self, _state: &JointState) -> f64 {
-        0.0
-    }
-}
-
-/// What a joint's sensors report at a sampling instant. Joint side, SI.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Reading {
-    /// [rad or m] quantised motor position.
-    pub position: f64,
-    /// [rad/s or m/s]
-    pub velocity: f64,
-    /// [A]
-    pub current: f64,
-}
-
-/// What an effect does to the readings of a joint, once a sampling instant, after the sensors themselves.
-pub trait SensorAction: Send {
-    /// Alters a reading taken at `time` [s].
-    fn alter(&mut self, time: f64, reading: &mut Reading);
-}
-
-/// An effect at work in a simulated machine.
-pub enum Action {
-    /// On the joint of this index.
-    Joint(usize, Box<dyn JointAction>),
-    /// On the readings of the joint of this index.
-    Sensor(usize, Box<dyn SensorAction>),
-}
-
-/// An entry of the catalogue.
-///
-/// In a diagnosis an effect adds `Σ c_k · column_k` to the torque that the baseline needs for the measured motion.
-/// The coefficients `c_k` are linear; what is not linear (an order, a radius) is a *shape*: a few starting values to scan, then refined.
+/// An entry of the catalogue: a difference between machine and nominal model that can be simulated.
 pub trait Effect: Sync {
     /// What is known about it.
     fn about(&self) -> &'static About;
@@ -137,6 +90,17 @@ pub trait Effect: Sync {
         parameters: &BTreeMap<String, f64>,
     ) -> Result<Vec<Action>>;
 
+    /// Its other face, where it has one: how a diagnosis tells it.
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        None
+    }
+}
+
+/// An effect that a diagnosis can tell by the torque that it adds.
+///
+/// It adds `Σ c_k · column_k` to the torque that the baseline needs for the measured motion.
+/// The coefficients `c_k` are linear; what is not linear (an order, a radius) is a *shape*: a few starting values to scan, then refined.
+pub trait Diagnosable: Effect {
     /// Whether the nominal model lacks it on this joint and the recording could show it.
     fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
         true

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::{Inertia, Model, Robot};
 use crate::units::JointKind;
@@ -22,15 +22,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Machine,
     parameters: &[
-        ParameterSpec {
-            name: "mass",
-            symbol: "m",
-            unit: "kg",
-            min: 0.0,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "mass that the model lacks",
-        },
+        ParameterSpec::new("mass", "m", "kg", "mass that the model lacks").at_least(0.0),
         position("x"),
         position("y"),
         position("z"),
@@ -42,15 +34,7 @@ static ABOUT: About = About {
 };
 
 const fn position(axis: &'static str) -> ParameterSpec {
-    ParameterSpec {
-        name: axis,
-        symbol: axis,
-        unit: "m",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        default: Some(0.0),
-        meaning: "position in the frame of the last body",
-    }
+    ParameterSpec::new(axis, axis, "m", "position in the frame of the last body").or(0.0)
 }
 
 /// A mass on the last link.
@@ -94,6 +78,12 @@ impl Effect for Payload {
         Ok(Vec::new())
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for Payload {
     fn shapes(&self, motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
         match line(&motion.model.robot) {
             Some((_, distance)) => [0.5, 1.0, 1.5, 2.0, 3.0].iter().map(|part| vec![part * distance]).collect(),

@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use super::parameters::{need_friction, need_joint};
-use super::{About, Action, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::gearhead::{Direction, FrictionLaw};
 use crate::robot::Model;
@@ -21,33 +23,9 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec {
-            name: "amplitude",
-            symbol: "a",
-            unit: "1",
-            min: 0.0,
-            max: 0.95,
-            default: None,
-            meaning: "relative variation of Coulomb friction",
-        },
-        ParameterSpec {
-            name: "order",
-            symbol: "n",
-            unit: "1/rad",
-            min: 0.0,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "periods in 2π of joint position",
-        },
-        ParameterSpec {
-            name: "phase",
-            symbol: "φ",
-            unit: "rad",
-            min: -TAU,
-            max: TAU,
-            default: Some(0.0),
-            meaning: "phase at q = 0",
-        },
+        ParameterSpec::new("amplitude", "a", "1", "relative variation of Coulomb friction").between(0.0, 0.95),
+        ParameterSpec::new("order", "n", "1/rad", "periods in 2π of joint position").at_least(0.0),
+        ParameterSpec::new("phase", "φ", "rad", "phase at q = 0").between(-TAU, TAU).or(0.0),
     ],
     signature: "a torque that varies with the position and turns its sign with the direction of motion",
     look_alikes: &["cogging", "load_dependent_friction", "cable_spring"],
@@ -89,6 +67,12 @@ impl Effect for PositionDependentFriction {
         Ok(vec![Action::Joint(joint, Box::new(map))])
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for PositionDependentFriction {
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
         let range = motion.range(joint);
         // Two orders that differ by π/range are half a period apart over the whole range; a third of that loses nothing.

@@ -7,7 +7,9 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -17,15 +19,8 @@ static ABOUT: About = About {
     equation: "τ = −c v |v| on the rotor",
     kind: Kind::Physics,
     scope: Scope::Joint,
-    parameters: &[ParameterSpec {
-        name: "coefficient",
-        symbol: "c",
-        unit: "N·m·s²/rad²",
-        min: 0.0,
-        max: f64::INFINITY,
-        default: None,
-        meaning: "drag at the joint per square of joint speed",
-    }],
+    parameters: &[ParameterSpec::new("coefficient", "c", "N·m·s²/rad²", "drag at the joint per square of joint speed")
+        .at_least(0.0)],
     signature: "torque against velocity bends upwards, in both directions alike",
     look_alikes: &["viscous_asymmetry", "load_dependent_friction"],
     separate_by: "high constant speeds in random order, both directions, without load",
@@ -53,6 +48,12 @@ impl Effect for QuadraticDrag {
         Ok(vec![Action::Joint(need_joint(&ABOUT, model, joint)?, Box::new(Drag(c)))])
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for QuadraticDrag {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![motion.column(joint, |m, row| m.v[row] * m.v[row].abs())]
     }

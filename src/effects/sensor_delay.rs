@@ -7,7 +7,9 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Reading, Scope, SensorAction};
+use super::{
+    About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Reading, Scope, SensorAction,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -18,24 +20,10 @@ static ABOUT: About = About {
     kind: Kind::Measurement,
     scope: Scope::Machine,
     parameters: &[
-        ParameterSpec {
-            name: "current_delay",
-            symbol: "T_i",
-            unit: "s",
-            min: 0.0,
-            max: 0.1,
-            default: Some(0.0),
-            meaning: "how late the current is recorded",
-        },
-        ParameterSpec {
-            name: "position_delay",
-            symbol: "T_q",
-            unit: "s",
-            min: 0.0,
-            max: 0.1,
-            default: Some(0.0),
-            meaning: "how late position and velocity are recorded",
-        },
+        ParameterSpec::new("current_delay", "T_i", "s", "how late the current is recorded").between(0.0, 0.1).or(0.0),
+        ParameterSpec::new("position_delay", "T_q", "s", "how late position and velocity are recorded")
+            .between(0.0, 0.1)
+            .or(0.0),
     ],
     signature: "a residual proportional to the rate of the torque, with one delay for all joints",
     look_alikes: &["viscous_asymmetry", "payload", "load_dependent_friction"],
@@ -103,6 +91,12 @@ impl Effect for SensorDelay {
         Ok((0..model.joints.len()).map(late).collect())
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for SensorDelay {
     fn of_lag(&self, lag: f64) -> Option<Vec<f64>> {
         Some(vec![lag.max(0.0), (-lag).max(0.0)])
     }

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::{need_friction, need_joint};
-use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::{Error, Place, Result};
 use crate::gearhead::FrictionLaw;
 use crate::robot::Model;
@@ -20,24 +20,9 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec {
-            name: "breakaway",
-            symbol: "F_S",
-            unit: "N·m",
-            min: 0.0,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "friction at the onset of motion",
-        },
-        ParameterSpec {
-            name: "stribeck_velocity",
-            symbol: "v_S",
-            unit: "rad/s",
-            min: 1e-9,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "speed over which friction falls from F_S towards F_C",
-        },
+        ParameterSpec::new("breakaway", "F_S", "N·m", "friction at the onset of motion").at_least(0.0),
+        ParameterSpec::new("stribeck_velocity", "v_S", "rad/s", "speed over which friction falls from F_S towards F_C")
+            .at_least(1e-9),
     ],
     signature: "a peak of friction below a low speed, in both directions alike",
     look_alikes: &["viscous_asymmetry", "load_dependent_friction"],
@@ -75,6 +60,12 @@ impl Effect for Stribeck {
         }
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for Stribeck {
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         match motion.model.joints[joint].friction.map(|friction| friction.law) {
             // A law without the falling part has F_S = F_C to rounding.

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::{need_friction, need_joint};
-use super::{About, Action, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::gearhead::FrictionLaw;
 use crate::robot::Model;
@@ -20,24 +20,8 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec {
-            name: "positive",
-            symbol: "F_V⁺",
-            unit: "N·m·s/rad",
-            min: 0.0,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "viscous friction for v > 0",
-        },
-        ParameterSpec {
-            name: "negative",
-            symbol: "F_V⁻",
-            unit: "N·m·s/rad",
-            min: 0.0,
-            max: f64::INFINITY,
-            default: None,
-            meaning: "viscous friction for v < 0",
-        },
+        ParameterSpec::new("positive", "F_V⁺", "N·m·s/rad", "viscous friction for v > 0").at_least(0.0),
+        ParameterSpec::new("negative", "F_V⁻", "N·m·s/rad", "viscous friction for v < 0").at_least(0.0),
     ],
     signature: "the slope of torque against velocity differs between the directions; nothing at low speed",
     look_alikes: &["coulomb_asymmetry", "quadratic_drag"],
@@ -73,6 +57,12 @@ impl Effect for ViscousAsymmetry {
         Ok(Vec::new())
     }
 
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for ViscousAsymmetry {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![motion.column(joint, |m, row| m.v[row].abs())]
     }

@@ -112,6 +112,14 @@ impl FrictionLaw {
         }
     }
 
+    /// `F_V` [N·m·s/rad or N·s/m]: the slope at high speed in a direction.
+    pub const fn viscous(&self, direction: Direction) -> f64 {
+        match self {
+            Self::Exponential(law) => law[direction.index()].viscous,
+            Self::TwoLines(law) => law[direction.index()].b2,
+        }
+    }
+
     /// `F(v)` with its sign, for `v ≠ 0`.
     pub fn kinetic(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);

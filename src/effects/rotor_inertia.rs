@@ -1,0 +1,42 @@
+//! The rotor is heavier or lighter than the model says.
+//!
+//! `J_r → J_r (1 + a)`. The motor has to add `a · ratio² J_r · θ̈` and nothing else: no joint feels another's rotor.
+//! Left out: the inertia of gear stages between motor and joint, which looks the same.
+//! Reference: M. Gautier, P. Poignet (2001), Extended Kalman filtering and weighted least squares dynamic identification of robot.
+
+use std::collections::BTreeMap;
+
+use super::parameters::need_joint;
+use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope};
+use crate::error::Result;
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "rotor_inertia",
+    summary: "The rotor's inertia differs from what the model says.",
+    equation: "J_r → J_r (1 + a)",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[ParameterSpec::new("error", "a", "1", "relative error, positive where the rotor is heavier")
+        .between(-0.9, 10.0)],
+    signature: "torque in proportion to the joint's own acceleration, in no pose and of no other joint different",
+    look_alikes: &["payload", "torque_constant_error", "sensor_delay"],
+    separate_by: "accelerate one joint while another rests: a payload couples them, a rotor does not; friction tells the torque constant",
+    reference: "M. Gautier, P. Poignet (2001), Extended Kalman filtering and weighted least squares dynamic identification of robot",
+};
+
+/// The rotor's inertia differs.
+pub struct RotorInertia;
+
+impl Effect for RotorInertia {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let a = Parameters::check(&ABOUT, model, given)?.get("error");
+        let joint = need_joint(&ABOUT, model, joint)?;
+        model.joints[joint].rotor_inertia *= 1.0 + a;
+        Ok(Vec::new())
+    }
+}

@@ -1,0 +1,43 @@
+//! The motor makes more or less torque of a current than the model says: a warm magnet, another winding.
+//!
+//! `K_t → K_t (1 + a)` of the machine, its back-EMF with it. The sensor still reads amperes, and whoever turns them into torque
+//! with the nominal constant finds everything scaled by `1/(1 + a)`: friction, inertia, gravity.
+//! Left out: saturation of the iron, with which `K_t` falls at high current.
+//! Reference: M. Gautier, S. Briot (2014), Global identification of joint drive gains and dynamic parameters of robots.
+
+use std::collections::BTreeMap;
+
+use super::parameters::need_joint;
+use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope};
+use crate::error::Result;
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "torque_constant_error",
+    summary: "The motor's torque constant differs from what the model says.",
+    equation: "K_t → K_t (1 + a)",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[ParameterSpec::new("error", "a", "1", "relative error, positive where a current makes more torque")
+        .between(-0.9, 10.0)],
+    signature: "all torque of the joint is scaled: friction, inertia and gravity by one factor",
+    look_alikes: &["payload", "rotor_inertia", "load_dependent_friction"],
+    separate_by: "add a known mass or lift a known weight: what it adds is scaled as well; or measure the back-EMF",
+    reference: "M. Gautier, S. Briot (2014), Global identification of joint drive gains and dynamic parameters of robots",
+};
+
+/// The torque constant differs.
+pub struct TorqueConstantError;
+
+impl Effect for TorqueConstantError {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let a = Parameters::check(&ABOUT, model, given)?.get("error");
+        let joint = need_joint(&ABOUT, model, joint)?;
+        model.joints[joint].motor.torque_constant *= 1.0 + a;
+        Ok(Vec::new())
+    }
+}

@@ -1,0 +1,46 @@
+//! Where the flanks of a gear stand: the wind-up between rotor and link, and the lever at which a touching flank acts.
+//!
+//! ```text
+//!   x = θ + ε(θ, t) − q          p = x ∓ g(θ) on the flank ±          ε = 0, g = b/2 for a perfect gear
+//!   ṗ = λ θ̇ + ∂ε/∂t − q̇,         λ = 1 + ∂ε/∂θ ∓ ∂g/∂θ
+//! ```
+//! Virtual work: the torque `T = k p + d ṗ` drives the link, and `λ T` brakes the rotor. What `∂ε/∂t` does, `T ∂ε/∂t`, is work.
+//! Sign: a positive `ε` puts the link ahead of the rotor.
+//! Left out: an offset that depends on the link's angle as well; the two angles differ by the wind-up alone.
+
+/// Offset and half gap of a gear at an instant, with their slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mesh {
+    /// `ε` [rad or m].
+    pub offset: f64,
+    /// `∂ε/∂θ` [1].
+    pub offset_slope: f64,
+    /// `∂ε/∂t` [rad/s or m/s].
+    pub offset_rate: f64,
+    /// `g` [rad or m] half the gap, ≥ 0.
+    pub half_gap: f64,
+    /// `∂g/∂θ` [1].
+    pub half_gap_slope: f64,
+}
+
+impl Mesh {
+    /// A perfect gear with this gap `b` [rad or m].
+    pub const fn with_gap(backlash: f64) -> Self {
+        Self { offset: 0.0, offset_slope: 0.0, offset_rate: 0.0, half_gap: 0.5 * backlash, half_gap_slope: 0.0 }
+    }
+
+    /// `p` [rad or m] of a flank (`side` ±1; 0: `x` itself), signed towards positive torque.
+    pub fn compression(&self, theta: f64, q: f64, side: f64) -> f64 {
+        theta + self.offset - q - side * self.half_gap
+    }
+
+    /// `λ` of a flank.
+    pub fn lever(&self, side: f64) -> f64 {
+        1.0 + self.offset_slope - side * self.half_gap_slope
+    }
+
+    /// `ṗ` [rad/s or m/s] of a flank.
+    pub fn rate(&self, omega: f64, v: f64, side: f64) -> f64 {
+        self.lever(side) * omega + self.offset_rate - v
+    }
+}
