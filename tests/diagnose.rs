@@ -95,7 +95,7 @@ fn record(name: &str, truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) 
                 link_position: q[joint],
                 link_velocity: v[joint],
                 gear_torque: tau[joint],
-                current: 0.0,
+                ..JointState::default()
             };
             for action in &actions {
                 if let Action::Joint(index, action) = action

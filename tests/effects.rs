@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use lostmotion::effects::{
-    self, Action, CATALOGUE, Diagnosable, Effect, JointMotion, JointState, Motion, Reading, Scope, SymmetricFriction,
+    self, Action, CATALOGUE, Diagnosable, JointMotion, JointState, Motion, Reading, Scope, SymmetricFriction,
 };
 use lostmotion::error::Error;
 use lostmotion::robot::Model;
@@ -81,7 +81,7 @@ fn needed(model: &Model, actions: &mut [Action], motion: &Motion, joint: usize) 
             link_position: m.q[row],
             link_velocity: m.v[row],
             gear_torque: m.link_torque[row] + law.link_share * 0.0,
-            current: 0.0,
+            ..JointState::default()
         };
         let (mut level, mut drive) = (law.law.kinetic(m.v[row]).abs(), 0.0);
         for action in actions.iter() {

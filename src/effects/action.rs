@@ -1,5 +1,7 @@
 //! What an effect does in a simulated machine: where it takes hold, and what it sees there.
 
+use crate::gearhead::{Memory, Mesh};
+
 /// One joint at one instant, as the laws between rotor and link see it. Joint side, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {
@@ -17,6 +19,8 @@ pub struct JointState {
     pub gear_torque: f64,
     /// `i` [A] motor current.
     pub current: f64,
+    /// State of what friction remembers ([`Memory`]), 0 where it remembers nothing.
+    pub memory: f64,
 }
 
 /// What an effect does to a joint while it moves. Every method defaults to nothing.
@@ -36,6 +40,37 @@ pub trait JointAction: Send + Sync {
     fn link_torque(&self, _state: &JointState) -> f64 {
         0.0
     }
+}
+
+/// What an effect does to the flanks of a gear.
+pub trait GearAction: Send + Sync {
+    /// Alters where the flanks stand at a time [s] and a rotor angle [rad or m]; smooth in both, slopes in accordance.
+    fn alter(&self, time: f64, theta: f64, mesh: &mut Mesh);
+}
+
+/// What an effect does to the command of a drive.
+pub trait DriveAction: Send + Sync {
+    /// Current [A] that the power stage is told to make of a command [A] within its limit.
+    fn command(&self, command: f64) -> f64;
+}
+
+/// What an effect does between the motor shaft and its encoder.
+pub trait EncoderAction: Send {
+    /// Position [rad or m] and velocity [rad/s or m/s] that the encoder sees, before it counts.
+    fn seen(&self, position: f64, velocity: f64) -> (f64, f64);
+}
+
+/// Something that a link runs up against, a one-sided spring: `k (q − place) + c q̇` on the side on which it is touched, never pulling.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// +1 where it stops q > place, −1 where it stops q < place.
+    pub side: f64,
+    /// [rad or m].
+    pub place: f64,
+    /// `k` [N·m/rad or N/m] > 0.
+    pub stiffness: f64,
+    /// `c` [N·m·s/rad or N·s/m] ≥ 0.
+    pub damping: f64,
 }
 
 /// What a joint's sensors report at a sampling instant. Joint side, SI.
@@ -61,4 +96,14 @@ pub enum Action {
     Joint(usize, Box<dyn JointAction>),
     /// On the readings of the joint of this index.
     Sensor(usize, Box<dyn SensorAction>),
+    /// On the flanks of the gear of this joint.
+    Gear(usize, Box<dyn GearAction>),
+    /// On the commands of the drive of this joint.
+    Drive(usize, Box<dyn DriveAction>),
+    /// On what the encoder of this joint sees.
+    Encoder(usize, Box<dyn EncoderAction>),
+    /// On the friction of this joint, which remembers its motion: one memory a joint.
+    Friction(usize, Memory),
+    /// In the way of the link of this joint.
+    Stop(usize, Stop),
 }

@@ -12,12 +12,19 @@ mod base_tilt;
 mod cable_spring;
 mod cogging;
 mod coulomb_asymmetry;
+mod coupling_slip;
 mod current_offset;
+mod drive_dead_band;
+mod dwell_stiction;
+mod encoder_eccentricity;
+mod external_contact;
 mod joint_compliance;
 mod load_dependent_friction;
 mod payload;
 mod periodic_disturbance;
+mod position_dependent_backlash;
 mod position_dependent_friction;
+mod presliding;
 mod quadratic_drag;
 mod rotor_inertia;
 mod sensor_delay;
@@ -25,10 +32,13 @@ mod stribeck;
 mod thermal_friction_drift;
 mod torque_constant_error;
 mod torque_ripple;
+mod transmission_error;
 mod viscous_asymmetry;
 
 pub use about::{About, Kind, ParameterSpec, Scope};
-pub use action::{Action, JointAction, JointState, Reading, SensorAction};
+pub use action::{
+    Action, DriveAction, EncoderAction, GearAction, JointAction, JointState, Reading, SensorAction, Stop,
+};
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
 
@@ -43,12 +53,19 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &cable_spring::CableSpring,
     &cogging::Cogging,
     &coulomb_asymmetry::CoulombAsymmetry,
+    &coupling_slip::CouplingSlip,
     &current_offset::CurrentOffset,
+    &drive_dead_band::DriveDeadBand,
+    &dwell_stiction::DwellStiction,
+    &encoder_eccentricity::EncoderEccentricity,
+    &external_contact::ExternalContact,
     &joint_compliance::JointCompliance,
     &load_dependent_friction::LoadDependentFriction,
     &payload::Payload,
     &periodic_disturbance::PeriodicDisturbance,
+    &position_dependent_backlash::PositionDependentBacklash,
     &position_dependent_friction::PositionDependentFriction,
+    &presliding::Presliding,
     &quadratic_drag::QuadraticDrag,
     &rotor_inertia::RotorInertia,
     &sensor_delay::SensorDelay,
@@ -56,6 +73,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &thermal_friction_drift::ThermalFrictionDrift,
     &torque_constant_error::TorqueConstantError,
     &torque_ripple::TorqueRipple,
+    &transmission_error::TransmissionError,
     &viscous_asymmetry::ViscousAsymmetry,
 ];
 

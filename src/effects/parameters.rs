@@ -75,3 +75,8 @@ pub fn need_friction<'m>(
         Error::input(source, Place::File, key, "", expected)
     })
 }
+
+/// The error of a parameter that is in its range, but does not fit the machine.
+pub fn misfit(about: &About, model: &Model, name: &str, value: f64, expected: String) -> Error {
+    Error::input(&model.source, Place::File, format!("effects.{}.{name}", about.name), value, expected)
+}

@@ -112,6 +112,14 @@ impl FrictionLaw {
         }
     }
 
+    /// `F_C` [N·m or N]: the dry part that is left at high speed in a direction.
+    pub const fn coulomb(&self, direction: Direction) -> f64 {
+        match self {
+            Self::Exponential(law) => law[direction.index()].coulomb,
+            Self::TwoLines(law) => law[direction.index()].a2,
+        }
+    }
+
     /// `F_V` [N·m·s/rad or N·s/m]: the slope at high speed in a direction.
     pub const fn viscous(&self, direction: Direction) -> f64 {
         match self {

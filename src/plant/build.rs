@@ -13,9 +13,9 @@ use super::sensors::Sensors;
 use super::{Engine, Options, Plant, World};
 use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
-use crate::effects::{self, Action, JointState, Reading};
+use crate::effects::{self, Action, JointState, Reading, Stop};
 use crate::error::{Error, Place, Result};
-use crate::gearhead::DeadZone;
+use crate::gearhead::{DeadZone, Memory};
 use crate::robot::{JointModel, Model};
 
 /// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
@@ -34,19 +34,11 @@ impl Plant {
         let mut sensors: Vec<Sensors> = (model.joints.iter().enumerate())
             .map(|(i, joint)| Sensors::new(joint, options.ideal_sensors, options.seed, i as u64))
             .collect();
+        let mut barriers = end_stops(&model);
         for action in actions {
-            match action {
-                Action::Joint(joint, action) => {
-                    laws[joint].actions.push(action);
-                    if model.joints[joint].friction.is_none() {
-                        laws[joint].rotor_grip.share = 1.0;
-                    }
-                }
-                Action::Sensor(joint, action) => sensors[joint].push(action),
-            }
+            put(action, &model, &mut laws, &mut sensors, &mut barriers)?;
         }
         let n = laws.len();
-        let mut barriers = end_stops(&model);
         let links = match options.engine {
             Engine::Rapier => {
                 let mut world = World::new(&model.robot);
@@ -101,6 +93,45 @@ impl Plant {
         plant.rate = asked.max(fastest / LONGEST_STEP);
         Ok(plant)
     }
+}
+
+/// Puts what an effect does in its place.
+fn put(
+    action: Action,
+    model: &Model,
+    laws: &mut [JointLaws],
+    sensors: &mut [Sensors],
+    barriers: &mut Vec<Barrier>,
+) -> Result<()> {
+    match action {
+        Action::Joint(joint, action) => {
+            laws[joint].actions.push(action);
+            laws[joint].plain = false;
+            if model.joints[joint].friction.is_none() {
+                laws[joint].rotor_grip.share = 1.0;
+            }
+        }
+        Action::Gear(joint, action) => {
+            laws[joint].gears.push(action);
+            laws[joint].plain = false;
+        }
+        Action::Friction(joint, memory) => {
+            if laws[joint].memory.replace(memory).is_some() {
+                let (key, name) = ("effects", model.joints[joint].name.as_str());
+                let expected = "one of presliding and dwell_stiction on a joint: its friction has one memory";
+                return Err(Error::input(&model.source, Place::File, key, name, expected));
+            }
+            laws[joint].plain = false;
+        }
+        Action::Drive(joint, action) => laws[joint].drives.push(action),
+        Action::Encoder(joint, action) => sensors[joint].push_before(action),
+        Action::Sensor(joint, action) => sensors[joint].push(action),
+        Action::Stop(joint, Stop { side, place, stiffness, damping }) => {
+            let cause = Cause::EndStop(joint, side, place);
+            barriers.push(Barrier::new(cause, stiffness, damping, model.joints.len()));
+        }
+    }
+    Ok(())
 }
 
 /// Stops at the ends of the joints' ranges, where the model has them.
@@ -165,14 +196,20 @@ fn laws_of(joint: &JointModel, link: &crate::robot::Joint) -> JointLaws {
         link_grip: Grip::new(friction, friction.map_or(0.0, |friction| friction.link_share), link.friction),
         link_damping: link.damping,
         actions: Vec::new(),
+        gears: Vec::new(),
+        drives: Vec::new(),
+        memory: None,
+        plain: true,
     }
 }
 
 pub(super) fn resting_mode(law: &JointLaws) -> Mode {
     let slip = |grip: &Grip| if grip.share > 0.0 || grip.own > 0.0 { Slip::Stuck } else { Slip::Free };
+    // Bristles yield before they slip: nothing sticks.
+    let bristles = matches!(law.memory, Some(Memory::Bristles { .. }));
     Mode {
         contact: i8::from(law.gear.backlash == 0.0),
-        rotor: slip(&law.rotor_grip),
+        rotor: if bristles { Slip::Free } else { slip(&law.rotor_grip) },
         link: slip(&law.link_grip),
         saturation: 0,
     }

@@ -71,6 +71,7 @@ impl Coupled {
             rate.omega = flow.rotor_acceleration;
             rate.q = y.v;
             rate.current = flow.current_rate;
+            rate.memory = flow.memory_rate;
             if mode.link == Slip::Stuck {
                 stuck.push(i);
             }

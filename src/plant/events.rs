@@ -116,10 +116,10 @@ impl Integrator {
         let (y, mode) = (&mut state.joints[joint], &mut state.modes[joint]);
         match change {
             Change::Contact => {
-                let before = law.elastic_energy(y, mode.contact);
-                mode.contact = if mode.contact == 0 { law.nearer_flank(y) } else { 0 };
+                let before = law.elastic_energy(state.time, y, mode.contact);
+                mode.contact = if mode.contact == 0 { law.nearer_flank(state.time, y) } else { 0 };
                 // Compression that remains when a tooth leaves relaxes in its own damper.
-                state.done.dissipated += before - law.elastic_energy(y, mode.contact);
+                state.done.dissipated += before - law.elastic_energy(state.time, y, mode.contact);
             }
             Change::Saturation => {
                 let demand = law.power.demand(commands[joint], y.current, y.omega);
@@ -169,5 +169,12 @@ fn hermite(y0: &Phase, r0: &Phase, y1: &Phase, r1: &Phase, h: f64, s: f64) -> Ph
     let (a, b) = (3.0 * s2 - 2.0 * s3, s - 2.0 * s2 + s3);
     let c = s3 - s2;
     let at = |f: fn(&Phase) -> f64| f(y0) + a * (f(y1) - f(y0)) + h * (b * f(r0) + c * f(r1));
-    Phase { theta: at(|p| p.theta), omega: at(|p| p.omega), q: at(|p| p.q), v: at(|p| p.v), current: at(|p| p.current) }
+    Phase {
+        theta: at(|p| p.theta),
+        omega: at(|p| p.omega),
+        q: at(|p| p.q),
+        v: at(|p| p.v),
+        current: at(|p| p.current),
+        memory: at(|p| p.memory),
+    }
 }

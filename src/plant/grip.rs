@@ -89,6 +89,11 @@ impl Grip {
         self.pieces[slip as usize].at(speed)
     }
 
+    /// Slope [N·m·s/rad or N·s/m] of the joint's law at high speed, in the direction of a slip.
+    pub fn viscous(&self, slip: Slip) -> f64 {
+        self.pieces[Slip::of(slip.direction().unwrap_or(Direction::Positive), true) as usize].viscous
+    }
+
     /// The way in which a velocity slips; at rest, in which a torque of that sign makes it slip.
     pub fn slip(&self, velocity: f64) -> Slip {
         let direction = Direction::of(velocity);

@@ -223,6 +223,13 @@ impl Integrator {
         coupled.barriers.fastest(response)
     }
 
+    /// [1/s] How fast the friction of a joint forgets at most until a time, 0 where none remembers.
+    pub fn forgets(&self, state: &State, until: f64) -> f64 {
+        let Coupled { laws, flows, .. } = &self.coupled;
+        let joints = laws.iter().zip(flows).zip(&state.joints);
+        joints.fold(0.0, |most, ((law, flow), y)| most.max(law.forgets(y, flow.rotor_acceleration, until - state.time)))
+    }
+
     /// Where the links stand to the barriers that are near.
     #[inline]
     pub fn measure(&mut self, y: &[Phase], touching: &[bool]) {
@@ -243,7 +250,9 @@ impl Integrator {
         let a = |i: usize, j: usize| response.w(i, j) + if i == j { 1.0 / laws[i].rotor_inertia } else { 0.0 };
         let mut fastest = (0, 0.0);
         for (i, law) in laws.iter().enumerate() {
-            let (omega_squared, delta) = (law.gear.stiffness * a(i, i), 0.5 * law.gear.damping * a(i, i));
+            let (sigma_0, sigma_1) = law.bristles();
+            let omega_squared = law.gear.stiffness * a(i, i) + sigma_0 / law.rotor_inertia;
+            let delta = 0.5 * (law.gear.damping * a(i, i) + sigma_1 / law.rotor_inertia);
             let pole = if delta * delta > omega_squared {
                 delta + (delta * delta - omega_squared).sqrt()
             } else {
@@ -357,6 +366,7 @@ impl Integrator {
                 q: y.q + sixth * sum(|p| p.q),
                 v: y.v + sixth * sum(|p| p.v),
                 current: y.current + sixth * sum(|p| p.current),
+                memory: y.memory + sixth * sum(|p| p.memory),
             };
         }
         let mut end = std::mem::take(&mut self.end);

@@ -10,8 +10,8 @@
 use super::grip::Grip;
 use super::mode::{Margins, Mode, Slip};
 use crate::drive::PowerStage;
-use crate::effects::{JointAction, JointState};
-use crate::gearhead::DeadZone;
+use crate::effects::{DriveAction, GearAction, JointAction, JointState};
+use crate::gearhead::{DeadZone, Memory};
 
 /// Rotor, link and current of a joint; its derivative has the same shape.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,6 +26,8 @@ pub struct Phase {
     pub v: f64,
     /// `i`.
     pub current: f64,
+    /// State of what friction remembers, 0 where it remembers nothing.
+    pub memory: f64,
 }
 
 impl Phase {
@@ -37,6 +39,7 @@ impl Phase {
             q: self.q + h * rate.q,
             v: self.v + h * rate.v,
             current: self.current + h * rate.current,
+            memory: self.memory + h * rate.memory,
         }
     }
 }
@@ -66,6 +69,14 @@ pub struct JointLaws {
     pub link_damping: f64,
     /// What effects add.
     pub actions: Vec<Box<dyn JointAction>>,
+    /// What effects do to the gear's flanks.
+    pub gears: Vec<Box<dyn GearAction>>,
+    /// What effects do to the command.
+    pub drives: Vec<Box<dyn DriveAction>>,
+    /// What friction remembers.
+    pub memory: Option<Memory>,
+    /// Whether no effect acts on rotor, gear or link.
+    pub plain: bool,
 }
 
 /// What a joint's own laws say at an instant.
@@ -83,6 +94,8 @@ pub struct Flow {
     pub rotor_acceleration: f64,
     /// Torque on the link, kinetic friction included.
     pub link_load: f64,
+    /// Rate of what friction remembers.
+    pub memory_rate: f64,
     /// Power, the link's friction included while it slips.
     pub power: Power,
 }
@@ -90,20 +103,12 @@ pub struct Flow {
 impl JointLaws {
     /// Friction magnitude of a side that slips, at a speed; at speed 0 what holds it against slipping that way.
     #[inline(always)]
-    fn friction(&self, grip: &Grip, state: &JointState, slip: Slip, speed: f64) -> f64 {
+    pub(super) fn friction(&self, grip: &Grip, state: &JointState, slip: Slip, speed: f64) -> f64 {
         let mut level = grip.level(slip, speed);
-        if !self.actions.is_empty() && grip.share > 0.0 {
+        if !self.plain && grip.share > 0.0 {
             level = self.altered(level, state, slip.sign() * speed.max(f64::MIN_POSITIVE));
         }
         grip.share * level + grip.own
-    }
-
-    /// What effects make of a level of friction. They read the direction from the sign of the velocities: of the side that
-    /// slips, or is about to.
-    #[cold]
-    fn altered(&self, level: f64, state: &JointState, velocity: f64) -> f64 {
-        let state = JointState { motor_velocity: velocity, link_velocity: velocity, ..*state };
-        self.actions.iter().fold(level, |level, action| action.dry_friction(&state, level))
     }
 
     /// The state as effects see it.
@@ -116,22 +121,26 @@ impl JointLaws {
             link_velocity: y.v,
             gear_torque,
             current,
+            memory: y.memory,
         }
     }
 
     /// Wind-up of the flank that touches, `(p, kp + dẋ)`; the sign of `side` names the flank.
-    fn flank(&self, y: &Phase, side: f64) -> f64 {
-        let compression = side * (y.theta - y.q) - 0.5 * self.gear.backlash;
-        let rate = side * (y.omega - y.v);
+    fn flank(&self, time: f64, y: &Phase, side: f64) -> f64 {
+        let (mut compression, mut rate) = (side * (y.theta - y.q) - 0.5 * self.gear.backlash, side * (y.omega - y.v));
+        if !self.gears.is_empty() {
+            let mesh = self.mesh(time, y.theta);
+            (compression, rate) = (side * mesh.compression(y.theta, y.q, side), side * mesh.rate(y.omega, y.v, side));
+        }
         // Touching needs both: teeth that overlap, and a force that pushes.
         compression.min(compression + rate * self.gear.damping / self.gear.stiffness)
     }
 
     /// Contact that a state has: +1, 0, −1. A gear without a gap is always in contact.
-    pub fn contact(&self, y: &Phase) -> i8 {
-        if self.gear.backlash == 0.0 || self.flank(y, 1.0) > 0.0 {
+    pub fn contact(&self, time: f64, y: &Phase) -> i8 {
+        if self.gear.backlash == 0.0 || self.flank(time, y, 1.0) > 0.0 {
             1
-        } else if self.flank(y, -1.0) > 0.0 {
+        } else if self.flank(time, y, -1.0) > 0.0 {
             -1
         } else {
             0
@@ -139,8 +148,8 @@ impl JointLaws {
     }
 
     /// The flank that a state in the gap is nearer to touching.
-    pub fn nearer_flank(&self, y: &Phase) -> i8 {
-        if self.flank(y, 1.0) >= self.flank(y, -1.0) { 1 } else { -1 }
+    pub fn nearer_flank(&self, time: f64, y: &Phase) -> i8 {
+        if self.flank(time, y, 1.0) >= self.flank(time, y, -1.0) { 1 } else { -1 }
     }
 
     /// Compression `p` of the touching flank, signed towards positive torque.
@@ -149,8 +158,11 @@ impl JointLaws {
     }
 
     /// Elastic energy [J] of the gear.
-    pub fn elastic_energy(&self, y: &Phase, contact: i8) -> f64 {
-        let p = self.compression(y, contact);
+    pub fn elastic_energy(&self, time: f64, y: &Phase, contact: i8) -> f64 {
+        let mut p = self.compression(y, contact);
+        if !self.gears.is_empty() {
+            p = self.mesh(time, y.theta).compression(y.theta, y.q, f64::from(contact));
+        }
         if contact == 0 { 0.0 } else { 0.5 * self.gear.stiffness * p * p }
     }
 
@@ -173,12 +185,12 @@ impl JointLaws {
             rotor_drive: motor_torque - gear_torque,
             rotor_acceleration: 0.0,
             link_load: gear_torque - self.link_damping * y.v,
+            memory_rate: 0.0,
             power: Power { work: motor_torque * y.omega, dissipated: damper * x_dot + self.link_damping * y.v * y.v },
         };
         let mut state = JointState::default();
-        if !self.actions.is_empty() {
-            state = self.observe(time, y, gear_torque, current);
-            self.act(&state, y, &mut flow);
+        if !self.plain {
+            state = self.act(time, y, mode.contact, &mut flow);
         }
         if mode.rotor != Slip::Stuck {
             let s = mode.rotor.sign();
@@ -196,32 +208,18 @@ impl JointLaws {
         flow
     }
 
-    /// Adds what effects put on rotor and link.
-    #[cold]
-    fn act(&self, state: &JointState, y: &Phase, flow: &mut Flow) {
-        for action in &self.actions {
-            let (on_rotor, on_link) = (action.motor_torque(state), action.link_torque(state));
-            flow.rotor_drive += on_rotor;
-            flow.link_load += on_link;
-            flow.power.work += on_rotor * y.omega + on_link * y.v;
-        }
-    }
-
     /// How far the mode is from its end; `link_hold` is the friction that holds a link that sticks.
     #[inline]
     pub fn margins(&self, time: f64, y: &Phase, mode: &Mode, command: f64, flow: &Flow, link_hold: f64) -> Margins {
         let contact = if self.gear.backlash == 0.0 {
             f64::INFINITY
         } else if mode.contact == 0 {
-            -self.flank(y, 1.0).max(self.flank(y, -1.0))
+            -self.flank(time, y, 1.0).max(self.flank(time, y, -1.0))
         } else {
-            self.flank(y, f64::from(mode.contact))
+            self.flank(time, y, f64::from(mode.contact))
         };
-        let state = if self.actions.is_empty() {
-            JointState::default()
-        } else {
-            self.observe(time, y, flow.gear_torque, flow.current)
-        };
+        let state =
+            if self.plain { JointState::default() } else { self.observe(time, y, flow.gear_torque, flow.current) };
         let side = |grip: &Grip, slip: Slip, velocity: f64, hold: f64| match slip {
             Slip::Free => f64::INFINITY,
             Slip::Stuck => self.friction(grip, &state, Slip::towards(hold), 0.0) - hold.abs(),

@@ -10,6 +10,7 @@
 //! What stops a link, [`contact`]: an end stop, or an [`obstacle`] in rapier's world.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
 
+mod altered;
 mod build;
 pub mod contact;
 pub mod coupled;
@@ -140,6 +141,7 @@ impl Plant {
             q: state.link_position,
             v: state.link_velocity,
             current: state.current,
+            memory: state.memory,
         };
         self.start(states.iter().map(moving).collect());
     }
@@ -153,7 +155,7 @@ impl Plant {
             let way = |grip: &Grip, velocity: f64| if velocity == 0.0 { Slip::Stuck } else { grip.slip(velocity) };
             let mode = &mut self.state.modes[i];
             *mode = resting_mode(law);
-            mode.contact = law.contact(y);
+            mode.contact = law.contact(0.0, y);
             if mode.rotor != Slip::Free {
                 mode.rotor = way(&law.rotor_grip, y.omega);
             }
@@ -185,7 +187,7 @@ impl Plant {
     /// The machine has to be placed anew then.
     pub fn advance(&mut self, command_current: &[f64], duration: f64) -> Result<()> {
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
-            self.commands[i] = law.power.clamp(command_current[i]);
+            self.commands[i] = law.command(command_current[i]);
             self.require(i, "command current", self.commands[i], f64::MAX)?;
         }
         let start = self.state.time;
@@ -267,7 +269,7 @@ impl Plant {
 
     /// Work, heat and what is stored, for the audit.
     pub fn energy(&self) -> Energy {
-        let State { joints, modes, touching, done, .. } = &self.state;
+        let State { time, joints, modes, touching, done } = &self.state;
         let q: Vec<f64> = joints.iter().map(|y| y.q).collect();
         let v: Vec<f64> = joints.iter().map(|y| y.v).collect();
         let mut links = Dynamics::new(&self.robot);
@@ -275,7 +277,8 @@ impl Plant {
         stored += self.integrator.coupled.barriers.energy(touching);
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
             stored += 0.5 * law.rotor_inertia * joints[i].omega * joints[i].omega;
-            stored += law.elastic_energy(&joints[i], modes[i].contact);
+            stored += law.elastic_energy(*time, &joints[i], modes[i].contact);
+            stored += law.memory.map_or(0.0, |memory| memory.energy(joints[i].memory));
         }
         Energy { work: done.work, dissipated: done.dissipated, stored }
     }

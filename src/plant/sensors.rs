@@ -2,7 +2,7 @@
 
 use super::joint::Phase;
 use crate::drive::{Counter, CurrentSensor, Noise, Stretch, VelocityMeter};
-use crate::effects::{Reading, SensorAction};
+use crate::effects::{EncoderAction, Reading, SensorAction};
 use crate::robot::JointModel;
 
 /// What the encoder remembers of the motion.
@@ -19,6 +19,7 @@ pub struct Sensors {
     counter: Option<Counter>,
     current: Option<CurrentSensor>,
     noise: Noise,
+    before: Vec<Box<dyn EncoderAction>>,
     actions: Vec<Box<dyn SensorAction>>,
 }
 
@@ -34,6 +35,7 @@ impl Sensors {
             current: joint.current_sensor.filter(|_| !ideal),
             counter,
             noise,
+            before: Vec::new(),
             actions: Vec::new(),
         }
     }
@@ -43,10 +45,21 @@ impl Sensors {
         self.actions.push(action);
     }
 
+    /// Adds what an effect does between shaft and encoder.
+    pub fn push_before(&mut self, action: Box<dyn EncoderAction>) {
+        self.before.push(action);
+    }
+
+    /// Position and velocity that the encoder sees.
+    #[inline]
+    fn seen(&self, y: &Phase) -> (f64, f64) {
+        self.before.iter().fold((y.theta, y.omega), |(position, velocity), action| action.seen(position, velocity))
+    }
+
     /// Starts anew at a place: what the sensors remember of the past is gone.
     pub fn restart(&mut self, y: &Phase) {
         if let Some(counter) = &self.counter {
-            self.tracker.count = counter.count(y.theta);
+            self.tracker.count = counter.count(self.seen(y).0);
         }
         if let Some(meter) = &mut self.tracker.velocity {
             meter.restart();
@@ -57,10 +70,12 @@ impl Sensors {
     #[inline]
     pub fn watch(&mut self, time: [f64; 2], from: &Phase, to: &Phase) {
         let Some(counter) = &self.counter else { return };
-        let count = counter.count(to.theta);
+        let (position, velocity) = self.seen(to);
+        let count = counter.count(position);
         if count != self.tracker.count {
+            let before = self.seen(from);
             if let Some(meter) = &mut self.tracker.velocity {
-                let stretch = Stretch { time, position: [from.theta, to.theta], velocity: [from.omega, to.omega] };
+                let stretch = Stretch { time, position: [before.0, position], velocity: [before.1, velocity] };
                 meter.watch(counter, &stretch, self.tracker.count, count);
             }
             self.tracker.count = count;
@@ -69,10 +84,11 @@ impl Sensors {
 
     /// What the sensors say.
     pub fn read(&mut self, time: f64, y: &Phase, current: f64) -> Reading {
-        let position = self.counter.as_ref().map_or(y.theta, |counter| counter.position(self.tracker.count));
+        let (seen, seen_velocity) = self.seen(y);
+        let position = self.counter.as_ref().map_or(seen, |counter| counter.position(self.tracker.count));
         let velocity = match (&self.counter, &mut self.tracker.velocity) {
             (Some(counter), Some(meter)) => meter.read(counter, time, position),
-            _ => y.omega,
+            _ => seen_velocity,
         };
         let current = self.current.map_or(current, |sensor| sensor.read(current, &mut self.noise));
         let mut reading = Reading { position, velocity, current };

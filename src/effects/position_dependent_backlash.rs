@@ -1,0 +1,74 @@
+//! The gap between the flanks varies with the angle: worn where the joint works most, or an eccentric gear.
+//!
+//! `b → b + a cos(n θ + φ)`, `n` periods a turn of the joint, never below zero. The flanks stand at `± b(θ)/2`; where they slope, the
+//! torque `T` of a flank takes `T (1 ∓ b'(θ)/2)` of the rotor.
+//! `θ` is the rotor's angle; the link's differs from it by the gap itself.
+//! Left out: other harmonics (each is an effect of its own).
+//! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use super::parameters::{misfit, need_joint};
+use super::{About, Action, Effect, GearAction, Kind, ParameterSpec, Parameters, Scope};
+use crate::error::Result;
+use crate::gearhead::Mesh;
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "position_dependent_backlash",
+    summary: "The gap between the flanks of the gear varies with the angle.",
+    equation: "b → b + a cos(n θ + φ)",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[
+        ParameterSpec::new("amplitude", "a", "rad (joint)", "amplitude of the total gap, at most the gap itself")
+            .at_least(0.0),
+        ParameterSpec::new("order", "n", "1", "periods per turn of the joint").between(0.0, 1000.0),
+        ParameterSpec::new("phase", "φ", "rad", "phase at θ = 0").between(-TAU, TAU).or(0.0),
+    ],
+    signature: "the way that the rotor takes through the gap at a reversal depends on where it reverses",
+    look_alikes: &["coupling_slip", "position_dependent_friction", "joint_compliance"],
+    separate_by: "reversals at many angles, each several times",
+    reference: "M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey",
+};
+
+/// The gap varies with the angle.
+pub struct PositionDependentBacklash;
+
+struct Gap {
+    amplitude: f64,
+    order: f64,
+    phase: f64,
+}
+
+impl GearAction for Gap {
+    fn alter(&self, _time: f64, theta: f64, mesh: &mut Mesh) {
+        let (sin, cos) = (self.order * theta + self.phase).sin_cos();
+        mesh.half_gap += 0.5 * self.amplitude * cos;
+        mesh.half_gap_slope -= 0.5 * self.amplitude * self.order * sin;
+    }
+}
+
+impl Effect for PositionDependentBacklash {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let given = Parameters::check(&ABOUT, model, given)?;
+        let joint = need_joint(&ABOUT, model, joint)?;
+        let (amplitude, order) = (given.get("amplitude"), given.get("order"));
+        let gap = model.joints[joint].backlash.unwrap_or(0.0);
+        if amplitude > gap {
+            let name = &model.joints[joint].name;
+            let expected = format!("at most the gap, joints.{name}.backlash = {gap}");
+            return Err(misfit(&ABOUT, model, "amplitude", amplitude, expected));
+        }
+        if 0.5 * amplitude * order >= 1.0 {
+            let expected = format!("less than 2/order = {:.3e}, or the flanks would turn back", 2.0 / order);
+            return Err(misfit(&ABOUT, model, "amplitude", amplitude, expected));
+        }
+        Ok(vec![Action::Gear(joint, Box::new(Gap { amplitude, order, phase: given.get("phase") }))])
+    }
+}

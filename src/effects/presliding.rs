@@ -1,0 +1,69 @@
+//! Friction is a stiff spring before it slips: the asperities of the surfaces bend like bristles (LuGre).
+//!
+//! ```text
+//!   ż = v − σ0 |v| z/g(v)        F = σ0 z + σ1 ż + F_V v          g(v) = F_C + (F_S − F_C) e^{−|v|/v_S}
+//! ```
+//! It replaces the set-valued law of the rotor. For tiny displacements `dF/dθ = σ0`; after a reversal friction follows a hysteresis
+//! over the angle `F/σ0`; at constant speed it is the law itself. `g` and `F_V` are those of the model, in the rotor's share.
+//! Left out: bristles of the link's share, which stays dry; `σ1` that falls with speed.
+//! Reference: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky (1995), A new model for control of systems with friction.
+
+use std::collections::BTreeMap;
+
+use super::parameters::{misfit, need_friction, need_joint};
+use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope};
+use crate::error::Result;
+use crate::gearhead::{Direction, Memory};
+use crate::robot::Model;
+
+static ABOUT: About = About {
+    name: "presliding",
+    summary: "Friction yields like a stiff spring before it slips.",
+    equation: "ż = v − σ0 |v| z/g(v), F = σ0 z + σ1 ż + F_V v",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[
+        ParameterSpec::new("stiffness", "σ0", "N·m/rad", "stiffness of the rotor's friction before it slips")
+            .at_least(1e-6),
+        ParameterSpec::new("damping", "σ1", "N·m·s/rad", "damping of that spring, about √(σ0 J)").at_least(0.0),
+    ],
+    signature: "after each reversal a hysteresis of torque against angle, the same at every speed",
+    look_alikes: &["joint_compliance", "position_dependent_backlash", "stribeck"],
+    separate_by: "strokes smaller than the hysteresis: the torque needed is proportional to the stroke, with a gap it is not",
+    reference: "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky (1995), A new model for control of systems with friction",
+};
+
+/// [1/s] Fastest bristles that are simulated: a step of a microsecond.
+const FASTEST: f64 = 1e6;
+
+/// Friction yields before it slips.
+pub struct Presliding;
+
+impl Effect for Presliding {
+    fn about(&self) -> &'static About {
+        &ABOUT
+    }
+
+    fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        let given = Parameters::check(&ABOUT, model, given)?;
+        let joint = need_joint(&ABOUT, model, joint)?;
+        let (stiffness, damping) = (given.get("stiffness"), given.get("damping"));
+        let friction = *need_friction(&ABOUT, model, joint)?;
+        let dry = [Direction::Positive, Direction::Negative].map(|side| friction.law.coulomb(side));
+        let dry = (1.0 - friction.link_share) * dry[0].min(dry[1]);
+        if dry <= 0.0 {
+            let expected = "Coulomb friction on the rotor in both directions: coulomb > 0, link_share < 1".to_owned();
+            return Err(misfit(&ABOUT, model, "stiffness", stiffness, expected));
+        }
+        // The bristles swing with the rotor, and follow it while it slips; both have to be integrated.
+        let inertia = model.joints[joint].reflected_inertia();
+        let speed = Some(model.robot.bodies[joint].joint.limits.velocity).filter(|limit| limit.is_finite());
+        let bound =
+            (0.01 * FASTEST * FASTEST * inertia).min(speed.map_or(f64::INFINITY, |speed| FASTEST * dry / speed));
+        if stiffness > bound {
+            let expected = format!("at most {bound:.3e}, stiffer bristles take steps below a microsecond");
+            return Err(misfit(&ABOUT, model, "stiffness", stiffness, expected));
+        }
+        Ok(vec![Action::Friction(joint, Memory::Bristles { stiffness, damping })])
+    }
+}

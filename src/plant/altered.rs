@@ -1,0 +1,102 @@
+//! What effects do to the laws of a joint.
+//!
+//! A joint without effects never comes here: its laws are those of [`joint`](super::joint) alone.
+
+use super::grip::Grip;
+use super::joint::{Flow, JointLaws, Phase};
+use crate::effects::JointState;
+use crate::gearhead::{Memory, Mesh};
+
+impl JointLaws {
+    /// What the drive makes of a command [A].
+    pub fn command(&self, command: f64) -> f64 {
+        self.drives.iter().fold(self.power.clamp(command), |command, drive| drive.command(command))
+    }
+
+    /// Where the flanks of the gear stand.
+    #[cold]
+    pub(super) fn mesh(&self, time: f64, theta: f64) -> Mesh {
+        let mut mesh = Mesh::with_gap(self.gear.backlash);
+        self.gears.iter().for_each(|gear| gear.alter(time, theta, &mut mesh));
+        mesh
+    }
+
+    /// Puts in what effects do to gear, rotor and link; returns the state as they see it.
+    #[cold]
+    pub(super) fn act(&self, time: f64, y: &Phase, contact: i8, flow: &mut Flow) -> JointState {
+        if !self.gears.is_empty() && contact != 0 {
+            self.mesh_anew(time, y, f64::from(contact), flow);
+        }
+        let state = self.observe(time, y, flow.gear_torque, flow.current);
+        for action in &self.actions {
+            let (on_rotor, on_link) = (action.motor_torque(&state), action.link_torque(&state));
+            flow.rotor_drive += on_rotor;
+            flow.link_load += on_link;
+            flow.power.work += on_rotor * y.omega + on_link * y.v;
+        }
+        if let Some(memory) = &self.memory {
+            self.remember(memory, &state, flow);
+        }
+        state
+    }
+
+    /// Replaces the torque of a perfect gear by that of the mesh: `T` drives the link, `λ T` brakes the rotor.
+    fn mesh_anew(&self, time: f64, y: &Phase, side: f64, flow: &mut Flow) {
+        let x_dot = y.omega - y.v;
+        let mesh = self.mesh(time, y.theta);
+        let p_dot = mesh.rate(y.omega, y.v, side);
+        let torque = self.gear.stiffness * mesh.compression(y.theta, y.q, side) + self.gear.damping * p_dot;
+        flow.rotor_drive += flow.gear_torque - mesh.lever(side) * torque;
+        flow.link_load += torque - flow.gear_torque;
+        flow.power.work += torque * mesh.offset_rate;
+        flow.power.dissipated += self.gear.damping * (p_dot * p_dot - x_dot * x_dot);
+        flow.gear_torque = torque;
+    }
+
+    /// Moves on what friction remembers. Bristles are friction themselves: `F = σ0 z + σ1 ż + F_V v` brakes the rotor, and what
+    /// of `F v` they do not store is heat.
+    fn remember(&self, memory: &Memory, state: &JointState, flow: &mut Flow) {
+        let (v, z) = (state.motor_velocity, state.memory);
+        let (dry, viscous) = self.dry_and_viscous(state, v);
+        flow.memory_rate = memory.rate(z, v, dry);
+        if let Memory::Bristles { stiffness, damping } = *memory {
+            let friction = stiffness * z + damping * flow.memory_rate + viscous * v;
+            flow.rotor_drive -= friction;
+            flow.power.dissipated += friction * v - stiffness * z * flow.memory_rate;
+        }
+    }
+
+    /// `g` [N·m or N] and `F_V` [N·m·s/rad or N·s/m] of the rotor's friction at a velocity.
+    fn dry_and_viscous(&self, state: &JointState, velocity: f64) -> (f64, f64) {
+        let Grip { share, .. } = self.rotor_grip;
+        let slip = self.rotor_grip.slip(velocity);
+        let viscous = share * self.rotor_grip.viscous(slip);
+        let level = self.friction(&self.rotor_grip, state, slip, velocity.abs());
+        ((level - viscous * velocity.abs()).max(f64::MIN_POSITIVE), viscous)
+    }
+
+    /// What effects make of a level of friction. They read the direction from the sign of the velocities: of the side that
+    /// slips, or is about to.
+    #[cold]
+    pub(super) fn altered(&self, level: f64, state: &JointState, velocity: f64) -> f64 {
+        let grown = self.memory.map_or(0.0, |memory| memory.level(state.memory));
+        let state = JointState { motor_velocity: velocity, link_velocity: velocity, ..*state };
+        self.actions.iter().fold(level + grown, |level, action| action.dry_friction(&state, level))
+    }
+
+    /// Stiffness and damping of bristles, 0 without.
+    pub(super) fn bristles(&self) -> (f64, f64) {
+        match self.memory {
+            Some(Memory::Bristles { stiffness, damping }) => (stiffness, damping),
+            _ => (0.0, 0.0),
+        }
+    }
+
+    /// [1/s] How fast friction forgets at most in an interval [s] from a state with this acceleration of the rotor.
+    pub(super) fn forgets(&self, y: &Phase, acceleration: f64, interval: f64) -> f64 {
+        let Some(memory) = &self.memory else { return 0.0 };
+        let speed = y.omega.abs() + 2.0 * acceleration.abs() * interval;
+        let state = self.observe(0.0, y, 0.0, 0.0);
+        memory.forgets(speed, self.dry_and_viscous(&state, speed.copysign(y.omega)).0)
+    }
+}
