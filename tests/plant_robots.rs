@@ -5,7 +5,7 @@ mod machines;
 
 use std::path::Path;
 
-use lostmotion::dynamics::Dynamics;
+use lostmotion::dynamics::{Dynamics, MotionCheck};
 use lostmotion::plant::{Engine, Options, Plant, RigidBody};
 use lostmotion::robot::{JointModel, Model};
 use machines::*;
@@ -176,6 +176,24 @@ fn equivalent_closed_loop_of_many_joints() {
         assert!(steps.to_degrees() < 1e-4, "{name}: {:e} deg", steps.to_degrees());
         assert!(gap.abs() < 1e-4 * end.dissipated, "{name}: {gap:e} of {end:?}");
         assert!(met > model.joints.len() && reversals >= model.joints.len(), "{name}: {events:?}");
+    }
+}
+
+/// The shapes of a robot leave each joint its range, the others at zero: none is barred by the housing of its neighbour.
+#[test]
+fn property_every_joint_has_its_whole_range() {
+    for (name, model) in robots() {
+        let mut check = MotionCheck::new(&model.robot).unwrap();
+        let n = model.joints.len();
+        for (joint, body) in model.robot.bodies.iter().enumerate() {
+            for limit in [body.joint.limits.lower, body.joint.limits.upper] {
+                let mut positions = vec![[0.0, 0.0]; n];
+                positions[joint][1] = limit;
+                let positions: Vec<&[f64]> = positions.iter().map(|path| path.as_slice()).collect();
+                let found = check.check(&[0.0, 1.0], &positions);
+                assert!(found.is_ok(), "{name}, {} to {limit}: {}", body.joint.name, found.unwrap_err());
+            }
+        }
     }
 }
 
