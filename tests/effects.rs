@@ -243,6 +243,16 @@ fn property_wrong_parameters_are_refused_by_name() {
     assert_eq!(refused("base_tilt", None, &[("tilt", 0.1), ("angle", 0.1)]), "effects.base_tilt.angle");
     assert_eq!(refused("current_offset", None, &[("offset", 0.1)]), "effects.current_offset.joint");
     assert_eq!(refused("current_offset", Some(7), &[("offset", 0.1)]), "effects.current_offset.joint");
+    // In their range, but not on this machine: a link or an encoder that would turn back, more than the whole gap, no side.
+    for (name, key, parameters) in [
+        ("transmission_error", "amplitude", vec![("amplitude", 0.02), ("teeth", 60.0)]),
+        ("encoder_eccentricity", "amplitude", vec![("amplitude", 0.21)]),
+        ("position_dependent_backlash", "amplitude", vec![("amplitude", 0.006), ("order", 1.0)]),
+        ("position_dependent_backlash", "amplitude", vec![("amplitude", 0.005), ("order", 500.0)]),
+        ("external_contact", "side", vec![("angle", 0.1), ("stiffness", 10.0), ("side", 0.0)]),
+    ] {
+        assert_eq!(refused(name, Some(0), &parameters), format!("effects.{name}.{key}"));
+    }
 }
 
 #[test]
@@ -252,6 +262,9 @@ fn property_friction_effects_need_a_friction_to_alter() {
         ("viscous_asymmetry", vec![("positive", 0.1), ("negative", 0.2)]),
         ("stribeck", vec![("breakaway", 0.5), ("stribeck_velocity", 0.1)]),
         ("position_dependent_friction", vec![("amplitude", 0.1), ("order", 1.0)]),
+        ("thermal_friction_drift", vec![("excess", 0.5), ("time_constant", 60.0)]),
+        ("presliding", vec![("stiffness", 1000.0), ("damping", 1.0)]),
+        ("dwell_stiction", vec![("growth", 0.1), ("time_constant", 1.0)]),
     ] {
         let mut model = model();
         model.joints[0].friction = None;
