@@ -7,7 +7,7 @@
 use super::Plant;
 use super::integrator::{Source, Step};
 
-/// Longest step times the fastest motion of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 2e-5` rad a step too little.
+/// Longest step times the fastest motion of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 1.5e-4` rad a step too little.
 pub(super) const LONGEST_STEP: f64 = 0.45;
 
 /// Longest step times the fastest motion of links against barriers: an impact is half an oscillation in 16 steps, and its
