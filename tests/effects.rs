@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use lostmotion::effects::{
-    self, Action, CATALOGUE, Diagnosable, JointMotion, JointState, Motion, Reading, Scope, SymmetricFriction,
+    self, Action, CATALOGUE, Catalogue, Diagnosable, JointMotion, JointState, Motion, Reading, Scope, SymmetricFriction,
 };
 use lostmotion::error::Error;
 use lostmotion::robot::Model;
@@ -135,7 +135,7 @@ fn amounts(effect: &dyn Diagnosable) -> (Vec<f64>, Vec<f64>) {
 
 #[test]
 fn equivalent_columns_are_what_the_simulation_adds() {
-    for effect in effects::diagnosable().filter(|effect| effect.name() != "sensor_delay") {
+    for effect in Catalogue::default().diagnosable().filter(|effect| effect.name() != "sensor_delay") {
         let nominal = model();
         let motion = motion(&nominal);
         let (coefficients, shape) = amounts(effect);

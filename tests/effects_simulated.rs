@@ -65,8 +65,11 @@ fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!(error <= tolerance, "{what}: {found:e} instead of {expected:e}, off by {error:e}");
 }
 
-/// Every effect at a size that matters in the planar arm, and the same effect at size zero.
-fn sizes() -> Vec<(&'static str, Vec<(&'static str, f64)>, Option<(&'static str, f64)>)> {
+/// An effect, its parameters, and the parameter whose value makes it nothing.
+type Amount = (&'static str, Vec<(&'static str, f64)>, Option<(&'static str, f64)>);
+
+/// Every effect at a size that matters in the planar arm.
+fn sizes() -> Vec<Amount> {
     vec![
         ("base_tilt", vec![("tilt", 0.1), ("azimuth", 0.5)], Some(("tilt", 0.0))),
         ("cable_spring", vec![("stiffness", 0.4), ("rest_position", 0.1)], Some(("stiffness", 0.0))),

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::problem::{FOLDS, Fitted, Part, Problem, Term};
 use super::regression::{Block, Score};
-use crate::effects::{self, Diagnosable, Scope};
+use crate::effects::{Diagnosable, Scope};
 
 /// Shapes that are fitted in full after a scan of many.
 const SHORTLIST: usize = 3;
@@ -286,7 +286,7 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
 fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Diagnosable, Vec<usize>)> {
     let dof = problem.baseline.len();
     let mut places: Vec<(&'static dyn Diagnosable, Vec<usize>)> = Vec::new();
-    for effect in effects::diagnosable() {
+    for effect in problem.catalogue.diagnosable() {
         let applies = |joint: usize| effect.applies(&problem.motion, joint);
         let present =
             |joint: usize| terms.iter().any(|term| term.effect.name() == effect.name() && term.joints.contains(&joint));

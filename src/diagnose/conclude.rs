@@ -11,7 +11,6 @@ use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
 use super::views::{self, Residual};
 use super::{Options, extend, floor, observe, typical_inertia, unexplained};
-use crate::effects;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
@@ -58,7 +57,7 @@ pub fn diagnosis(
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
     let baseline_model = extend::with_baseline(model, &friction, &gap_values, &shares);
-    let extended_model = extend::with_effects(&baseline_model, &effects);
+    let extended_model = extend::with_effects(&baseline_model, &effects, &problem.catalogue);
     let unexplained = unexplained::unexplained(problem, &terms, &options.rules);
     progress("drawing residuals", 0.95);
     let torque = torques(model, sessions);
@@ -120,7 +119,8 @@ fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection, data: &D
 /// The effect that a noticeable lag of the current is, with its gain on held-out data beside the nominal model.
 fn delayed(problem: &Problem, data: &Data) -> Option<FoundEffect> {
     let (late, recorded) = (data.late?, data.as_recorded.as_ref()?);
-    let (effect, values) = effects::diagnosable().find_map(|effect| Some((effect, effect.of_lag(late.lag.value)?)))?;
+    let effects = &mut problem.catalogue.diagnosable();
+    let (effect, values) = effects.find_map(|effect| Some((effect, effect.of_lag(late.lag.value)?)))?;
     let about = effect.about();
     let mended = nominal_residuals(problem)?;
     let power = |residuals: &[Vec<f64>]| -> f64 {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::result::FoundEffect;
-use crate::effects::{self, Scope, SymmetricFriction};
+use crate::effects::{Catalogue, Scope, SymmetricFriction};
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::robot::{EffectEntry, Model};
 
@@ -34,10 +34,10 @@ pub fn with_baseline(
 }
 
 /// The same with the effects that were found appended to its list.
-pub fn with_effects(baseline: &Model, found: &[FoundEffect]) -> Model {
+pub fn with_effects(baseline: &Model, found: &[FoundEffect], catalogue: &Catalogue) -> Model {
     let mut model = baseline.clone();
     for effect in found {
-        let scope = effects::find(&effect.effect).map(|effect| effect.about().scope);
+        let scope = catalogue.find(&effect.effect).map(|effect| effect.about().scope);
         let joint = if scope == Some(Scope::Joint) { effect.joints.first().cloned() } else { None };
         let parameters: BTreeMap<String, f64> =
             effect.parameters.iter().map(|(name, measured)| (name.clone(), measured.value)).collect();

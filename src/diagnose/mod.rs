@@ -34,14 +34,14 @@ pub use result::{
 pub use selection::Rules;
 
 use crate::dynamics::Dynamics;
-use crate::effects::Motion;
+use crate::effects::{Catalogue, Motion};
 use crate::error::{Error, Result};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 use problem::{Part, Problem};
 
 /// What can be chosen about a diagnosis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// When an effect is named.
     pub rules: Rules,
@@ -49,11 +49,13 @@ pub struct Options {
     pub held_out_share: f64,
     /// Whether gaps that the model file leaves out are measured too; it takes most of the time.
     pub backlash: bool,
+    /// Effects that may be named.
+    pub catalogue: Catalogue,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { rules: Rules::default(), held_out_share: 0.3, backlash: true }
+        Self { rules: Rules::default(), held_out_share: 0.3, backlash: true, catalogue: Catalogue::default() }
     }
 }
 
@@ -99,6 +101,7 @@ fn pose<'m>(model: &'m Model, sessions: &[&TimeSeries], trained: usize, options:
     let motion = observe::observe(model, sessions, &typical_inertia(model))?;
     let held_out = held_out_rows(&motion, trained, options.held_out_share);
     let mut problem = Problem::new(motion, held_out);
+    problem.catalogue = options.catalogue.clone();
     problem.standstill = standstill::Standstill::of(&problem.motion, sessions);
     find_zones(&mut problem)?;
     Ok(problem)

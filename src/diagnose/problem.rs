@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::baseline::{Falling, JointBaseline, stribeck_grid};
 use super::regression::{Block, NU, Solution, System, profile_likelihood};
 use super::standstill::Standstill;
-use crate::effects::{Diagnosable, Motion, Scope};
+use crate::effects::{Catalogue, Diagnosable, Motion, Scope};
 
 /// Where an effect is put to the test: the joints that share its coefficients.
 #[derive(Clone)]
@@ -75,6 +75,8 @@ pub struct Problem<'m> {
     pub independence: Vec<f64>,
     /// Currents before the first motion, one a joint.
     pub standstill: Vec<Option<Standstill>>,
+    /// Effects that may be named.
+    pub catalogue: Catalogue,
     fold: Vec<usize>,
 }
 
@@ -100,7 +102,8 @@ impl<'m> Problem<'m> {
         let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
         let independence = vec![1.0; motion.joints.len()];
         let standstill = vec![None; motion.joints.len()];
-        Self { motion, zones, held_out, baseline, independence, standstill, fold }
+        let catalogue = Catalogue::default();
+        Self { motion, zones, held_out, baseline, independence, standstill, catalogue, fold }
     }
 
     /// Rows of a joint that take part.

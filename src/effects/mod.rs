@@ -5,6 +5,7 @@
 
 pub mod about;
 mod action;
+mod catalogue;
 pub mod motion;
 mod parameters;
 
@@ -39,6 +40,7 @@ pub use about::{About, Kind, ParameterSpec, Scope};
 pub use action::{
     Action, DriveAction, EncoderAction, GearAction, JointAction, JointState, Reading, SensorAction, Stop,
 };
+pub use catalogue::Catalogue;
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
 
@@ -47,7 +49,7 @@ use std::collections::BTreeMap;
 use crate::error::Result;
 use crate::robot::Model;
 
-/// Every effect that can be installed, in alphabetical order.
+/// The effects of this crate, in alphabetical order; [`Catalogue`] holds those and others.
 pub static CATALOGUE: &[&dyn Effect] = &[
     &base_tilt::BaseTilt,
     &cable_spring::CableSpring,
@@ -77,17 +79,14 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &viscous_asymmetry::ViscousAsymmetry,
 ];
 
-/// The effect of that name.
+/// The effect of this crate of that name.
 pub fn find(name: &str) -> Option<&'static dyn Effect> {
     CATALOGUE.iter().copied().find(|effect| effect.name() == name)
 }
 
-/// The effects that a diagnosis can tell, in the order of the catalogue.
-pub fn diagnosable() -> impl Iterator<Item = &'static dyn Diagnosable> {
-    CATALOGUE.iter().filter_map(|effect| effect.diagnosable())
-}
-
 /// An entry of the catalogue: a difference between machine and nominal model that can be simulated.
+///
+/// Any crate can have its own: [`Catalogue::with`] adds it to those that simulation and diagnosis know.
 pub trait Effect: Sync {
     /// What is known about it.
     fn about(&self) -> &'static About;

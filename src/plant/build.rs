@@ -13,7 +13,7 @@ use super::sensors::Sensors;
 use super::{Engine, Options, Plant, World};
 use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
-use crate::effects::{self, Action, JointState, Reading, Stop};
+use crate::effects::{Action, Catalogue, JointState, Reading, Stop};
 use crate::error::{Error, Place, Result};
 use crate::gearhead::{DeadZone, Memory};
 use crate::robot::{JointModel, Model};
@@ -28,7 +28,7 @@ impl Plant {
     /// An effect is unknown or its parameters do not fit.
     pub fn new(model: &Model, options: &Options) -> Result<Self> {
         let mut model = model.clone();
-        let actions = install(&mut model)?;
+        let actions = install(&mut model, &options.catalogue)?;
         let mut laws: Vec<JointLaws> =
             model.joints.iter().zip(&model.robot.bodies).map(|(joint, body)| laws_of(joint, &body.joint)).collect();
         let mut sensors: Vec<Sensors> = (model.joints.iter().enumerate())
@@ -161,13 +161,14 @@ fn put_obstacles(world: &mut World, model: &Model, obstacles: &[Obstacle]) -> Re
     Ok(pairs.iter().enumerate().map(barrier).collect())
 }
 
-fn install(model: &mut Model) -> Result<Vec<Action>> {
+fn install(model: &mut Model, catalogue: &Catalogue) -> Result<Vec<Action>> {
     let mut actions = Vec::new();
     for entry in model.effects.clone() {
         let unknown = |key: &str, value: &str, expected: &str| {
             Error::input(&model.source, Place::File, format!("effects.{key}"), value, expected)
         };
-        let effect = effects::find(&entry.effect)
+        let effect = catalogue
+            .find(&entry.effect)
             .ok_or_else(|| unknown("effect", &entry.effect, "a name of the catalogue (`lostmotion list effects`)"))?;
         let joint = match &entry.joint {
             Some(name) => Some(

@@ -41,7 +41,7 @@ use sensors::{Sensors, Tracker};
 pub use world::World;
 
 use crate::dynamics::Dynamics;
-use crate::effects::{JointState, Reading};
+use crate::effects::{Catalogue, JointState, Reading};
 use crate::error::{Error, Result};
 use crate::robot::Robot;
 
@@ -78,6 +78,8 @@ pub struct Options {
     pub ideal_sensors: bool,
     /// What stands in the way; [`Engine::Rapier`] alone knows of it.
     pub obstacles: Vec<Obstacle>,
+    /// Effects that a model may have.
+    pub catalogue: Catalogue,
 }
 
 impl Default for Options {
@@ -90,6 +92,7 @@ impl Default for Options {
             seed: 1,
             ideal_sensors: false,
             obstacles: Vec::new(),
+            catalogue: Catalogue::default(),
         }
     }
 }

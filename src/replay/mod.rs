@@ -15,14 +15,14 @@ use inputs::Input;
 pub use low_pass::low_pass;
 
 use crate::dataset::Session;
-use crate::effects::JointState;
+use crate::effects::{Catalogue, JointState};
 use crate::error::Result;
 use crate::plant::{Engine, Options as PlantOptions, Plant};
 use crate::robot::Model;
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
 /// How to replay.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Who computes the links' dynamics.
     pub engine: Engine,
@@ -30,11 +30,13 @@ pub struct Options {
     pub bandwidth: f64,
     /// [Hz] Cut-off of the low-pass on both sides of a comparison, > 0.
     pub cutoff: f64,
+    /// Effects that a model may have.
+    pub catalogue: Catalogue,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { engine: Engine::Rapier, bandwidth: 3.0, cutoff: 25.0 }
+        Self { engine: Engine::Rapier, bandwidth: 3.0, cutoff: 25.0, catalogue: Catalogue::default() }
     }
 }
 
@@ -99,7 +101,9 @@ fn recorded(model: &Model, session: &Session, inputs: &[Input]) -> TimeSeries {
 
 fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Result<TimeSeries> {
     let time = &session.series.time;
-    let plant_options = PlantOptions { engine: options.engine, ideal_sensors: true, ..PlantOptions::default() };
+    let catalogue = options.catalogue.clone();
+    let plant_options =
+        PlantOptions { engine: options.engine, ideal_sensors: true, catalogue, ..PlantOptions::default() };
     let mut plant = Plant::new(model, &plant_options)?;
     let mut feedback = feedback::of_joints(model, session, inputs, options.bandwidth);
     let start: Vec<JointState> = feedback.iter().map(Feedback::start).collect();

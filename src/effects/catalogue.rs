@@ -1,0 +1,54 @@
+//! The effects that a program knows: those of this crate, and what another crate adds.
+
+use std::fmt;
+
+use super::{CATALOGUE, Diagnosable, Effect};
+
+/// Effects by name, in alphabetical order. The default are those of this crate.
+#[derive(Clone)]
+pub struct Catalogue(Vec<&'static dyn Effect>);
+
+impl Default for Catalogue {
+    fn default() -> Self {
+        Self(CATALOGUE.to_vec())
+    }
+}
+
+impl Catalogue {
+    /// With one more effect; it takes the place of one of the same name.
+    #[must_use]
+    pub fn with(mut self, effect: &'static dyn Effect) -> Self {
+        self.0.retain(|known| known.name() != effect.name());
+        self.0.push(effect);
+        self.0.sort_by_key(|effect| effect.name());
+        self
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
+        self.0.iter().copied()
+    }
+
+    /// The effect of that name.
+    pub fn find(&self, name: &str) -> Option<&'static dyn Effect> {
+        self.iter().find(|effect| effect.name() == name)
+    }
+
+    /// Those that a diagnosis can tell.
+    pub fn diagnosable(&self) -> impl Iterator<Item = &'static dyn Diagnosable> + '_ {
+        self.iter().filter_map(|effect| effect.diagnosable())
+    }
+}
+
+impl fmt::Debug for Catalogue {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_list().entries(self.iter().map(|effect| effect.name())).finish()
+    }
+}
+
+/// By names.
+impl PartialEq for Catalogue {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().map(|effect| effect.name()).eq(other.iter().map(|effect| effect.name()))
+    }
+}
