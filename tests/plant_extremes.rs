@@ -76,3 +76,33 @@ fn analytic_kink_of_a_two_line_law_is_located() {
         assert!(plant.sticks(0)[0]);
     }
 }
+
+/// A stiff controller on the bare velocity throws a rotor from flank to flank of an undamped gear, and gaps down to nothing make
+/// it strike thousands of times a second: no millisecond may cost more than the bound, and the books stay closed.
+#[test]
+fn property_a_hammering_rotor_costs_a_bounded_number_of_steps() {
+    for gap in [0.1, 1e-3, 1e-5, 1e-7, 1e-12] {
+        let mut machine = scara();
+        for joint in &mut machine.joints {
+            (joint.backlash, joint.gear_damping) = (Some(gap), 0.0);
+        }
+        let mut plant = Plant::new(&machine, &Options { ideal_sensors: true, ..Options::default() }).unwrap();
+        let (start, mut most) = (plant.energy(), 0);
+        for k in 0..3000 {
+            let wanted = 3.0 * (f64::from(k) * 0.02).sin().signum();
+            let command: Vec<f64> = plant.states().iter().map(|state| 60.0 * (wanted - state.motor_velocity)).collect();
+            let before = plant.counts().steps;
+            plant.advance(&command, 1e-3).unwrap();
+            most = most.max(plant.counts().steps - before);
+        }
+        let (end, counts) = (plant.energy(), plant.counts());
+        let gap_of_books = (end.work - end.dissipated - (end.stored - start.stored)) / end.work;
+        println!("gap {gap:e}: at most {most} steps in a millisecond, {counts:?}, energy {gap_of_books:.1e}");
+        // Two passages, each at most 100 events of two steps and as many steps as without.
+        assert!(most < 450, "{most}");
+        assert!(counts.steps < 3000 * 40, "{counts:?}");
+        assert!(counts.events > 1000, "it is to hammer: {counts:?}");
+        // Where events crowd, modes change at the ends of steps alone: first order, half a millisecond.
+        assert!(gap_of_books.abs() < if counts.crowded == 0 { 1e-4 } else { 1e-3 }, "{gap_of_books:e}");
+    }
+}

@@ -8,7 +8,7 @@ use super::joint::{JointLaws, Phase, Power};
 use super::links::Links;
 use super::mode::{Mode, Slip};
 use super::obstacle::{Obstacle, Pair};
-use super::pace::LONGEST_STEP;
+use super::pace::{LONGEST_STEP, LONGEST_STEP_DAMPED};
 use super::sensors::Sensors;
 use super::{Engine, Options, Plant, World};
 use crate::drive::PowerStage;
@@ -80,17 +80,18 @@ impl Plant {
         };
         plant.place(&vec![0.0; n]);
         let (joint, fastest) = plant.integrator.fastest();
-        if !fastest.is_finite() || fastest > FASTEST {
+        let pole = fastest.pole();
+        if !pole.is_finite() || pole > FASTEST {
             let key = format!("joints.{}.gear_stiffness", model.joints[joint].name);
             let expected = format!(
                 "a gear between rotor and link whose fastest motion is below {FASTEST:.0} rad/s, with inertia on both sides \
-                 (here {fastest:.3e} rad/s)"
+                 (here {pole:.3e} rad/s)"
             );
             return Err(Error::input(&model.source, Place::File, key, model.joints[joint].gear_stiffness, expected));
         }
         let asked = options.substeps.max(1) as f64 / options.step;
-        plant.fastest = fastest;
-        plant.rate = asked.max(fastest / LONGEST_STEP);
+        plant.fastest = pole;
+        plant.rate = asked.max(fastest.oscillation / LONGEST_STEP).max(fastest.decay / LONGEST_STEP_DAMPED);
         Ok(plant)
     }
 }

@@ -28,6 +28,24 @@ impl Integrator {
         first
     }
 
+    /// Changes every mode whose end lies behind the state.
+    pub(super) fn change_overdue(&mut self, state: &mut State, commands: &[f64], source: Source) {
+        for joint in 0..state.joints.len() {
+            for (kind, change) in Change::ALL.into_iter().enumerate() {
+                if self.margins[0][joint].0[kind] < 0.0 {
+                    self.change(state, commands, Event::Joint(joint, change), source);
+                }
+            }
+        }
+        for near in 0..self.barrier_margins[0].len() {
+            let (barrier, margin) = self.barrier_margins[0][near];
+            if margin < 0.0 {
+                self.change(state, commands, Event::Barrier(barrier), source);
+            }
+        }
+        self.begin(state, commands, source);
+    }
+
     /// Keeps an event if it comes before the first so far; its margin is known at the ends of the step.
     fn sooner(
         &mut self,

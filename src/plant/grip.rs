@@ -3,6 +3,9 @@
 //! ```text
 //!   F(|v|) = F_C + D e^{−|v| σ} + F_V |v|          D = F_S − F_C, σ = 1/v_S; of two lines each is one such law with D = 0
 //! ```
+//! A step may lead beyond the end of a mode before the end is located. There, at a speed that is negative, the exponential
+//! goes on along its tangent from `|v| σ = −1`: left alone it would be e⁷⁰ where a hammering rotor is thrown back within a step.
+//!
 //! Two lines meet at a kink, at the switch velocity: the slower and the faster line are modes of their own, so that the kink is
 //! located like any other event.
 
@@ -39,7 +42,13 @@ impl Piece {
     fn at(&self, speed: f64) -> f64 {
         let fallen = speed * self.steepness;
         let line = self.coulomb + self.viscous * speed;
-        if self.drop == 0.0 || fallen > GONE { line } else { line + self.drop * (-fallen).exp() }
+        if self.drop == 0.0 || fallen > GONE {
+            line
+        } else if fallen < -1.0 {
+            line - self.drop * std::f64::consts::E * fallen
+        } else {
+            line + self.drop * (-fallen).exp()
+        }
     }
 }
 

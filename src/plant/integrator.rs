@@ -3,7 +3,8 @@
 //! A step is taken within the modes that hold at its start. Where a margin has turned negative at its end, the earliest root
 //! of the margins along the step's cubic Hermite interpolant is found, the step is taken again up to there, and the mode
 //! changes: a flank is touched or left, a rotor or link comes to rest or breaks away, the voltage limit is met or left.
-//! Without that every method is of first order. The current is the fastest of all; while it is not limited by the voltage its
+//! Without that every method is of first order; it is what remains where events crowd so much that they cannot all be located,
+//! and bounds the cost of an interval. The current is the fastest of all; while it is not limited by the voltage its
 //! course under a constant command is known, and it is put in as it is ([`transient`](super::transient)).
 
 use nalgebra::DMatrix;
@@ -50,6 +51,22 @@ impl State {
     }
 }
 
+/// How fast the gears of a machine are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fastest {
+    /// [rad/s] Of those that oscillate.
+    pub oscillation: f64,
+    /// [1/s] Of those that damping brings to rest without.
+    pub decay: f64,
+}
+
+impl Fastest {
+    /// [rad/s] Whichever is faster.
+    pub fn pole(&self) -> f64 {
+        self.oscillation.max(self.decay)
+    }
+}
+
 /// A step or the part of it up to an event.
 pub struct Step<'a> {
     /// [s] start and end.
@@ -69,6 +86,8 @@ pub struct Counts {
     pub steps: usize,
     /// Changes of mode.
     pub events: usize,
+    /// Steps at whose end alone modes were changed, because there were too many events to be located.
+    pub crowded: usize,
 }
 
 /// The stepper with its room to work.
@@ -104,8 +123,8 @@ pub struct Integrator {
     pub(super) barrier_margins: [Vec<(usize, f64)>; 2],
 }
 
-/// Events in a row without time passing, after which time is made to pass.
-const MAX_EVENTS_AT_ONCE: usize = 40;
+/// Events that are located between two evaluations; a gap that is crossed a hundred times a millisecond is as good as none.
+const MAX_EVENTS: usize = 100;
 
 impl Integrator {
     /// For a machine with these laws and links.
@@ -239,36 +258,42 @@ impl Integrator {
         }
     }
 
-    /// [rad/s] Fastest motion of the gears at the newest evaluation, and the joint that takes part in it most.
+    /// Fastest motion of the gears at the newest evaluation, and the joint that takes part in it most.
     ///
     /// With all flanks touching the wind-ups obey `ẍ + A D ẋ + A K x = 0`, `A = J⁻¹ + W`: links couple them, so that the largest
-    /// eigenvalue of `K^½ A K^½` is above its largest diagonal entry. Damping is looked at one gear at a time.
-    pub fn fastest(&mut self) -> (usize, f64) {
+    /// eigenvalue of `K^½ A K^½` is above its largest diagonal entry. Damping is looked at one gear at a time; gears that
+    /// do not oscillate take no part in coupled oscillations.
+    pub fn fastest(&mut self) -> (usize, Fastest) {
         self.mobility.newest(&mut self.response);
         let Self { coupled, response, .. } = self;
         let laws = &coupled.laws;
         let a = |i: usize, j: usize| response.w(i, j) + if i == j { 1.0 / laws[i].rotor_inertia } else { 0.0 };
-        let mut fastest = (0, 0.0);
+        let (mut joint, mut fastest) = (0, Fastest { oscillation: 0.0, decay: 0.0 });
+        let mut stiffness = vec![0.0; laws.len()];
         for (i, law) in laws.iter().enumerate() {
             let (sigma_0, sigma_1) = law.bristles();
             let omega_squared = law.gear.stiffness * a(i, i) + sigma_0 / law.rotor_inertia;
             let delta = 0.5 * (law.gear.damping * a(i, i) + sigma_1 / law.rotor_inertia);
-            let pole = if delta * delta > omega_squared {
-                delta + (delta * delta - omega_squared).sqrt()
+            let before = fastest.pole();
+            if delta * delta > omega_squared {
+                fastest.decay = fastest.decay.max(delta + (delta * delta - omega_squared).sqrt());
             } else {
-                omega_squared.sqrt()
-            };
-            if pole > fastest.1 || !pole.is_finite() {
-                fastest = (i, pole);
+                fastest.oscillation = fastest.oscillation.max(omega_squared.sqrt());
+                stiffness[i] = law.gear.stiffness.sqrt();
+            }
+            if fastest.pole() > before || !a(i, i).is_finite() {
+                joint = i;
+            }
+            if !a(i, i).is_finite() {
+                fastest.oscillation = f64::INFINITY;
             }
         }
-        if fastest.1.is_finite() {
+        if fastest.pole().is_finite() {
             let n = laws.len();
-            let stiffness = |i: usize, j: usize| (laws[i].gear.stiffness * laws[j].gear.stiffness).sqrt();
-            let squared = DMatrix::from_fn(n, n, |i, j| stiffness(i, j) * a(i, j)).symmetric_eigenvalues().max();
-            fastest.1 = squared.sqrt().max(fastest.1);
+            let squared = DMatrix::from_fn(n, n, |i, j| stiffness[i] * stiffness[j] * a(i, j));
+            fastest.oscillation = squared.symmetric_eigenvalues().max().max(0.0).sqrt().max(fastest.oscillation);
         }
-        fastest
+        (joint, fastest)
     }
 
     /// Decides the modes of everything that rests, after the command may have jumped.
@@ -291,17 +316,20 @@ impl Integrator {
         let start = state.time;
         let length = (until - start) / substeps as f64;
         self.begin(state, commands, source);
-        let mut events_at_once = 0;
+        let mut events = 0;
         for k in 1..=substeps {
             let target = if k == substeps { until } else { start + k as f64 * length };
             while state.time < target {
+                let crowded = events >= MAX_EVENTS;
+                if crowded {
+                    self.counts.crowded += 1;
+                    self.change_overdue(state, commands, source);
+                }
                 let h = target - state.time;
                 let work = self.step(state, commands, h, source);
                 self.end_derivative(state, target, commands, source);
-                let forced = events_at_once > MAX_EVENTS_AT_ONCE;
-                let event = if forced { None } else { self.earliest(state, commands, h, source) };
+                let event = if crowded { None } else { self.earliest(state, commands, h, source) };
                 let Some((event, share)) = event else {
-                    events_at_once = 0;
                     self.accept(state, target, work, &mut watch);
                     std::mem::swap(&mut self.rates[0], &mut self.end_rate);
                     self.power = self.end_power;
@@ -313,9 +341,8 @@ impl Integrator {
                 if share * h > 0.0 && state.time + share * h > state.time {
                     let work = self.step(state, commands, share * h, source);
                     self.accept(state, state.time + share * h, work, &mut watch);
-                    events_at_once = 0;
                 }
-                events_at_once += 1;
+                events += 1;
                 self.counts.events += 1;
                 self.change(state, commands, event, source);
                 self.begin(state, commands, source);
@@ -324,7 +351,7 @@ impl Integrator {
     }
 
     /// Derivative and margins at the start of a step.
-    fn begin(&mut self, state: &State, commands: &[f64], source: Source) {
+    pub(super) fn begin(&mut self, state: &State, commands: &[f64], source: Source) {
         self.respond(source, state.time, &state.joints, &state.touching);
         let Self { coupled, response, rates, margins, barrier_margins, .. } = self;
         self.power = coupled.derivative(state.time, &state.joints, &state.modes, commands, response, &mut rates[0]);

@@ -7,8 +7,12 @@
 use super::Plant;
 use super::integrator::{Source, Step};
 
-/// Longest step times the fastest motion of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 1.5e-4` rad a step too little.
+/// Longest step times the fastest oscillation of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 1.5e-4` rad a step too little.
 pub(super) const LONGEST_STEP: f64 = 0.45;
+
+/// Longest step times the fastest decay of a gear that does not oscillate: a share `1/120` of what decays is wrong for a step,
+/// and gone with it after a few. Impulse is conserved whatever the step.
+pub(super) const LONGEST_STEP_DAMPED: f64 = 1.0;
 
 /// Longest step times the fastest motion of links against barriers: an impact is half an oscillation in 16 steps, and its
 /// restitution is right within 1e-5.
