@@ -7,6 +7,9 @@ use super::integrator::{Integrator, Source, State};
 use super::joint::Phase;
 use super::mode::{Change, Event, Slip};
 
+/// Shortest share of a step for which a mode is given a chance to last.
+const SHORTEST: f64 = 1e-3;
+
 impl Integrator {
     /// The event that comes first in a step, and the share of the step before it.
     pub(super) fn earliest(&mut self, state: &State, commands: &[f64], h: f64, source: Source) -> Option<(Event, f64)> {
@@ -56,16 +59,32 @@ impl Integrator {
         (event, ends): (Event, [f64; 2]),
         first: &mut Option<(Event, f64)>,
     ) {
-        let share = if ends[0] <= 0.0 { 0.0 } else { self.root(state, commands, h, source, event, ends) };
+        // A mode that has just begun has its end where it began: what counts is whether it is left for a while.
+        let mut from = (0.0, ends[0]);
+        let mut share = 0.5;
+        while from.1 <= 0.0 && share > SHORTEST {
+            from = (share, self.margin_at(state, commands, h, source, event, share));
+            share *= 0.25;
+        }
+        let share =
+            if from.1 > 0.0 { self.root(state, commands, h, source, event, [from, (1.0, ends[1])]) } else { 0.0 };
         if first.is_none_or(|(_, earliest)| share < earliest) {
             *first = Some((event, share));
         }
     }
 
-    /// Share of the step at which a margin is zero, by the Illinois rule along the step's interpolant.
-    fn root(&mut self, state: &State, commands: &[f64], h: f64, source: Source, event: Event, ends: [f64; 2]) -> f64 {
-        let (mut a, mut b) = (0.0, 1.0);
-        let [mut fa, mut fb] = ends;
+    /// Share of the step at which a margin is zero between two shares with margins of opposite sign, by the Illinois rule along the
+    /// step's interpolant.
+    fn root(
+        &mut self,
+        state: &State,
+        commands: &[f64],
+        h: f64,
+        source: Source,
+        event: Event,
+        ends: [(f64, f64); 2],
+    ) -> f64 {
+        let [(mut a, mut fa), (mut b, mut fb)] = ends;
         let mut side = 0;
         for _ in 0..50 {
             let s = (a * fb - b * fa) / (fb - fa);

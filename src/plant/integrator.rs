@@ -126,6 +126,10 @@ pub struct Integrator {
 /// Events that are located between two evaluations; a gap that is crossed a hundred times a millisecond is as good as none.
 const MAX_EVENTS: usize = 100;
 
+/// Events without time passing, after which a step is taken in the modes that hold: modes that take turns at one state do
+/// the same there.
+const MAX_EVENTS_AT_ONCE: usize = 16;
+
 impl Integrator {
     /// For a machine with these laws and links.
     pub fn new(coupled: Coupled, links: Links) -> Self {
@@ -261,15 +265,13 @@ impl Integrator {
     /// Fastest motion of the gears at the newest evaluation, and the joint that takes part in it most.
     ///
     /// With all flanks touching the wind-ups obey `ẍ + A D ẋ + A K x = 0`, `A = J⁻¹ + W`: links couple them, so that the largest
-    /// eigenvalue of `K^½ A K^½` is above its largest diagonal entry. Damping is looked at one gear at a time; gears that
-    /// do not oscillate take no part in coupled oscillations.
+    /// eigenvalue of `K^½ A K^½` is above its largest diagonal entry. Damping is looked at one gear at a time.
     pub fn fastest(&mut self) -> (usize, Fastest) {
         self.mobility.newest(&mut self.response);
         let Self { coupled, response, .. } = self;
         let laws = &coupled.laws;
         let a = |i: usize, j: usize| response.w(i, j) + if i == j { 1.0 / laws[i].rotor_inertia } else { 0.0 };
         let (mut joint, mut fastest) = (0, Fastest { oscillation: 0.0, decay: 0.0 });
-        let mut stiffness = vec![0.0; laws.len()];
         for (i, law) in laws.iter().enumerate() {
             let (sigma_0, sigma_1) = law.bristles();
             let omega_squared = law.gear.stiffness * a(i, i) + sigma_0 / law.rotor_inertia;
@@ -279,7 +281,6 @@ impl Integrator {
                 fastest.decay = fastest.decay.max(delta + (delta * delta - omega_squared).sqrt());
             } else {
                 fastest.oscillation = fastest.oscillation.max(omega_squared.sqrt());
-                stiffness[i] = law.gear.stiffness.sqrt();
             }
             if fastest.pole() > before || !a(i, i).is_finite() {
                 joint = i;
@@ -290,7 +291,8 @@ impl Integrator {
         }
         if fastest.pole().is_finite() {
             let n = laws.len();
-            let squared = DMatrix::from_fn(n, n, |i, j| stiffness[i] * stiffness[j] * a(i, j));
+            let stiffness = |i: usize, j: usize| (laws[i].gear.stiffness * laws[j].gear.stiffness).sqrt();
+            let squared = DMatrix::from_fn(n, n, |i, j| stiffness(i, j) * a(i, j));
             fastest.oscillation = squared.symmetric_eigenvalues().max().max(0.0).sqrt().max(fastest.oscillation);
         }
         (joint, fastest)
@@ -316,7 +318,7 @@ impl Integrator {
         let start = state.time;
         let length = (until - start) / substeps as f64;
         self.begin(state, commands, source);
-        let mut events = 0;
+        let (mut events, mut at_once) = (0, 0);
         for k in 1..=substeps {
             let target = if k == substeps { until } else { start + k as f64 * length };
             while state.time < target {
@@ -328,8 +330,10 @@ impl Integrator {
                 let h = target - state.time;
                 let work = self.step(state, commands, h, source);
                 self.end_derivative(state, target, commands, source);
-                let event = if crowded { None } else { self.earliest(state, commands, h, source) };
+                let forced = crowded || at_once >= MAX_EVENTS_AT_ONCE;
+                let event = if forced { None } else { self.earliest(state, commands, h, source) };
                 let Some((event, share)) = event else {
+                    at_once = 0;
                     self.accept(state, target, work, &mut watch);
                     std::mem::swap(&mut self.rates[0], &mut self.end_rate);
                     self.power = self.end_power;
@@ -341,8 +345,10 @@ impl Integrator {
                 if share * h > 0.0 && state.time + share * h > state.time {
                     let work = self.step(state, commands, share * h, source);
                     self.accept(state, state.time + share * h, work, &mut watch);
+                    events += 1;
+                    at_once = 0;
                 }
-                events += 1;
+                at_once += 1;
                 self.counts.events += 1;
                 self.change(state, commands, event, source);
                 self.begin(state, commands, source);
