@@ -221,6 +221,21 @@ fn analytic_ripple_works_with_the_current_and_cogging_without() {
     }
 }
 
+/// A rotor that passes a tooth in the time between two stages of a step would feel the same torque at all of them, and run away at
+/// `τ_c/J`. Its energy `J ω²/2 + τ_c/n cos nθ` belongs to the state alone.
+#[test]
+fn analytic_a_ripple_faster_than_the_steps_is_not_a_constant_torque() {
+    let (omega, amplitude) = (8.0, 0.05);
+    let n = (2.0 * PI / (0.25e-3 * omega)).round();
+    let parameters = [("amplitude", amplitude), ("order", n), ("phase", 0.5 * PI)];
+    let mut plant = ideal(&with(rotor_alone(None), "cogging", &parameters));
+    plant.launch(&[turning(omega)]);
+    plant.advance(&[0.0], 0.3).unwrap();
+    // 2 τ_c/(n J ω) is what the energy allows; 1e-6 what Simpson's rule makes of a radian a step, amplitude/J · h/2880 a step.
+    let allowed = 2.0 * amplitude / (n * J * omega) + 1e-6;
+    near("velocity [rad/s]", plant.states()[0].motor_velocity, omega, allowed);
+}
+
 /// A rotor that coasts: `ω = ω₀ exp(−F_V/J (t + a T (1 − e^{−t/T})))`.
 #[test]
 fn analytic_a_cold_gear_brakes_more() {

@@ -40,12 +40,20 @@ pub trait JointAction: Send + Sync {
     fn link_torque(&self, _state: &JointState) -> f64 {
         0.0
     }
+    /// [rad/s] Fastest oscillation that it brings at a speed [rad/s or m/s] of the rotor: steps have to resolve it.
+    fn fastest(&self, _speed: f64) -> f64 {
+        0.0
+    }
 }
 
 /// What an effect does to the flanks of a gear.
 pub trait GearAction: Send + Sync {
     /// Alters where the flanks stand at a time [s] and a rotor angle [rad or m]; smooth in both, slopes in accordance.
     fn alter(&self, time: f64, theta: f64, mesh: &mut Mesh);
+    /// [rad/s] Fastest oscillation that it brings at a speed [rad/s or m/s] of the rotor: steps have to resolve it.
+    fn fastest(&self, _speed: f64) -> f64 {
+        0.0
+    }
 }
 
 /// What an effect does to the command of a drive.

@@ -49,6 +49,10 @@ impl JointAction for Ripple {
     fn motor_torque(&self, state: &JointState) -> f64 {
         self.amplitude * (self.order * self.gear_ratio * state.motor_position + self.phase).sin()
     }
+
+    fn fastest(&self, speed: f64) -> f64 {
+        self.order * self.gear_ratio * speed
+    }
 }
 
 impl Effect for Cogging {

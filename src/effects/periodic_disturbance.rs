@@ -43,6 +43,10 @@ impl JointAction for Hum {
     fn motor_torque(&self, state: &JointState) -> f64 {
         self.amplitude * (self.omega * state.time + self.phase).sin()
     }
+
+    fn fastest(&self, _speed: f64) -> f64 {
+        self.omega
+    }
 }
 
 impl Effect for PeriodicDisturbance {

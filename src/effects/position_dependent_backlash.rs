@@ -48,6 +48,10 @@ impl GearAction for Gap {
         mesh.half_gap += 0.5 * self.amplitude * cos;
         mesh.half_gap_slope -= 0.5 * self.amplitude * self.order * sin;
     }
+
+    fn fastest(&self, speed: f64) -> f64 {
+        self.order * speed
+    }
 }
 
 impl Effect for PositionDependentBacklash {

@@ -49,6 +49,10 @@ impl JointAction for Map {
         let coulomb = self.coulomb[Direction::of(state.motor_velocity).index()];
         (level + coulomb * self.a * (self.n * state.motor_position + self.phi).cos()).max(0.0)
     }
+
+    fn fastest(&self, speed: f64) -> f64 {
+        self.n * speed
+    }
 }
 
 impl Effect for PositionDependentFriction {

@@ -45,6 +45,10 @@ impl JointAction for Ripple {
     fn motor_torque(&self, state: &JointState) -> f64 {
         self.amplitude * state.current * (self.order * state.motor_position + self.phase).sin()
     }
+
+    fn fastest(&self, speed: f64) -> f64 {
+        self.order * speed
+    }
 }
 
 impl Effect for TorqueRipple {

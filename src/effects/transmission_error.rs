@@ -48,6 +48,10 @@ impl GearAction for Teeth {
         mesh.offset += self.amplitude * sin;
         mesh.offset_slope += self.amplitude * self.teeth * cos;
     }
+
+    fn fastest(&self, speed: f64) -> f64 {
+        self.teeth * speed
+    }
 }
 
 impl Effect for TransmissionError {

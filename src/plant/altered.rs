@@ -92,11 +92,20 @@ impl JointLaws {
         }
     }
 
-    /// [1/s] How fast friction forgets at most in an interval [s] from a state with this acceleration of the rotor.
-    pub(super) fn forgets(&self, y: &Phase, acceleration: f64, interval: f64) -> f64 {
-        let Some(memory) = &self.memory else { return 0.0 };
-        let speed = y.omega.abs() + 2.0 * acceleration.abs() * interval;
+    /// [1/s] Fastest motion that effects bring in an interval [s] from a state with this acceleration of the rotor, 0 without:
+    /// friction that forgets, ripples that are passed.
+    #[inline]
+    pub(super) fn haste(&self, y: &Phase, acceleration: f64, interval: f64) -> f64 {
+        if self.plain { 0.0 } else { self.haste_at(y, y.omega.abs() + 2.0 * acceleration.abs() * interval) }
+    }
+
+    #[cold]
+    fn haste_at(&self, y: &Phase, speed: f64) -> f64 {
         let state = self.observe(0.0, y, 0.0, 0.0);
-        memory.forgets(speed, self.dry_and_viscous(&state, speed.copysign(y.omega)).0)
+        let forgets = self
+            .memory
+            .map_or(0.0, |memory| memory.forgets(speed, self.dry_and_viscous(&state, speed.copysign(y.omega)).0));
+        let ripples = self.actions.iter().map(|action| action.fastest(speed));
+        ripples.chain(self.gears.iter().map(|gear| gear.fastest(speed))).fold(forgets, f64::max)
     }
 }

@@ -246,11 +246,11 @@ impl Integrator {
         coupled.barriers.fastest(response)
     }
 
-    /// [1/s] How fast the friction of a joint forgets at most until a time, 0 where none remembers.
-    pub fn forgets(&self, state: &State, until: f64) -> f64 {
+    /// [1/s] Fastest motion that effects bring until a time, 0 without.
+    pub fn haste(&self, state: &State, until: f64) -> f64 {
         let Coupled { laws, flows, .. } = &self.coupled;
         let joints = laws.iter().zip(flows).zip(&state.joints);
-        joints.fold(0.0, |most, ((law, flow), y)| most.max(law.forgets(y, flow.rotor_acceleration, until - state.time)))
+        joints.fold(0.0, |most, ((law, flow), y)| most.max(law.haste(y, flow.rotor_acceleration, until - state.time)))
     }
 
     /// Where the links stand to the barriers that are near.

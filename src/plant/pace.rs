@@ -73,7 +73,7 @@ impl Plant {
     fn look_ahead(&mut self, until: f64) -> f64 {
         let Self { integrator, state, saved, commands, fastest, .. } = self;
         saved.copy_from(state);
-        let fastest = fastest.max(integrator.look(saved, until)).max(integrator.forgets(saved, until));
+        let fastest = fastest.max(integrator.look(saved, until)).max(integrator.haste(saved, until));
         let steps = ((until - state.time) * fastest / STABLE_STEP).ceil().max(1.0) as usize;
         integrator.settle(saved, commands, Source::Polynomial);
         integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
@@ -83,7 +83,7 @@ impl Plant {
     fn go_through(&mut self, until: f64, source: Source) {
         let Self { integrator, sensors, state, commands, rate, .. } = self;
         let rate = rate.max(integrator.look(state, until) / LONGEST_STEP_TOUCHING);
-        let rate = rate.max(integrator.forgets(state, until) / STABLE_STEP);
+        let rate = rate.max(integrator.haste(state, until) / STABLE_STEP);
         let steps = ((until - state.time) * rate - 1e-6).ceil().max(1.0) as usize;
         integrator.settle(state, commands, source);
         integrator.advance(state, commands, until, steps, source, |step: &Step| {
