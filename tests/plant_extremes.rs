@@ -32,7 +32,7 @@ fn property_a_diverging_loop_ends_in_an_error_that_says_where() {
         let (time, joint, quantity, value) = diverged(run);
         println!("{engine:?}: {quantity} of {joint} {value:e} at {time}");
         assert!(joint.starts_with("joint") && quantity.ends_with("velocity"), "{joint} {quantity}");
-        assert!(!(value.abs() <= FASTEST_MOTION) && time < 0.7, "{value:e} at {time}");
+        assert!((value.is_nan() || value.abs() > FASTEST_MOTION) && time < 0.7, "{value:e} at {time}");
         // Placed anew, the same machine works.
         plant.place(&vec![0.1; n]);
         plant.advance(&vec![0.1; n], 0.1).unwrap();

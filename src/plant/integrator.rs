@@ -5,7 +5,7 @@
 //! changes: a flank is touched or left, a rotor or link comes to rest or breaks away, the voltage limit is met or left.
 //! Without that every method is of first order; it is what remains where events crowd so much that they cannot all be located,
 //! and bounds the cost of an interval. The current is the fastest of all; while it is not limited by the voltage its
-//! course under a constant command is known, and it is put in as it is ([`transient`](super::transient)).
+//! course under a constant command is known, and it is put in as it is (`transient`).
 
 use nalgebra::DMatrix;
 
