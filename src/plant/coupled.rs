@@ -124,7 +124,8 @@ impl Coupled {
         }
     }
 
-    /// Decides saturation and friction of everything that rests, at a state where the command may have jumped.
+    /// Decides saturation and friction of everything that rests, at a state where the command may have jumped; leaves the
+    /// derivative of the state as [`Coupled::derivative`] does.
     pub fn settle(
         &mut self,
         time: f64,
@@ -133,7 +134,7 @@ impl Coupled {
         commands: &[f64],
         response: &Response,
         rate: &mut [Phase],
-    ) {
+    ) -> Power {
         for (i, law) in self.laws.iter().enumerate() {
             modes[i].saturation = law.power.saturation(law.power.demand(commands[i], y[i].current, y[i].omega));
             if y[i].omega == 0.0 && modes[i].rotor != Slip::Free {
@@ -144,10 +145,10 @@ impl Coupled {
                 }
             }
         }
-        self.settle_links(time, y, modes, commands, response, rate);
+        self.settle_links(time, y, modes, commands, response, rate)
     }
 
-    /// Decides which of the links at rest stick.
+    /// Decides which of the links at rest stick; leaves the derivative of the state as [`Coupled::derivative`] does.
     pub fn settle_links(
         &mut self,
         time: f64,
@@ -156,11 +157,12 @@ impl Coupled {
         commands: &[f64],
         response: &Response,
         rate: &mut [Phase],
-    ) {
+    ) -> Power {
         let n = self.laws.len();
+        let mut power = Power::default();
         // Least-index exchange visits no set twice: 3ⁿ bounds it; in practice a few exchanges do.
         for _ in 0..3_usize.saturating_pow(n as u32).min(1000) {
-            self.derivative(time, y, modes, commands, response, rate);
+            power = self.derivative(time, y, modes, commands, response, rate);
             let violated = (0..n).find(|&i| {
                 y[i].v == 0.0
                     && match modes[i].link {
@@ -179,12 +181,13 @@ impl Coupled {
                         slips => slips.sign() * rate[i].v < 0.0,
                     }
             });
-            let Some(i) = violated else { return };
+            let Some(i) = violated else { break };
             modes[i].link = match modes[i].link {
                 Slip::Stuck => Slip::towards(self.holds[i]),
                 _ => Slip::Stuck,
             };
         }
+        power
     }
 }
 

@@ -298,14 +298,16 @@ impl Integrator {
         (joint, fastest)
     }
 
-    /// Decides the modes of everything that rests, after the command may have jumped.
-    pub fn settle(&mut self, state: &mut State, commands: &[f64], source: Source) {
+    /// Decides the modes of everything that rests, after the command may have jumped, with derivative and margins there.
+    fn settle(&mut self, state: &mut State, commands: &[f64], source: Source) {
         self.respond(source, state.time, &state.joints, &state.touching);
-        let rate = &mut self.end_rate;
-        self.coupled.settle(state.time, &state.joints, &mut state.modes, commands, &self.response, rate);
+        let Self { coupled, response, rates, .. } = self;
+        let State { time, joints, modes, .. } = state;
+        self.power = coupled.settle(*time, joints, modes, commands, response, &mut rates[0]);
+        self.measure_margins(state, commands);
     }
 
-    /// Integrates to a time under a constant command; `watch` sees every stretch between events.
+    /// Integrates to a time under a constant command that may have jumped; `watch` sees every stretch between events.
     pub fn advance(
         &mut self,
         state: &mut State,
@@ -317,7 +319,7 @@ impl Integrator {
     ) {
         let start = state.time;
         let length = (until - start) / substeps as f64;
-        self.begin(state, commands, source);
+        self.settle(state, commands, source);
         let (mut events, mut at_once) = (0, 0);
         for k in 1..=substeps {
             let target = if k == substeps { until } else { start + k as f64 * length };
@@ -359,8 +361,14 @@ impl Integrator {
     /// Derivative and margins at the start of a step.
     pub(super) fn begin(&mut self, state: &State, commands: &[f64], source: Source) {
         self.respond(source, state.time, &state.joints, &state.touching);
-        let Self { coupled, response, rates, margins, barrier_margins, .. } = self;
+        let Self { coupled, response, rates, .. } = self;
         self.power = coupled.derivative(state.time, &state.joints, &state.modes, commands, response, &mut rates[0]);
+        self.measure_margins(state, commands);
+    }
+
+    /// Margins at the start of a step.
+    fn measure_margins(&mut self, state: &State, commands: &[f64]) {
+        let Self { coupled, margins, barrier_margins, .. } = self;
         coupled.margins(state.time, &state.joints, &state.modes, commands, &mut margins[0]);
         barrier_margins[0].clear();
         barrier_margins[0].extend(coupled.barriers.margins(&state.touching));

@@ -75,7 +75,6 @@ impl Plant {
         saved.copy_from(state);
         let fastest = fastest.max(integrator.look(saved, until)).max(integrator.haste(saved, until));
         let steps = ((until - state.time) * fastest / STABLE_STEP).ceil().max(1.0) as usize;
-        integrator.settle(saved, commands, Source::Polynomial);
         integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
         integrator.offer_node(until, &saved.joints, &saved.modes)
     }
@@ -85,7 +84,6 @@ impl Plant {
         let rate = rate.max(integrator.look(state, until) / LONGEST_STEP_TOUCHING);
         let rate = rate.max(integrator.haste(state, until) / STABLE_STEP);
         let steps = ((until - state.time) * rate - 1e-6).ceil().max(1.0) as usize;
-        integrator.settle(state, commands, source);
         integrator.advance(state, commands, until, steps, source, |step: &Step| {
             for (i, sensors) in sensors.iter_mut().enumerate() {
                 sensors.watch(step.time, &step.joints[0][i], &step.joints[1][i]);
