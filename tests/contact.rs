@@ -5,15 +5,17 @@ mod machines;
 
 use std::path::PathBuf;
 
+use lostmotion::drive::Noise;
+use lostmotion::dynamics::Dynamics;
 use lostmotion::effects::JointState;
 use lostmotion::error::Error;
-use lostmotion::plant::{Energy, Engine, Obstacle, Options, Plant};
+use lostmotion::plant::{Energy, Engine, Obstacle, Options, Plant, RigidBody, World};
 use lostmotion::robot::{Geometry, JointModel, Limits, Model, Robot, Shape};
 use lostmotion::scenario::{Scenario, simulate};
 use lostmotion::timeseries::Channel;
 use lostmotion::units::JointKind;
 use machines::*;
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// [m] Distance of the finger's centre from the axis, and its radius.
 const ARM: f64 = 0.3;
@@ -113,6 +115,92 @@ fn analytic_a_motor_presses_with_its_torque_over_the_lever_arm() {
     assert!((touch.force - torque / (ARM * cos)).abs() < 1e-9 * touch.force, "{touch:?}");
     let depth = ARM * sin + FINGER - WALL;
     assert!((depth - torque / (ARM * cos * k)).abs() < 1e-12, "{depth:e}");
+}
+
+#[test]
+fn analytic_distance_and_gradient_of_balls_on_random_trees() {
+    let mut noise = Noise::new(3, 0);
+    for round in 0..60 {
+        let joints = 1 + round % 7;
+        let mut robot = random_tree(|| noise.uniform(), joints);
+        let finger = shape("finger", 0.2 * noise.uniform(), 0.1, Geometry::Sphere(0.03));
+        let ball = shape("ball", noise.uniform() - 0.5, noise.uniform() - 0.5, Geometry::Sphere(0.2));
+        let [place, target] = [&finger, &ball].map(|shape| Point3::from(shape.pose.translation.vector));
+        robot.bodies[joints - 1].shapes.push(finger);
+        let mut world = World::new(&robot);
+        let obstacle = Obstacle { shape: ball, edge_radius: 0.1, stiffness: 1e5, damping: 0.0 };
+        world.put_obstacles(&robot, &[obstacle]).unwrap();
+        let mut own = Dynamics::new(&robot);
+        let mut expected = |q: &[f64]| (own.poses(q)[joints - 1] * place - target).norm() - 0.23;
+        let mut q: Vec<f64> = (0..joints).map(|_| 2.0 * noise.uniform() - 1.0).collect();
+        let mut gradient = vec![0.0; joints];
+        let distance = world.distance(0, &q, 10.0, &mut gradient).unwrap();
+        // 1e-12: rounding of a chain of seven poses.
+        assert!((distance - expected(&q)).abs() < 1e-12, "{distance}, {}", expected(&q));
+        for (j, slope) in gradient.iter().enumerate() {
+            let at = q[j];
+            let [before, after] = [-1e-5, 1e-5].map(|step| {
+                q[j] = at + step;
+                expected(&q)
+            });
+            q[j] = at;
+            // 1e-8: a central difference over 2e-5, of a distance with third derivatives of order ten.
+            assert!((slope - (after - before) / 2e-5).abs() < 1e-8, "joint {j} of {joints}: {slope}");
+        }
+    }
+}
+
+#[test]
+fn property_the_gradient_is_that_of_the_distance_for_every_shape() {
+    let shapes = [
+        Geometry::Box(Vector3::new(0.3, 0.2, 0.4)),
+        Geometry::Cylinder(0.15, 0.3),
+        Geometry::Capsule(0.1, 0.3),
+        Geometry::Sphere(0.2),
+        Geometry::ConvexHull(
+            (0..8).map(|k| 0.1 * Vector3::from([1, 2, 4].map(|bit| f64::from(k & bit > 0)))).collect(),
+        ),
+    ];
+    let mut noise = Noise::new(4, 0);
+    let (mut asked, mut kinks) = (0, 0);
+    for obstacle in &shapes[..4] {
+        for geometry in &shapes {
+            for _ in 0..20 {
+                let mut robot = random_tree(|| noise.uniform(), 3);
+                robot.bodies[2].shapes.push(shape("finger", 0.1, 0.0, geometry.clone()));
+                let mut world = World::new(&robot);
+                let turn = UnitQuaternion::from_euler_angles(noise.uniform(), noise.uniform(), noise.uniform());
+                let pose = Isometry3::from_parts(Translation3::new(0.8 * noise.uniform(), 0.6, 0.3), turn);
+                let shape = Shape { link: "thing".to_owned(), pose, geometry: obstacle.clone() };
+                world
+                    .put_obstacles(&robot, &[Obstacle { shape, edge_radius: 0.02, stiffness: 1e5, damping: 0.0 }])
+                    .unwrap();
+                let mut q: Vec<f64> = (0..3).map(|_| 2.0 * noise.uniform() - 1.0).collect();
+                let mut scratch = vec![0.0; 3];
+                let mut gradient = vec![0.0; 3];
+                let distance = world.distance(0, &q, 10.0, &mut gradient).unwrap();
+                // Deeper than its skin nothing is promised.
+                if distance < -0.015 {
+                    continue;
+                }
+                for j in 0..3 {
+                    let at = q[j];
+                    let [before, after] = [-1e-4, 1e-4].map(|step| {
+                        q[j] = at + step;
+                        world.distance(0, &q, 10.0, &mut scratch).unwrap()
+                    });
+                    q[j] = at;
+                    asked += 1;
+                    let apart = (gradient[j] - (after - before) / 2e-4).abs();
+                    // 2e-4: the distance is right within 5e-8 of itself; where the nearest points jump to another edge, more.
+                    kinks += i32::from(apart > 2e-4);
+                    assert!(apart < 0.1, "{obstacle:?} and {geometry:?}: {} off by {apart:e}", gradient[j]);
+                }
+            }
+        }
+    }
+    println!("{kinks} kinks among {asked}");
+    assert!(asked > 600 && kinks * 50 < asked, "{kinks} of {asked} gradients are off");
 }
 
 /// The arm with gears, friction and drives, its forearm a capsule, and a post in its way.

@@ -30,18 +30,25 @@ pub fn json(run: &Run) -> Vec<Value> {
     touched(run).map(entry).collect()
 }
 
-/// Adds the forces to the motion of a session.
+/// Adds the forces to the motion of a session: that on an obstacle beside every joint that bears it.
 pub fn trace(motion: &mut Motion<'_>, contacts: &[Contact]) {
     for contact in contacts {
-        let (panel, label) = if contact.obstacle.is_some() { ("force", "obstacle") } else { ("torque", "end_stop") };
-        motion.traces.push(Trace {
-            joint: contact.joint.clone(),
-            panel,
-            label,
-            role: Role::Before,
-            time: motion.session.time.clone(),
-            values: contact.force.clone(),
-        });
+        let bodies = &motion.robot.bodies;
+        let moved = motion.robot.joint_index(&contact.joint);
+        let (panel, label, above) = match contact.obstacle {
+            Some(_) => ("force", "obstacle", usize::MAX),
+            None => ("torque", "end_stop", 1),
+        };
+        for body in std::iter::successors(moved, |&body| bodies[body].parent).take(above) {
+            motion.traces.push(Trace {
+                joint: bodies[body].joint.name.clone(),
+                panel,
+                label,
+                role: Role::Before,
+                time: motion.session.time.clone(),
+                values: contact.force.clone(),
+            });
+        }
     }
 }
 
