@@ -17,8 +17,14 @@ use super::joint::Phase;
 use super::mobility::Response;
 use super::rigid_body::RigidBody;
 
-/// [m/s or rad/s] No link comes closer to a barrier faster than this and twice its joint's speed.
+/// [m/s or rad/s] No link comes closer to a barrier faster than this and twice the speed of the fastest joint.
 const FASTEST_APPROACH: f64 = 20.0;
+
+/// [m/s or rad/s] No link that comes closer gains more than this and its own speed before the next look, a millisecond later.
+const GAIN: f64 = 5.0;
+
+/// [m] From farther away a link is looked at no more closely.
+const HORIZON: f64 = 0.5;
 
 /// What stands in the way.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +61,8 @@ pub struct Barrier {
     rate: f64,
     /// `∂d/∂q`, one a joint.
     gradient: Vec<f64>,
+    /// [s] Until then it cannot be touched, as far away as it was.
+    clear_until: f64,
 }
 
 impl Barrier {
@@ -64,19 +72,31 @@ impl Barrier {
         if let Cause::EndStop(joint, side, _) = cause {
             gradient[joint] = -side;
         }
-        Self { cause, stiffness, damping, depth: f64::NEG_INFINITY, rate: 0.0, gradient }
+        Self {
+            cause,
+            stiffness,
+            damping,
+            depth: f64::NEG_INFINITY,
+            rate: 0.0,
+            gradient,
+            clear_until: f64::NEG_INFINITY,
+        }
     }
 
-    fn measure(&mut self, links: &mut dyn RigidBody, q: &[f64], y: &[Phase], reach: f64) {
+    /// Measures how far the link at `q` is from it.
+    fn measure(&mut self, links: &mut dyn RigidBody, q: &[f64]) {
         match self.cause {
             Cause::EndStop(joint, side, place) => self.depth = side * (q[joint] - place),
-            Cause::Pair(pair, ..) => match links.distance(pair, q, reach, &mut self.gradient) {
+            Cause::Pair(pair, ..) => match links.distance(pair, q, HORIZON, &mut self.gradient) {
                 Some(distance) => self.depth = -distance,
                 // No answer means far away; but of a pair pressed together a moment ago it means that the geometry had none.
                 None if self.depth > 0.0 => {}
                 None => self.depth = f64::NEG_INFINITY,
             },
         }
+    }
+
+    fn approach(&mut self, y: &[Phase]) {
         self.rate = -self.gradient.iter().zip(y).map(|(slope, phase)| slope * phase.v).sum::<f64>();
     }
 
@@ -102,8 +122,6 @@ pub struct Barriers {
     all: Vec<Barrier>,
     /// Those that can be touched before the next look.
     near: Vec<usize>,
-    /// [m, rad] How far was looked.
-    reach: f64,
     /// Load on the links [N·m or N], one a joint.
     pub load: Vec<f64>,
     /// [W] that dampers turn into heat.
@@ -115,7 +133,7 @@ impl Barriers {
     /// The barriers of a machine of so many joints.
     pub fn new(all: Vec<Barrier>, joints: usize) -> Self {
         let near = Vec::with_capacity(all.len());
-        Self { all, near, reach: 0.0, load: vec![0.0; joints], heat: 0.0, q: vec![0.0; joints] }
+        Self { all, near, load: vec![0.0; joints], heat: 0.0, q: vec![0.0; joints] }
     }
 
     /// How many there are.
@@ -134,8 +152,8 @@ impl Barriers {
         self.near.iter().map(|&k| (k, &self.all[k]))
     }
 
-    /// Looks which of them can be touched within an interval [s] from a state; the others are left alone in it.
-    pub fn look(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &[bool], interval: f64) {
+    /// Looks which of them can be touched from a state at `now` until a later time [s]; the others are left alone until then.
+    pub fn look(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &[bool], [now, until]: [f64; 2]) {
         self.near.clear();
         self.load.fill(0.0);
         self.heat = 0.0;
@@ -143,12 +161,16 @@ impl Barriers {
             return;
         }
         let fastest = y.iter().fold(0.0, |fastest: f64, phase| fastest.max(phase.v.abs()));
-        self.reach = (FASTEST_APPROACH + 2.0 * fastest) * interval;
         self.take(y);
         for (k, barrier) in self.all.iter_mut().enumerate() {
-            barrier.measure(links, &self.q, y, self.reach);
-            if touching[k] || barrier.depth > -self.reach {
-                self.near.push(k);
+            if touching[k] || barrier.clear_until < until {
+                barrier.measure(links, &self.q);
+                barrier.approach(y);
+                let distance = HORIZON.min(-barrier.depth);
+                barrier.clear_until = now + distance / (FASTEST_APPROACH + 2.0 * fastest);
+                if touching[k] || distance <= (GAIN + 2.0 * barrier.rate.max(0.0)) * (until - now) {
+                    self.near.push(k);
+                }
             }
         }
     }
@@ -157,10 +179,14 @@ impl Barriers {
     pub fn measure(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &[bool]) {
         self.load.fill(0.0);
         self.heat = 0.0;
-        self.take(y);
+        // A machine that is held is where it was.
+        let moved = self.take(y);
         for &k in &self.near {
             let barrier = &mut self.all[k];
-            barrier.measure(links, &self.q, y, self.reach);
+            if moved {
+                barrier.measure(links, &self.q);
+            }
+            barrier.approach(y);
             if touching[k] {
                 let force = barrier.force();
                 self.load.iter_mut().zip(&barrier.gradient).for_each(|(load, slope)| *load += slope * force);
@@ -169,8 +195,11 @@ impl Barriers {
         }
     }
 
-    fn take(&mut self, y: &[Phase]) {
+    /// Takes over where the links are; tells whether that is elsewhere than before.
+    fn take(&mut self, y: &[Phase]) -> bool {
+        let moved = self.q.iter().zip(y).any(|(q, phase)| *q != phase.q);
         self.q.iter_mut().zip(y).for_each(|(q, phase)| *q = phase.q);
+        moved
     }
 
     /// The near ones, each with its distance from being touched or left; negative beyond that.
@@ -193,7 +222,10 @@ impl Barriers {
     /// Decides anew what touches at a state.
     pub fn start(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &mut [bool]) {
         touching.fill(false);
-        self.look(links, y, touching, f64::MIN_POSITIVE);
+        for barrier in &mut self.all {
+            (barrier.clear_until, barrier.depth) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        }
+        self.look(links, y, touching, [0.0, 0.0]);
         for &k in &self.near {
             touching[k] = self.all[k].pressed() > 0.0;
         }

@@ -238,7 +238,7 @@ impl Integrator {
     /// Looks which barriers can be touched until a time; returns a bound [1/s] of the fastest motion against them, 0 for none.
     pub fn look(&mut self, state: &State, until: f64) -> f64 {
         let Self { coupled, links, mobility, response, .. } = self;
-        coupled.barriers.look(links.engine.as_mut(), &state.joints, &state.touching, until - state.time);
+        coupled.barriers.look(links.engine.as_mut(), &state.joints, &state.touching, [state.time, until]);
         if coupled.barriers.are_far() {
             return 0.0;
         }

@@ -19,7 +19,7 @@ use crate::robot::{Geometry, Robot, Shape};
 pub struct Obstacle {
     /// Its shape in the base frame; its name is the shape's `link`.
     pub shape: Shape,
-    /// [m] Radius of its edges, > 0, less than half its smallest side; of what is round as it is, any part of its radius.
+    /// [m] Radius of its edges, > 0, less than half its smallest side; of what is round as it is, its radius.
     pub edge_radius: f64,
     /// `k` [N/m] of the surfaces that touch, > 0.
     pub stiffness: f64,
@@ -86,6 +86,10 @@ impl World {
 
     /// [`RigidBody::distance`](super::RigidBody::distance): nothing in the world moves for it.
     pub(super) fn pair_distance(&mut self, pair: usize, q: &[f64], reach: f64, gradient: &mut [f64]) -> Option<f64> {
+        // What is nowhere is far away.
+        if q.iter().any(|q| !q.is_finite()) {
+            return None;
+        }
         self.displace(q);
         let Self { pairs, bodies, colliders, multibody_joints, joints, columns, displacement, jacobian, .. } = self;
         let Pair { body, link_collider, obstacle_collider, skin, branch, .. } = &pairs[pair];

@@ -98,7 +98,7 @@ fn read_obstacle(table: &Table<'_>) -> Result<Obstacle> {
             }
             edge
         }
-        (Geometry::Capsule(radius, _) | Geometry::Sphere(radius), None) => 0.5 * radius,
+        (Geometry::Capsule(radius, _) | Geometry::Sphere(radius), None) => *radius,
         _ => EDGE_RADIUS,
     };
     let vector = |key, unit| table.optional_vector::<3>(key, &Range::any(unit)).map(Option::unwrap_or_default);
