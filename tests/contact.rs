@@ -254,6 +254,28 @@ fn property_energy_closes_through_impacts_of_a_geared_arm() {
 }
 
 #[test]
+fn property_energy_closes_where_a_six_joint_arm_drops_on_a_table() {
+    let model = Model::load(&root().join("robots/sixaxis/model.toml")).unwrap();
+    let pose = Isometry3::translation(0.6, 0.0, 0.0);
+    let shape = Shape { link: "table".to_owned(), pose, geometry: Geometry::Box(Vector3::new(0.6, 1.0, 0.3)) };
+    let table = Obstacle { shape, edge_radius: 0.01, stiffness: 1e6, damping: 1000.0 };
+    let mut plant = Plant::new(&model, &ideal(vec![table])).unwrap();
+    plant.place(&[0.2, 0.5, 0.3, 0.4, 0.5, 0.0]);
+    let start = plant.energy();
+    let mut touched = std::collections::BTreeSet::new();
+    for _ in 0..2000 {
+        plant.advance(&[0.0; 6], 1e-3).unwrap();
+        touched.extend(plant.touches().map(|touch| touch.body));
+    }
+    let end = plant.energy();
+    let gap = end.dissipated + end.stored - start.stored;
+    println!("links {touched:?}: {end:?}, gap {gap:e} J");
+    // 1e-4 of what the fall has turned over is what the plant promises.
+    assert!(touched.len() >= 2 && end.dissipated > 10.0, "{touched:?}, {end:?}");
+    assert!(gap.abs() < 1e-4 * end.dissipated, "{gap:e} J of {} J", end.dissipated);
+}
+
+#[test]
 fn equivalent_an_arm_against_a_post_converges() {
     let (model, post) = arm_and_post([0.47, 0.14]);
     let trace = |substeps, every_stage| {
