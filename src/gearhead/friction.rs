@@ -128,6 +128,22 @@ impl FrictionLaw {
         }
     }
 
+    /// Magnitude of friction at speed `|v|` in a direction, and its slope `d|F|/d|v|` there.
+    pub fn magnitude_and_slope(&self, direction: Direction, speed: f64) -> (f64, f64) {
+        match self {
+            Self::Exponential(law) => {
+                let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = law[direction.index()];
+                let fall = (breakaway - coulomb) * (-speed / stribeck_velocity).exp();
+                (coulomb + fall + viscous * speed, viscous - fall / stribeck_velocity)
+            }
+            Self::TwoLines(law) => {
+                let Lines { a1, b1, a2, b2 } = law[direction.index()];
+                let low = speed <= law[direction.index()].switch_velocity();
+                if low { (a1 + b1 * speed, b1) } else { (a2 + b2 * speed, b2) }
+            }
+        }
+    }
+
     /// `F(v)` with its sign, for `v ≠ 0`.
     pub fn kinetic(&self, velocity: f64) -> f64 {
         let direction = Direction::of(velocity);

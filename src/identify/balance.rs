@@ -1,182 +1,150 @@
 //! Both laws fitted to the torque balance of the reconstructed motion: equation 11 averaged over the motion instead of at its average.
 //!
-//! One residual a window, the mean torque that the law lacks, over its standard error. That error is not known before the law is: it is
-//! taken from the scatter of the parts of the window under the law found so far, and the fit is repeated with it.
+//! The motion of every window is reconstructed under the law found so far, which tells the constant torque that the law lacks there.
+//! Held fixed, it tells the friction of any other law as well, so the law is fitted to it at no cost, and the motion reconstructed anew:
+//!
+//! ```text
+//!   F_w = ⟨F(v)⟩ − lacking_w          next law: min Σ ((⟨F'(v)⟩ − F_w)/σ_w)²          v: velocity along the motion
+//! ```
+//! The encoder's edges fix the motion but for the stretches between them: a few rounds end where the law lacks nothing.
+//! The standard error of a window is taken from the filter's own, and from how far it stands out from all others.
 
-use std::cell::RefCell;
 use std::ops::Range;
 
-use super::fit::LawFit;
-use super::law::{self, CENTRIFUGAL, PER_DIRECTION};
-use super::least_squares::{Search, levenberg_marquardt};
-use super::motion::{PARTS, Track};
-use super::points::Point;
-use super::result::LawKind;
-use super::statistics::median;
-use crate::gearhead::FrictionLaw;
+use rayon::prelude::*;
 
-/// Fits in a row, each with the standard errors that the one before it leaves.
-const ROUNDS: usize = 3;
+use super::fit::{self, LawFit, Observation};
+use super::law::{self, CENTRIFUGAL};
+use super::motion::{Lack, PARTS, Track};
+use super::points::Point;
+use super::statistics::median;
+use crate::gearhead::{Direction, FrictionLaw};
+
+/// Fits in a row, each to the motion under the law before it.
+const ROUNDS: usize = 4;
 /// Residuals, in robust standard deviations of all, beyond which a window's weight falls (P. J. Huber 1964).
 const HUBER: f64 = 2.0;
 /// Deviations from the median, in robust standard deviations, beyond which a part is left out.
 const OUTLIER: f64 = 6.0;
 /// Parts that a window needs; with fewer in agreement all are taken, and their scatter tells how little they are worth.
 const FEWEST_PARTS: usize = 6;
-/// Differences are taken over this part of a coefficient: wide enough to average over the instants at which a rotor sticks or slips.
-const DIFFERENCE: f64 = 0.01;
 
-/// The windows of a joint by direction.
+/// The windows of a joint.
 pub struct Balance {
-    sides: [Vec<Track>; 2],
-    fastest: f64,
-    /// Smallest standard error that a window is given [N·m or N]: its torque noise alone.
-    floors: [Vec<f64>; 2],
+    windows: Vec<Window>,
 }
 
-/// What was last computed for a direction: the coefficients and the residuals of its windows.
-type Cache = RefCell<Option<(Vec<f64>, Vec<f64>)>>;
+/// One of them.
+struct Window {
+    track: Track,
+    direction: Direction,
+    /// Smallest standard error that it is given [N·m or N]: its torque noise alone.
+    floor: f64,
+}
+
+/// A law and the motion under it.
+#[derive(Debug, Clone)]
+pub struct Balanced {
+    /// The law.
+    pub law: LawFit,
+    /// `Σ r²`, every window weighted by its sensor noise alone: what two laws can be compared by.
+    pub misfit: f64,
+    /// The friction of every window.
+    friction: Vec<Observation>,
+}
 
 impl Balance {
     /// The balance of these windows; `points` and `tracks` in the same order.
     pub fn new(points: &[Point], tracks: Vec<Track>) -> Self {
-        let mut sides = [Vec::new(), Vec::new()];
-        let mut floors = [Vec::new(), Vec::new()];
-        for (point, track) in points.iter().zip(tracks) {
-            floors[point.direction().index()].push(track.mean_torque_error());
-            sides[point.direction().index()].push(track);
-        }
-        let fastest = points.iter().fold(0.0_f64, |m, point| m.max(point.velocity.abs()));
-        Self { sides, fastest, floors }
+        let window = |(point, track): (&Point, Track)| Window {
+            direction: point.direction(),
+            floor: track.mean_torque_error(),
+            track,
+        };
+        Self { windows: points.iter().zip(tracks).map(window).collect() }
     }
 
-    /// The fit continued from one to averages, `C_ii` held at zero: the motion of a single joint of a chain of rigid bodies has none.
-    /// `None` where it leads nowhere.
-    pub fn refine(&self, start: &LawFit) -> Option<LawFit> {
-        let mut found = start.clone();
-        found.fit.parameters[CENTRIFUGAL] = 0.0;
+    /// The law that balances, from one that was fitted to averages. `C_ii` is held at zero: the motion of a single joint of a chain of
+    /// rigid bodies has none. `None` where it leads nowhere.
+    pub fn refine(&self, start: &LawFit) -> Option<Balanced> {
+        let mut law = start.clone();
         for round in 0..ROUNDS {
             // A law that is still far off makes good windows stand out: only a fit to all of them may say which do.
-            let judged = self.judge(&found, if round == 0 { f64::INFINITY } else { HUBER })?;
-            found = self.search(&found, &judged, false)?;
+            let under = self.motion_under(law, if round == 0 { f64::INFINITY } else { HUBER })?;
+            law = fit::to(under.law.kind, &under.friction, false)?;
         }
-        Some(found)
+        self.under(law)
     }
 
-    /// The fit repeated with `C_ii` among its unknowns, as in equation 12.
-    pub fn with_centrifugal(&self, found: &LawFit) -> Option<LawFit> {
-        let judged = self.judge(found, HUBER)?;
-        self.search(found, &judged, true)
+    /// The same law fitted with `C_ii` among its unknowns, as in equation 12.
+    pub fn with_centrifugal(&self, found: &Balanced) -> Option<LawFit> {
+        fit::to(found.law.kind, &found.friction, true)
     }
 
-    /// One fit with the windows' standard errors fixed.
-    fn search(&self, from: &LawFit, judged: &[Vec<Judged>; 2], free_centrifugal: bool) -> Option<LawFit> {
-        let mut step = law::steps(from.kind, &from.fit.parameters, self.fastest);
-        if !free_centrifugal {
-            step[CENTRIFUGAL] = 0.0;
-        }
-        let caches: [Cache; 2] = [RefCell::new(None), RefCell::new(None)];
-        let residuals = |theta: &[f64]| {
-            let mut all = self.residuals(from.kind, theta, 0, &judged[0], &caches[0])?;
-            all.extend(self.residuals(from.kind, theta, 1, &judged[1], &caches[1])?);
-            Some(all)
+    /// The motion under a law.
+    pub fn under(&self, law: LawFit) -> Option<Balanced> {
+        self.motion_under(law, HUBER)
+    }
+
+    /// The motion under a law; windows that stand out by more than `huber` lose weight.
+    fn motion_under(&self, law: LawFit, huber: f64) -> Option<Balanced> {
+        let friction = law::of(law.kind, &law.fit.parameters)?;
+        let centrifugal = law.fit.parameters[CENTRIFUGAL];
+        let lacks: Vec<Lack> = self.windows.par_iter().map(|window| window.lack(&friction, centrifugal)).collect();
+        let ratios: Vec<f64> = lacks.iter().map(|lack| (lack.torque / lack.std_error).abs()).collect();
+        let scale = 1.4826 * median(ratios.clone());
+        let misfit = lacks.iter().zip(&self.windows).map(|(lack, window)| (lack.torque / window.floor).powi(2)).sum();
+        let observation = |((lack, window), ratio): ((Lack, &Window), f64)| {
+            let std_error = lack.std_error * (ratio / (huber * scale)).clamp(1.0, 1e3);
+            let mut one =
+                Observation { direction: window.direction, velocities: lack.velocities, friction: 0.0, std_error };
+            one.friction = one.average(|v| friction.kinetic(v) + centrifugal * v * v) - lack.torque;
+            one
         };
-        let search = Search { step: &step, part: DIFFERENCE, iterations: 6, tolerance: 1e-3 };
-        let fit = levenberg_marquardt(&from.fit.parameters, search, residuals)?;
-        Some(LawFit { kind: from.kind, fit })
+        let friction = lacks.into_iter().zip(&self.windows).zip(ratios).map(observation).collect();
+        Some(Balanced { law, misfit, friction })
     }
+}
 
+impl Balanced {
     /// The points with friction as the balance sees it: the law at the window's velocity less what it lacks there.
-    pub fn correct(&self, found: &LawFit, points: &[Point]) -> Option<Vec<Point>> {
-        let judged = self.judge(found, HUBER)?;
-        let law = law::of(found.kind, &found.fit.parameters)?;
-        let mut next = [0, 0];
-        let mut corrected = points.to_vec();
-        for point in &mut corrected {
-            let k = point.direction().index();
-            let one = &judged[k][next[k]];
-            next[k] += 1;
-            point.friction = law.kinetic(point.velocity) - one.lacking;
+    pub fn correct(&self, points: &mut [Point]) {
+        let Some(law) = law::of(self.law.kind, &self.law.fit.parameters) else { return };
+        for (point, one) in points.iter_mut().zip(&self.friction) {
+            let lacking = one.average(|v| law.kinetic(v)) - one.friction;
+            point.friction = law.kinetic(point.velocity) - lacking;
             point.std_error = one.std_error;
         }
-        Some(corrected)
-    }
-
-    /// `Σ r²` of a fit, every window weighted by its sensor noise alone: what two laws can be compared by.
-    pub fn misfit(&self, found: &LawFit) -> Option<f64> {
-        let judged = self.judge(found, HUBER)?;
-        let mut sum = 0.0;
-        for (one, floor) in judged.iter().flatten().zip(self.floors.iter().flatten()) {
-            sum += (one.lacking / floor).powi(2);
-        }
-        Some(sum)
-    }
-
-    /// The usable parts of each window under a law, and the standard error of what it lacks there.
-    fn judge(&self, fit: &LawFit, huber: f64) -> Option<[Vec<Judged>; 2]> {
-        let law = law::of(fit.kind, &fit.fit.parameters)?;
-        let centrifugal = fit.fit.parameters[CENTRIFUGAL];
-        let mut judged = [0, 1].map(|k| {
-            let tracks = self.sides[k].iter().zip(&self.floors[k]);
-            tracks.map(|(track, floor)| Judged::of(track, *floor, &law, centrifugal)).collect::<Vec<_>>()
-        });
-        let ratio = |one: &Judged| (one.lacking / one.std_error).abs();
-        let scale = 1.4826 * median(judged.iter().flatten().map(ratio).collect());
-        for one in judged.iter_mut().flatten() {
-            one.std_error *= (ratio(one) / (huber * scale)).clamp(1.0, 1e3);
-        }
-        Some(judged)
-    }
-
-    /// Residuals of the windows of a direction; recomputed only where its own coefficients changed.
-    fn residuals(&self, kind: LawKind, theta: &[f64], k: usize, judged: &[Judged], cache: &Cache) -> Option<Vec<f64>> {
-        let mut own = theta[k * PER_DIRECTION..(k + 1) * PER_DIRECTION].to_vec();
-        own.push(theta[CENTRIFUGAL]);
-        if let Some((at, values)) = cache.borrow().as_ref()
-            && *at == own
-        {
-            return Some(values.clone());
-        }
-        let law = law::of(kind, theta)?;
-        let centrifugal = theta[CENTRIFUGAL];
-        let of = |(track, one): (&Track, &Judged)| track.lacking_over(&one.parts, &law, centrifugal).0 / one.std_error;
-        let values: Vec<f64> = self.sides[k].iter().zip(judged).map(of).collect();
-        *cache.borrow_mut() = Some((own, values.clone()));
-        Some(values)
     }
 }
 
-/// The parts of a window in which the reconstruction holds.
-#[derive(Debug, Clone)]
-struct Judged {
-    parts: Range<usize>,
-    /// [N·m or N] what the law lacks over these parts.
-    lacking: f64,
-    /// [N·m or N] its standard error; larger where the window stands out from all others.
-    std_error: f64,
-}
-
-impl Judged {
-    /// The longest run of consecutive parts that agree with their median, and the standard error of its mean. Where a rotor has lost its
-    /// link, at a reversal above all, the momentum that the link brings back is not known, and such parts stand out by far.
-    fn of(track: &Track, floor: f64, law: &FrictionLaw, centrifugal: f64) -> Self {
-        let lacking = track.lacking(law, centrifugal);
+impl Window {
+    /// What a law lacks over the parts in which the reconstruction holds: the longest run of consecutive parts that agree with their
+    /// median. Where a rotor has lost its link, at a reversal above all, the momentum that the link brings back is not known, and such
+    /// parts stand out by far. What happens there reaches beyond the part's border, so its neighbour is left out as well.
+    fn lack(&self, law: &FrictionLaw, centrifugal: f64) -> Lack {
+        let lacking = self.track.lacking(law, centrifugal);
         let middle = median(lacking.to_vec());
         let spread = 1.4826 * median(lacking.iter().map(|part| (part - middle).abs()).collect());
-        let limit = OUTLIER * spread.max(floor * (PARTS as f64).sqrt());
-        let agrees = |k: usize| (lacking[k] - middle).abs() <= limit;
-        let mut best = 0..0;
-        let mut start = 0;
-        for k in 0..=PARTS {
-            if k == PARTS || !agrees(k) {
-                if k - start > best.len() {
-                    best = start..k;
-                }
-                start = k + 1;
-            }
-        }
-        let parts = if best.len() >= FEWEST_PARTS { best } else { 0..PARTS };
-        let (lacking, std_error) = track.lacking_over(&parts, law, centrifugal);
-        Self { parts, lacking, std_error }
+        let limit = OUTLIER * spread.max(self.floor * (PARTS as f64).sqrt());
+        let run = longest_run(|part| (lacking[part] - middle).abs() <= limit);
+        let parts = run.start + usize::from(run.start > 0)..run.end.saturating_sub(usize::from(run.end < PARTS));
+        let parts = if parts.len() >= FEWEST_PARTS { parts } else { 0..PARTS };
+        self.track.lacking_over(&parts, law, centrifugal)
     }
+}
+
+/// The longest run of parts that agree.
+fn longest_run(agrees: impl Fn(usize) -> bool) -> Range<usize> {
+    let mut best = 0..0;
+    let mut start = 0;
+    for part in 0..=PARTS {
+        if part == PARTS || !agrees(part) {
+            if part - start > best.len() {
+                best = start..part;
+            }
+            start = part + 1;
+        }
+    }
+    best
 }

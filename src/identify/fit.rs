@@ -1,11 +1,21 @@
-//! Both friction laws fitted to the measurement points of a joint.
+//! A friction law fitted to friction that was averaged over stretches of motion.
+//!
+//! Both laws are linear in three coefficients once one velocity is given (variable projection, G. Golub, V. Pereyra 1973):
+//!
+//! ```text
+//!   equation 6   F = F_C + (F_S − F_C) e^{−v/v_S} + F_V v             given v_S
+//!   equation 9   F = a1 + b1 v + (b2 − b1) max(0, v − v_sw)           given v_sw, equation 8
+//! ```
+//! So linear least squares, equations 12 to 14, at every velocity of a scan find the valley, and a few steps with all coefficients
+//! its bottom.
 
-use super::law;
-use super::least_squares::{Fit, Search, levenberg_marquardt};
-use super::lines::{self, SpeedPoint};
+use nalgebra::{DMatrix, DVector};
+
+use super::law::{self, CENTRIFUGAL, PER_DIRECTION};
+use super::least_squares::{self, Fit, Search, levenberg_marquardt};
 use super::points::Point;
 use super::result::LawKind;
-use crate::gearhead::{Direction, FrictionLaw, Lines};
+use crate::gearhead::{Direction, Lines};
 
 /// A law with its coefficients and what their errors are made of.
 #[derive(Debug, Clone)]
@@ -16,66 +26,118 @@ pub struct LawFit {
     pub fit: Fit,
 }
 
-/// Factors on the Stribeck velocity that the exponential fit is started from: its sum of squares can have more than one valley.
-const STARTS: [f64; 4] = [1.0, 0.5, 2.0, 4.0];
-
-/// The two lines of each direction by equations 12 to 14, the start of everything else: every pairing of the best splits.
-pub fn first_lines(points: &[Point]) -> Vec<[Lines; 2]> {
-    let of = |direction: Direction| {
-        let side: Vec<SpeedPoint> =
-            points.iter().filter(|point| point.direction() == direction).map(Point::of_speed).collect();
-        let found = lines::fit(&side);
-        if found.is_empty() { lines::without_fall(&side).into_iter().collect() } else { found }
-    };
-    let (forward, backward) = (of(Direction::Positive), of(Direction::Negative));
-    forward.iter().flat_map(|&one| backward.iter().map(move |&other| [one, other])).collect()
+/// What a law is fitted to: friction averaged over a motion in one direction.
+#[derive(Debug, Clone)]
+pub struct Observation {
+    /// Direction of the motion.
+    pub direction: Direction,
+    /// Shares of the time and velocities [rad/s or m/s]; what is missing to a whole, the joint stuck.
+    pub velocities: Vec<(f64, f64)>,
+    /// [N·m or N] friction with its sign, and the centrifugal term.
+    pub friction: f64,
+    /// [N·m or N] its standard error.
+    pub std_error: f64,
 }
 
-/// The starts of a law's fit.
-fn starts(kind: LawKind, lines: &[[Lines; 2]]) -> Vec<Vec<f64>> {
-    match kind {
-        LawKind::TwoLines => {
-            lines.iter().map(|lines| law::coefficients(&FrictionLaw::TwoLines(*lines)).1.to_vec()).collect()
+impl Observation {
+    /// A measurement point: its velocity stands for the motion.
+    pub fn of(point: &Point) -> Self {
+        Self {
+            direction: point.direction(),
+            velocities: vec![(1.0, point.velocity)],
+            friction: point.friction,
+            std_error: point.std_error,
         }
-        LawKind::Exponential => lines
-            .first()
-            .into_iter()
-            .flat_map(|lines| STARTS.iter().map(|factor| exponential_start(lines, *factor)))
-            .collect(),
+    }
+
+    /// Average over the motion.
+    pub fn average(&self, value: impl Fn(f64) -> f64) -> f64 {
+        self.velocities.iter().map(|(share, velocity)| share * value(*velocity)).sum()
     }
 }
 
-/// Equation 6 with the lines as tangents, its Stribeck velocity changed by a factor.
-fn exponential_start(lines: &[Lines; 2], factor: f64) -> Vec<f64> {
-    let start = lines.map(|one| {
-        let mut one = law::exponential_of_lines(&one);
-        one.stribeck_velocity *= factor;
-        one.breakaway = one.breakaway.max(0.1 * one.coulomb.abs());
-        one.coulomb = one.coulomb.max(0.1 * one.breakaway);
-        one
-    });
-    law::coefficients(&FrictionLaw::Exponential(start)).1.to_vec()
-}
+/// Velocities of the scan.
+const SCAN: usize = 40;
+/// Part of the slowest speed at which the scan of `v_S` begins: a fall below it is not seen.
+const BELOW_SLOWEST: f64 = 0.5;
+/// Fall towards higher speeds that a law starts with where the friction shows none, as a part of it.
+const SLIGHT: f64 = 0.05;
 
-/// Best fit of a law to the points, equation 11 on averages.
-pub fn to_points(kind: LawKind, points: &[Point], lines: &[[Lines; 2]]) -> Option<LawFit> {
-    let fastest = points.iter().fold(0.0_f64, |m, point| m.max(point.velocity.abs()));
+/// Best fit of a law; `C_ii` is zero unless it is free.
+pub fn to(kind: LawKind, observations: &[Observation], free_centrifugal: bool) -> Option<LawFit> {
+    let fastest = speeds(observations).fold(0.0, f64::max);
+    let mut start = vec![0.0; law::COUNT];
+    for (k, direction) in [Direction::Positive, Direction::Negative].into_iter().enumerate() {
+        let side: Vec<_> = observations.iter().filter(|one| one.direction == direction).cloned().collect();
+        let own = scan(kind, &side).or_else(|| without_fall(kind, &side))?;
+        start[k * PER_DIRECTION..(k + 1) * PER_DIRECTION].copy_from_slice(&own);
+    }
+    let mut step = law::steps(kind, &start, fastest);
+    if !free_centrifugal {
+        step[CENTRIFUGAL] = 0.0;
+    }
     let residuals = |theta: &[f64]| {
         let law = law::of(kind, theta)?;
-        Some(points.iter().map(|point| residual(&law, theta[law::CENTRIFUGAL], point)).collect())
+        let force = |v: f64| law.kinetic(v) + theta[CENTRIFUGAL] * v * v;
+        Some(observations.iter().map(|one| (one.average(force) - one.friction) / one.std_error).collect())
     };
-    starts(kind, lines)
-        .iter()
-        .filter_map(|start| {
-            let step = law::steps(kind, start, fastest);
-            let search = Search { step: &step, part: 1e-3, iterations: 60, tolerance: 1e-9 };
-            levenberg_marquardt(start, search, residuals)
-        })
-        .min_by(|a, b| a.chi_squared.total_cmp(&b.chi_squared))
-        .map(|fit| LawFit { kind, fit })
+    let search = Search { step: &step, part: 1e-3, iterations: 60, tolerance: 1e-9 };
+    levenberg_marquardt(&start, search, residuals).map(|fit| LawFit { kind, fit })
 }
 
-/// Residual of equation 11 at a point in standard errors.
-fn residual(law: &FrictionLaw, centrifugal: f64, point: &Point) -> f64 {
-    (law.kinetic(point.velocity) + centrifugal * point.velocity * point.velocity - point.friction) / point.std_error
+/// Mean speed of every motion.
+fn speeds(observations: &[Observation]) -> impl Iterator<Item = f64> {
+    observations.iter().map(|one| one.average(f64::abs))
+}
+
+/// The coefficients of one direction with the smallest sum of squares over the velocities of a scan; `None` where none makes a law.
+fn scan(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
+    let mut sorted: Vec<f64> = speeds(side).collect();
+    sorted.sort_by(f64::total_cmp);
+    let [slowest, second, .., before_last, fastest] = sorted[..] else { return None };
+    let (low, high) = match kind {
+        LawKind::Exponential => (BELOW_SLOWEST * slowest, fastest),
+        // Either line needs two points.
+        LawKind::TwoLines => (second, before_last),
+    };
+    let mut best: Option<(f64, [f64; PER_DIRECTION])> = None;
+    for k in 0..SCAN {
+        let given = low * (high / low).powf(k as f64 / (SCAN - 1) as f64);
+        let shape = |v: f64| match kind {
+            LawKind::Exponential => (-v / given).exp(),
+            LawKind::TwoLines => (v - given).max(0.0),
+        };
+        let Some(fit) = linear(side, &[&|_| 1.0, &shape, &|v| v]) else { continue };
+        let [constant, shaped, slope] = fit.parameters[..] else { continue };
+        let own = match kind {
+            LawKind::Exponential => [constant, constant + shaped, given, slope],
+            LawKind::TwoLines => [constant, slope, constant - shaped * given, slope + shaped],
+        };
+        if law::of(kind, &[own, own].concat()).is_some() && best.is_none_or(|(least, _)| fit.chi_squared < least) {
+            best = Some((fit.chi_squared, own));
+        }
+    }
+    best.map(|(_, own)| own)
+}
+
+/// A start for friction that nowhere falls with speed: one line, and a hint of a fall at its low end.
+fn without_fall(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
+    let fastest = speeds(side).fold(0.0, f64::max);
+    let fit = linear(side, &[&|_| 1.0, &|v| v])?;
+    let [level, slope] = fit.parameters[..] else { return None };
+    let fall = SLIGHT * level.abs();
+    let lines = Lines { a1: level + fall, b1: slope - 10.0 * fall / fastest, a2: level, b2: slope };
+    Some(match kind {
+        LawKind::TwoLines => [lines.a1, lines.b1, lines.a2, lines.b2],
+        LawKind::Exponential => [lines.a2, lines.a1, lines.switch_velocity(), lines.b2],
+    })
+}
+
+/// Equations 12 to 14: magnitudes of friction against functions of the speed, averaged over the motion.
+fn linear(side: &[Observation], columns: &[&dyn Fn(f64) -> f64]) -> Option<Fit> {
+    let x = DMatrix::from_fn(side.len(), columns.len(), |i, j| {
+        side[i].average(|v| columns[j](v.abs())) / side[i].std_error
+    });
+    let y = DVector::from_fn(side.len(), |i, _| side[i].direction.sign() * side[i].friction / side[i].std_error);
+    least_squares::linear(&x, &y)
 }

@@ -34,37 +34,6 @@ pub fn of(kind: LawKind, theta: &[f64]) -> Option<FrictionLaw> {
     }
 }
 
-/// The coefficients of a law, `C_ii` zero.
-pub fn coefficients(law: &FrictionLaw) -> (LawKind, [f64; COUNT]) {
-    let mut theta = [0.0; COUNT];
-    let kind = match law {
-        FrictionLaw::Exponential(law) => {
-            for (k, one) in law.iter().enumerate() {
-                let values = [one.coulomb, one.breakaway, one.stribeck_velocity, one.viscous];
-                theta[k * PER_DIRECTION..(k + 1) * PER_DIRECTION].copy_from_slice(&values);
-            }
-            LawKind::Exponential
-        }
-        FrictionLaw::TwoLines(law) => {
-            for (k, one) in law.iter().enumerate() {
-                theta[k * PER_DIRECTION..(k + 1) * PER_DIRECTION].copy_from_slice(&[one.a1, one.b1, one.a2, one.b2]);
-            }
-            LawKind::TwoLines
-        }
-    };
-    (kind, theta)
-}
-
-/// Equation 6 that has the lines as its tangents at rest and at high speed.
-pub fn exponential_of_lines(lines: &Lines) -> Exponential {
-    Exponential {
-        coulomb: lines.a2,
-        breakaway: lines.a1,
-        stribeck_velocity: (lines.a1 - lines.a2) / (lines.b2 - lines.b1),
-        viscous: lines.b2,
-    }
-}
-
 /// Sizes over which the residuals bend little, one a coefficient.
 pub fn steps(kind: LawKind, theta: &[f64], fastest: f64) -> Vec<f64> {
     let mut steps = vec![0.0; COUNT];

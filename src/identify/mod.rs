@@ -11,7 +11,6 @@ mod balance;
 mod fit;
 mod law;
 mod least_squares;
-mod lines;
 mod motion;
 mod rigid_body;
 mod signals;
@@ -27,7 +26,8 @@ pub use result::{
     PerDirection, Quantity,
 };
 
-use balance::Balance;
+use balance::{Balance, Balanced};
+use fit::{LawFit, Observation};
 use motion::Track;
 use rigid_body::RigidBody;
 use summary::Laws;
@@ -150,54 +150,39 @@ fn measurement_points(
 }
 
 /// Both laws fitted to the balance, and the preferred one with `C_ii` free. Where that is not zero, it stays in the law.
-fn balanced(balance: &Balance, averages: [fit::LawFit; 2], points: &mut Vec<Point>, notes: &mut Vec<String>) -> Laws {
-    let mut laws = averages.map(|start| {
-        let refined = balance.refine(&start);
-        if refined.is_none() {
+fn balanced(balance: &Balance, averages: [LawFit; 2], points: &mut [Point], notes: &mut Vec<String>) -> Laws {
+    let [mut lines, mut exponential] = averages.clone().map(|start| balance.refine(&start));
+    for (found, start) in [&lines, &exponential].into_iter().zip(&averages) {
+        if found.is_none() {
             notes.push(format!("{:?}: no balance over the motion found, averages of steady windows used", start.kind));
         }
-        refined.unwrap_or(start)
-    });
-    // Averages of windows with stick-slip mislead a start; the points that the better law corrects do not.
-    if let Some(corrected) = balance.correct(better(balance, &laws), points)
-        && let Some(starts) = both_laws(&corrected)
-    {
-        for (law, start) in laws.iter_mut().zip(starts) {
-            if let Some(again) = balance.refine(&start)
-                && misfit(balance, &again) < misfit(balance, law)
-            {
-                *law = again;
-            }
+    }
+    let misfit = |found: &Option<Balanced>| found.as_ref().map_or(f64::INFINITY, |found| found.misfit);
+    let best = if misfit(&lines) < misfit(&exponential) { &mut lines } else { &mut exponential };
+    let preferred = best.as_ref().map_or(LawKind::Exponential, |best| best.law.kind);
+    let mut with_centrifugal = None;
+    if let Some(found) = best {
+        with_centrifugal = balance.with_centrifugal(found);
+        if let Some(law) = with_centrifugal.as_ref().filter(|law| summary::centrifugal_is_real(law))
+            && let Some(under) = balance.under(law.clone())
+        {
+            notes.push("C_ii differs from zero: it is kept in the friction law's fit".to_owned());
+            *found = under;
         }
+        found.correct(points);
     }
-    let preferred = better(balance, &laws).kind;
-    let [mut lines, mut exponential] = laws;
-    let best = if preferred == LawKind::TwoLines { &mut lines } else { &mut exponential };
-    let with_centrifugal = balance.with_centrifugal(best).unwrap_or_else(|| best.clone());
-    if summary::centrifugal_is_real(&with_centrifugal) {
-        notes.push("C_ii differs from zero: it is kept in the friction law's fit".to_owned());
-        *best = with_centrifugal.clone();
-    }
-    if let Some(corrected) = balance.correct(best, points) {
-        *points = corrected;
-    }
+    let [of_lines, of_exponential] = averages;
+    let lines = lines.map_or(of_lines, |found| found.law);
+    let exponential = exponential.map_or(of_exponential, |found| found.law);
+    let best = if preferred == LawKind::TwoLines { &lines } else { &exponential };
+    let with_centrifugal = with_centrifugal.unwrap_or_else(|| best.clone());
     Laws { lines, exponential, preferred, with_centrifugal }
 }
 
-/// `Σ r²` of a law; infinite where it has none.
-fn misfit(balance: &Balance, law: &fit::LawFit) -> f64 {
-    balance.misfit(law).unwrap_or(f64::INFINITY)
-}
-
-/// The law with the smaller misfit.
-fn better<'a>(balance: &Balance, [lines, exponential]: &'a [fit::LawFit; 2]) -> &'a fit::LawFit {
-    if misfit(balance, lines) < misfit(balance, exponential) { lines } else { exponential }
-}
-
 /// Lines and exponential law of the points.
-fn both_laws(points: &[Point]) -> Option<[fit::LawFit; 2]> {
-    let lines = fit::first_lines(points);
-    Some([fit::to_points(LawKind::TwoLines, points, &lines)?, fit::to_points(LawKind::Exponential, points, &lines)?])
+fn both_laws(points: &[Point]) -> Option<[LawFit; 2]> {
+    let observations: Vec<Observation> = points.iter().map(Observation::of).collect();
+    Some([fit::to(LawKind::TwoLines, &observations, false)?, fit::to(LawKind::Exponential, &observations, false)?])
 }
 
 /// The error of a joint that was not moved at enough velocities.

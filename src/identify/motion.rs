@@ -20,10 +20,8 @@ use super::statistics::median;
 use super::windows::Window;
 use crate::gearhead::{Direction, FrictionLaw};
 
-/// [s] Longest step of the mechanics.
-const STEP: f64 = 1e-3;
-/// Speed on top of a twentieth [rad/s or m/s] over which the slope of friction is taken.
-const SLOPE_SPEED: f64 = 1e-6;
+/// [s] Longest step of the mechanics: a hundredth of the time in which the slope of friction moves a heavy arm.
+const STEP: f64 = 4e-3;
 /// [s] Motion before a window in which the filter settles.
 const LEAD: f64 = 0.25;
 /// Standard deviation of what the model's torque lacks from sample to sample, as a part of the torque.
@@ -44,106 +42,161 @@ pub const PARTS: usize = 16;
 /// One window with what does not depend on the friction law.
 #[derive(Debug, Clone)]
 pub struct Track {
+    /// The samples, lead-in first, taken together from edge to edge.
+    strides: Vec<Stride>,
+    /// First stride of every part of the window, and the end of the last.
+    parts: [usize; PARTS + 1],
     /// [s] sample interval.
     interval: f64,
-    /// [N·m or N] motor torque, one a sample, lead-in first.
-    torque: Vec<f64>,
-    /// [N·m or N] gravity on the link, one a sample.
-    gravity: Vec<f64>,
-    /// [rad or m] encoder readings.
-    position: Vec<f64>,
-    /// Samples of the lead-in.
-    lead: usize,
-    /// [rad/s or m/s] velocity at the start of the lead-in.
-    start_velocity: f64,
+    /// [rad or m] first reading, and [rad/s or m/s] velocity over the first half of the lead-in.
+    start: (f64, f64),
     /// `J + H_ii` [kg·m² or kg] over the window.
     inertia: f64,
     /// Size of a count [rad or m].
     count: f64,
-    /// Variance of the torque's noise [N²·m² or N²].
+    /// [N·m or N] mean size of the torque.
+    level: f64,
+    /// Variance of a sample's torque noise [N²·m² or N²].
     noise_variance: f64,
-    /// Variance of what the model's torque lacks in one sample, noise included [N²·m² or N²].
-    torque_variance: f64,
+}
+
+/// The samples from one encoder edge to the next, or a part of them no longer than [`STEP`].
+#[derive(Debug, Clone, Copy)]
+struct Stride {
+    /// Number of samples.
+    samples: f64,
+    /// [N·m or N] mean of `τ − G`.
+    torque: f64,
+    /// [rad or m] reading at the end.
+    position: f64,
+    /// Direction of the edge at the end: +1, −1, or 0 where there is none.
+    edge: f64,
+}
+
+/// What a law lacks over a stretch of motion.
+#[derive(Debug, Clone)]
+pub struct Lack {
+    /// [N·m or N] the constant torque that it lacks; positive drives positively.
+    pub torque: f64,
+    /// [N·m or N] its standard error.
+    pub std_error: f64,
+    /// Shares of the time and velocities [rad/s or m/s] of the motion; what is missing to a whole, the joint stuck.
+    pub velocities: Vec<(f64, f64)>,
 }
 
 impl Track {
     /// The track of a window.
     pub fn of(signals: &Signals, rigid: &RigidBody, window: Window) -> Self {
         let lead = ((LEAD / signals.interval) as usize).min(window.start);
-        let from = window.start - lead;
-        let samples = from..window.end + 1;
+        let samples = window.start - lead..window.end + 1;
         let gravity = rigid.gravity_along(samples.clone());
-        let torque = signals.torque[samples.clone()].to_vec();
-        let position = signals.position[samples].to_vec();
+        let (torque, position) = (&signals.torque[samples.clone()], &signals.position[samples]);
         let head = (lead / 2).max(1).min(position.len() - 1);
-        let level = torque.iter().sum::<f64>() / torque.len() as f64;
-        let noise_variance = signals.torque_noise.powi(2).max(white_noise(&torque).powi(2)).max((1e-4 * level).powi(2));
+        let mean = torque.iter().sum::<f64>() / torque.len() as f64;
+        let noise_variance = signals.torque_noise.powi(2).max(white_noise(torque).powi(2)).max((1e-4 * mean).powi(2));
+        let (strides, ends) = strides(torque, &gravity, position, (STEP / signals.interval + 1e-9) as usize);
+        let first_of = |part: usize| {
+            let sample = lead + part * (position.len() - 1 - lead) / PARTS;
+            ends.partition_point(|&end| end <= sample)
+        };
         Self {
+            strides,
+            parts: std::array::from_fn(first_of),
             interval: signals.interval,
-            start_velocity: (position[head] - position[0]) / (head as f64 * signals.interval),
-            noise_variance,
-            torque_variance: noise_variance + (MODEL_ERROR * level).powi(2),
-            torque,
-            gravity,
-            position,
-            lead,
+            start: (position[0], (position[head] - position[0]) / (head as f64 * signals.interval)),
             inertia: rigid.inertia(window),
             count: signals.count,
+            level: torque.iter().map(|torque| torque.abs()).sum::<f64>() / torque.len() as f64,
+            noise_variance,
         }
     }
 
     /// Standard error of the mean torque by the sensor's noise alone [N·m or N].
     pub fn mean_torque_error(&self) -> f64 {
-        (self.noise_variance / (self.position.len() - self.lead) as f64).sqrt()
+        (self.noise_variance / self.samples(0..PARTS)).sqrt()
     }
 
-    /// First sample of a part of the window.
-    fn part_start(&self, part: usize) -> usize {
-        self.lead + part * (self.position.len() - 1 - self.lead) / PARTS
+    /// Number of samples of some parts of the window.
+    fn samples(&self, parts: Range<usize>) -> f64 {
+        self.strides[self.parts[parts.start]..self.parts[parts.end]].iter().map(|stride| stride.samples).sum()
     }
 
-    /// Constant torque that the law lacks over some parts of the window and its standard error [N·m or N]: the filter's third state,
-    /// which opens when the first of these parts begins.
-    pub fn lacking_over(&self, parts: &Range<usize>, law: &FrictionLaw, centrifugal: f64) -> (f64, f64) {
-        let (first, last) = (self.part_start(parts.start), self.part_start(parts.end));
+    /// What the law lacks over some parts of the window: the filter's third state, which opens when the first of these parts begins.
+    pub fn lacking_over(&self, parts: &Range<usize>, law: &FrictionLaw, centrifugal: f64) -> Lack {
+        let (first, last) = (self.parts[parts.start], self.parts[parts.end]);
         let mut state = State::start(self);
-        for k in 0..first {
-            state.advance(self, k, law, centrifugal);
-            state.correct(self, self.position[k], self.position[k + 1]);
+        for stride in &self.strides[..first] {
+            state.advance(self, stride, law, centrifugal);
+            state.correct(self, stride);
         }
         state.release(self);
-        for k in first..last {
-            state.advance(self, k, law, centrifugal);
-            state.correct(self, self.position[k], self.position[k + 1]);
+        let mut velocities = Vec::with_capacity(last - first);
+        for stride in &self.strides[first..last] {
+            let before = state.omega;
+            state.advance(self, stride, law, centrifugal);
+            velocities.push((stride.samples, 0.5 * (before + state.omega)));
+            state.correct(self, stride);
         }
-        (state.lacking, state.p22.sqrt() * state.surprise())
+        Lack {
+            torque: state.lacking,
+            std_error: state.p22.sqrt() * state.surprise(),
+            velocities: condensed(velocities),
+        }
     }
 
     /// Mean torque that the law lacks over each of [`PARTS`] parts of the window [N·m or N], positive drives positively.
     pub fn lacking(&self, law: &FrictionLaw, centrifugal: f64) -> [f64; PARTS] {
         let mut state = State::start(self);
-        let samples = self.position.len() - 1;
-        let (mut momentum, mut parts) = (0.0, [0.0; PARTS]);
-        let mut part = 0;
-        let window = samples - self.lead;
-        for k in 0..samples {
-            state.advance(self, k, law, centrifugal);
-            let correction = state.correct(self, self.position[k], self.position[k + 1]);
-            if k >= self.lead {
-                momentum += correction;
-                if (k + 1 - self.lead) * PARTS >= (part + 1) * window {
-                    parts[part] = momentum;
-                    momentum = 0.0;
-                    part += 1;
-                }
+        let mut momentum = |strides: Range<usize>| {
+            let (mut momentum, mut samples) = (0.0, 0.0);
+            for stride in &self.strides[strides] {
+                state.advance(self, stride, law, centrifugal);
+                momentum += state.correct(self, stride);
+                samples += stride.samples;
             }
-        }
-        let time = window as f64 * self.interval / PARTS as f64;
-        parts.map(|momentum| momentum / time)
+            momentum / (samples * self.interval)
+        };
+        momentum(0..self.parts[0]);
+        std::array::from_fn(|part| momentum(self.parts[part]..self.parts[part + 1]))
     }
 }
 
-/// Position and velocity, and their covariance.
+/// The strides of some samples, none of more than `most`, and the sample at which each ends.
+fn strides(torque: &[f64], gravity: &[f64], position: &[f64], most: usize) -> (Vec<Stride>, Vec<usize>) {
+    let (mut strides, mut ends) = (Vec::new(), Vec::new());
+    let (mut from, mut sum) = (0, 0.0);
+    for k in 1..position.len() {
+        sum += 0.5 * (torque[k - 1] + torque[k] - gravity[k - 1] - gravity[k]);
+        let way = position[k] - position[k - 1];
+        if way != 0.0 || k - from >= most || k + 1 == position.len() {
+            let samples = (k - from) as f64;
+            let edge = if way == 0.0 { 0.0 } else { way.signum() };
+            strides.push(Stride { samples, torque: sum / samples, position: position[k], edge });
+            ends.push(k);
+            (from, sum) = (k, 0.0);
+        }
+    }
+    (strides, ends)
+}
+
+/// Velocities that stand for a distribution of them: means of [`CLASSES`] equal shares of the samples in motion, in the order of speed.
+fn condensed(mut velocities: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let all: f64 = velocities.iter().map(|(samples, _)| samples).sum();
+    velocities.retain(|(_, velocity)| *velocity != 0.0);
+    velocities.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let size = velocities.len().div_ceil(CLASSES).max(1);
+    let class = |class: &[(f64, f64)]| {
+        let samples: f64 = class.iter().map(|(samples, _)| samples).sum();
+        let way: f64 = class.iter().map(|(samples, velocity)| samples * velocity).sum();
+        (samples / all, way / samples)
+    };
+    velocities.chunks(size).map(class).collect()
+}
+
+/// Velocities that a window's motion is represented by.
+const CLASSES: usize = 8;
+
+/// Position, velocity and lacking torque, and their covariance.
 #[derive(Debug, Clone, Copy)]
 struct State {
     theta: f64,
@@ -155,6 +208,7 @@ struct State {
     p02: f64,
     p12: f64,
     p22: f64,
+    /// Variance of what the model's torque lacks in one sample, noise included.
     noise: f64,
     /// Sum of the squared innovations of the edges over their variance, and their number.
     innovations: (f64, f64),
@@ -163,63 +217,51 @@ struct State {
 impl State {
     /// In the middle of its count, at the velocity of the lead-in.
     fn start(track: &Track) -> Self {
-        let omega = track.start_velocity;
-        let theta = track.position[0] + 0.5 * track.count;
-        let p00 = track.count * track.count / 12.0;
-        let noise = track.torque_variance;
+        let (position, omega) = track.start;
         Self {
-            theta,
+            theta: position + 0.5 * track.count,
             omega,
             lacking: 0.0,
-            p00,
+            p00: track.count * track.count / 12.0,
             p01: 0.0,
             p11: omega * omega,
             p02: 0.0,
             p12: 0.0,
             p22: 0.0,
-            noise,
+            noise: track.noise_variance + (MODEL_ERROR * track.level).powi(2),
             innovations: (0.0, 0.0),
         }
     }
 
     /// From here on the lacking torque is a state, and the model is trusted.
     fn release(&mut self, track: &Track) {
-        let level = track.torque.iter().map(|torque| torque.abs()).sum::<f64>() / track.torque.len() as f64;
-        (self.p02, self.p12, self.p22) = (0.0, 0.0, (FIRST_ERROR * level).powi(2));
+        (self.p02, self.p12, self.p22) = (0.0, 0.0, (FIRST_ERROR * track.level).powi(2));
         self.p11 += (RELEASED_SPEED * self.omega).powi(2);
-        self.noise = track.noise_variance + (SMALL_MODEL_ERROR * level).powi(2);
+        self.noise = track.noise_variance + (SMALL_MODEL_ERROR * track.level).powi(2);
         self.innovations = (0.0, 0.0);
     }
 
-    /// Over one sample interval, with the mean of the torques read at both of its ends.
-    fn advance(&mut self, track: &Track, sample: usize, law: &FrictionLaw, centrifugal: f64) {
-        let torque = 0.5 * (track.torque[sample] + track.torque[sample + 1])
-            - 0.5 * (track.gravity[sample] + track.gravity[sample + 1])
-            + self.lacking;
-        let substeps = (track.interval / STEP - 1e-9).ceil().max(1.0);
-        let dt = track.interval / substeps;
-        let before = self.omega;
-        for _ in 0..substeps as usize {
-            let net = torque - centrifugal * self.omega * self.omega;
-            let omega = slide(self.omega, net, track.inertia, dt, law);
+    /// Over a stride, and the covariance with it.
+    fn advance(&mut self, track: &Track, stride: &Stride, law: &FrictionLaw, centrifugal: f64) {
+        let time = stride.samples * track.interval;
+        let steps = (time / STEP - 1e-9).ceil().max(1.0);
+        let dt = time / steps;
+        for _ in 0..steps as usize {
+            let net = stride.torque + self.lacking - centrifugal * self.omega * self.omega;
+            let (omega, slope) = slide(self.omega, net, track.inertia, dt, law);
             self.theta += 0.5 * dt * (self.omega + omega);
             self.omega = omega;
+            self.spread(dt, dt / track.inertia, slope, self.noise * steps / stride.samples);
         }
-        self.spread(track, law, before);
     }
 
-    /// Covariance over one sample interval.
-    fn spread(&mut self, track: &Track, law: &FrictionLaw, before: f64) {
-        let dt = track.interval;
-        let direction = Direction::of(before);
-        let (low, high) = (0.95 * before.abs(), 1.05 * before.abs() + SLOPE_SPEED);
-        let slope = (law.magnitude(direction, high) - law.magnitude(direction, low)) / (high - low);
-        let growth = (-slope * dt / track.inertia).clamp(-0.5, 0.5).exp();
-        let push = dt / track.inertia;
+    /// Covariance after `dt` under a slope of friction and a variance of the torque; `push`: velocity per torque.
+    fn spread(&mut self, dt: f64, push: f64, slope: f64, variance: f64) {
+        let growth = (-slope * push).clamp(-0.5, 0.5).exp();
         self.p00 += dt * (2.0 * self.p01 + dt * self.p11);
         self.p01 = growth * (self.p01 + dt * self.p11) + push * (self.p02 + dt * self.p12);
         self.p02 += dt * self.p12;
-        self.p11 = growth * growth * self.p11 + push * (2.0 * growth * self.p12 + push * (self.p22 + self.noise));
+        self.p11 = growth * growth * self.p11 + push * (2.0 * growth * self.p12 + push * (self.p22 + variance));
         self.p12 = growth * self.p12 + push * self.p22;
     }
 
@@ -230,10 +272,9 @@ impl State {
     }
 
     /// Takes the new reading in; returns the momentum of the correction [N·m·s or N·s].
-    fn correct(&mut self, track: &Track, before: f64, now: f64) -> f64 {
-        let dt = track.interval;
-        let (low, high) = (now, now + track.count);
-        let (innovation, variance) = if now == before {
+    fn correct(&mut self, track: &Track, stride: &Stride) -> f64 {
+        let (low, high) = (stride.position, stride.position + track.count);
+        let (innovation, variance) = if stride.edge == 0.0 {
             let slack = (HELD * track.count).max(2.0 * self.p00.sqrt()).min(0.5 * track.count);
             let held = self.theta.clamp(low - slack, high + slack);
             if held == self.theta {
@@ -241,10 +282,11 @@ impl State {
             }
             (held - self.theta, (HELD * track.count).powi(2))
         } else {
-            let boundary = if now > before { low } else { high };
-            let speed = self.omega.abs();
-            let travel = (0.5 * speed * dt).min(0.5 * track.count).copysign(now - before);
-            (boundary + travel - self.theta, (speed * dt).powi(2) / 12.0 + (EDGE * track.count).powi(2))
+            // The edge lies anywhere within the last sample interval.
+            let boundary = if stride.edge > 0.0 { low } else { high };
+            let way = self.omega.abs() * track.interval;
+            let travel = (0.5 * way).min(0.5 * track.count).copysign(stride.edge);
+            (boundary + travel - self.theta, way.powi(2) / 12.0 + (EDGE * track.count).powi(2))
         };
         let total = self.p00 + variance;
         self.innovations.0 += innovation * innovation / total;
@@ -264,16 +306,19 @@ impl State {
     }
 }
 
-/// Velocity after a step under dry friction, which holds the mass where it can stop it within the step; friction at the mean speed.
-fn slide(velocity: f64, torque: f64, inertia: f64, dt: f64, law: &FrictionLaw) -> f64 {
-    let free = velocity + dt * torque / inertia;
-    let direction = Direction::of(free);
-    let pass = |speed: f64| {
-        let drop = dt * law.magnitude(direction, speed) / inertia;
-        if free.abs() <= drop { 0.0 } else { free - drop.copysign(free) }
-    };
-    let first = pass(if velocity * free > 0.0 { velocity.abs() } else { 0.0 });
-    if first == 0.0 || velocity * first <= 0.0 { first } else { pass(0.5 * (velocity + first).abs()) }
+/// Velocity after a step under dry friction, which holds the mass where it can stop it within the step, and the slope of friction.
+/// Friction is that at the mean speed, to first order in the step.
+fn slide(velocity: f64, torque: f64, inertia: f64, dt: f64, law: &FrictionLaw) -> (f64, f64) {
+    let push = dt / inertia;
+    let free = velocity + push * torque;
+    let speed = if velocity * free > 0.0 { velocity.abs() } else { 0.0 };
+    let (friction, slope) = law.magnitude_and_slope(Direction::of(free), speed);
+    let left = free.abs() - push * friction;
+    if left <= 0.0 {
+        return (0.0, slope);
+    }
+    let at_mean = if speed == 0.0 { left } else { (left - 0.5 * push * slope * (left - speed)).max(0.0) };
+    (at_mean.copysign(free), slope)
 }
 
 /// Standard deviation of the white noise of a signal that is smooth otherwise, from the median of its second differences.

@@ -10,7 +10,6 @@
 
 use serde::Serialize;
 
-use super::lines::SpeedPoint;
 use super::rigid_body::RigidBody;
 use super::signals::Signals;
 use super::statistics::{mean, mean_with_error};
@@ -81,14 +80,5 @@ impl Point {
     /// Direction of the motion.
     pub fn direction(&self) -> Direction {
         Direction::of(self.velocity)
-    }
-
-    /// The point as magnitude against speed.
-    pub fn of_speed(&self) -> SpeedPoint {
-        SpeedPoint {
-            speed: self.velocity.abs(),
-            magnitude: self.friction * self.velocity.signum(),
-            std_error: self.std_error,
-        }
     }
 }

@@ -90,14 +90,15 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
     let posture = session.rigid.posture(reversal.turn);
     let index = session.joint;
     let probe = 1e-3;
-    let gravity_at = |step: f64| {
+    let mut gravity = session.rigid.gravity_of();
+    let mut gravity_at = |step: f64| {
         let mut q = posture.clone();
         q[index] += step;
-        session.rigid.gravity_at(&q)
+        gravity(&q)
     };
     Transmission {
         rotor_inertia: joint.reflected_inertia(),
-        link_inertia: session.rigid.link_inertia_at(&posture),
+        link_inertia: session.rigid.link_inertia_of()(&posture),
         stiffness: joint.gear_stiffness,
         damping: joint.gear_damping,
         friction: friction.law,
