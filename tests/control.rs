@@ -144,6 +144,7 @@ fn published_the_staircase_is_that_of_figure_2() {
         steps,
         acceleration: 6.0 * DEG,
         deceleration: 2.0 * DEG,
+        gentle: None,
         steady_time: 1.0,
         settling_way: 2.0 * DEG,
         advance: 0.0,

@@ -54,8 +54,8 @@ fn recover_gap_of_scara() {
         assert!((found.best.mean.value - truth).abs() < 4.0 * found.best.mean.std_error, "{:?}", found.best.mean);
         assert!(found.best.mean_deviation_percent < published, "{}", found.best.mean_deviation_percent);
         assert!(!found.consistent_with_zero());
-        // Most of the 39 reversals must be used: an estimate from a few that happen to fit would be worth little.
-        assert!(found.best.values.len() >= 30, "{:?}", found.best.left_out);
+        // Most of the twelve gentlest reversals must be used: an estimate from a few that happen to fit would be worth little.
+        assert!(found.best.values.len() >= 9, "{:?}", found.best.left_out);
         // Friction splits 70 : 30; the by-product is good to a fifth.
         let share = found.link_share.expect("a share").value;
         assert!((share - 0.3).abs() < 0.06, "{share}");

@@ -15,7 +15,7 @@ pub use observer::{EdgeObserver, ObserverNoise};
 pub use pi::{Pi, PiGains};
 pub use profile::{Profile, Target, Track};
 pub use sliding_mode::{SlidingGains, SlidingMode, sat};
-pub use staircase::{Staircase, Steps};
+pub use staircase::{Gentle, Staircase, Steps};
 
 use nalgebra::DMatrix;
 

@@ -35,6 +35,16 @@ impl Steps {
     }
 }
 
+/// Steps at which the gap is to be measured: they brake so gently that the link, braked by its own friction, stays on the flank that
+/// drives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gentle {
+    /// [rad/s or m/s] Fastest step that brakes so, ≥ 0.
+    pub up_to: f64,
+    /// [rad/s² or m/s²] > 0.
+    pub deceleration: f64,
+}
+
 /// A staircase of one joint while the others rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Staircase {
@@ -46,6 +56,8 @@ pub struct Staircase {
     pub acceleration: f64,
     /// [rad/s² or m/s²] > 0.
     pub deceleration: f64,
+    /// The steps that brake more gently than that; `None`: all steps brake alike.
+    pub gentle: Option<Gentle>,
     /// `T` [s] every step at least, ≥ 0.
     pub steady_time: f64,
     /// `s` [rad or m] way at constant velocity on top of it, ≥ 0.
@@ -65,8 +77,14 @@ impl Staircase {
         for speed in self.steps.speeds() {
             for (direction, shortfall) in [(self.direction, 0.0), (-self.direction, self.advance)] {
                 let constant = (self.steady_time + (self.settling_way - shortfall) / speed).max(0.0);
-                track.trapezoid(direction * speed, self.acceleration, constant, self.deceleration);
+                track.trapezoid(direction * speed, self.acceleration, constant, self.deceleration(speed));
             }
         }
+    }
+    /// What a step of this speed brakes with.
+    fn deceleration(&self, speed: f64) -> f64 {
+        // Speeds are sums of increments: one that is meant to be the last must not miss it by rounding.
+        let gentle = self.gentle.filter(|gentle| speed <= gentle.up_to * (1.0 + 1e-9));
+        gentle.map_or(self.deceleration, |gentle| gentle.deceleration)
     }
 }

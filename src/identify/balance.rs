@@ -17,11 +17,12 @@ use super::fit::{self, LawFit, Observation};
 use super::law::{self, CENTRIFUGAL};
 use super::motion::{Lack, PARTS, Track};
 use super::points::Point;
+use super::result::LawKind;
 use super::statistics::median;
 use crate::gearhead::{Direction, FrictionLaw};
 
 /// Fits in a row, each to the motion under the law before it.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 6;
 /// Residuals, in robust standard deviations of all, beyond which a window's weight falls (P. J. Huber 1964).
 const HUBER: f64 = 2.0;
 /// Deviations from the median, in robust standard deviations, beyond which a part is left out.
@@ -64,14 +65,13 @@ impl Balance {
         Self { windows: points.iter().zip(tracks).map(window).collect() }
     }
 
-    /// The law that balances, from one that was fitted to averages. `C_ii` is held at zero: the motion of a single joint of a chain of
-    /// rigid bodies has none. `None` where it leads nowhere.
-    pub fn refine(&self, start: &LawFit) -> Option<Balanced> {
-        let mut law = start.clone();
-        for round in 0..ROUNDS {
-            // A law that is still far off makes good windows stand out: only a fit to all of them may say which do.
-            let under = self.motion_under(law, if round == 0 { f64::INFINITY } else { HUBER })?;
-            law = fit::to(under.law.kind, &under.friction, false)?;
+    /// The law that balances, from a first guess at friction. `C_ii` is held at zero: the motion of a single joint of a chain of rigid
+    /// bodies has none. `None` where it leads nowhere.
+    pub fn refine(&self, kind: LawKind, guess: &FrictionLaw) -> Option<Balanced> {
+        // A law that is still far off makes good windows stand out: only a fit to all of them may say which do.
+        let mut law = fit::to(kind, &self.motion_under(guess, 0.0, f64::INFINITY).friction, false)?;
+        for _ in 1..ROUNDS {
+            law = fit::to(kind, &self.under(law)?.friction, false)?;
         }
         self.under(law)
     }
@@ -81,16 +81,16 @@ impl Balance {
         fit::to(found.law.kind, &found.friction, true)
     }
 
-    /// The motion under a law.
+    /// The motion under a law that was fitted.
     pub fn under(&self, law: LawFit) -> Option<Balanced> {
-        self.motion_under(law, HUBER)
+        let friction = law::of(law.kind, &law.fit.parameters)?;
+        let Motion { friction, misfit } = self.motion_under(&friction, law.fit.parameters[CENTRIFUGAL], HUBER);
+        Some(Balanced { law, misfit, friction })
     }
 
     /// The motion under a law; windows that stand out by more than `huber` lose weight.
-    fn motion_under(&self, law: LawFit, huber: f64) -> Option<Balanced> {
-        let friction = law::of(law.kind, &law.fit.parameters)?;
-        let centrifugal = law.fit.parameters[CENTRIFUGAL];
-        let lacks: Vec<Lack> = self.windows.par_iter().map(|window| window.lack(&friction, centrifugal)).collect();
+    fn motion_under(&self, law: &FrictionLaw, centrifugal: f64, huber: f64) -> Motion {
+        let lacks: Vec<Lack> = self.windows.par_iter().map(|window| window.lack(law, centrifugal)).collect();
         let ratios: Vec<f64> = lacks.iter().map(|lack| (lack.torque / lack.std_error).abs()).collect();
         let scale = 1.4826 * median(ratios.clone());
         let misfit = lacks.iter().zip(&self.windows).map(|(lack, window)| (lack.torque / window.floor).powi(2)).sum();
@@ -98,12 +98,18 @@ impl Balance {
             let std_error = lack.std_error * (ratio / (huber * scale)).clamp(1.0, 1e3);
             let mut one =
                 Observation { direction: window.direction, velocities: lack.velocities, friction: 0.0, std_error };
-            one.friction = one.average(|v| friction.kinetic(v) + centrifugal * v * v) - lack.torque;
+            one.friction = one.average(|v| law.kinetic(v) + centrifugal * v * v) - lack.torque;
             one
         };
         let friction = lacks.into_iter().zip(&self.windows).zip(ratios).map(observation).collect();
-        Some(Balanced { law, misfit, friction })
+        Motion { friction, misfit }
     }
+}
+
+/// What the motion under a law says.
+struct Motion {
+    friction: Vec<Observation>,
+    misfit: f64,
 }
 
 impl Balanced {

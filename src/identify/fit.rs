@@ -60,6 +60,8 @@ impl Observation {
 const SCAN: usize = 40;
 /// Part of the slowest speed at which the scan of `v_S` begins: a fall below it is not seen.
 const BELOW_SLOWEST: f64 = 0.5;
+/// Friction at rest that is believed, as a multiple of the largest that was measured.
+const RISE: f64 = 2.0;
 /// Fall towards higher speeds that a law starts with where the friction shows none, as a part of it.
 const SLIGHT: f64 = 0.05;
 
@@ -76,8 +78,10 @@ pub fn to(kind: LawKind, observations: &[Observation], free_centrifugal: bool) -
     if !free_centrifugal {
         step[CENTRIFUGAL] = 0.0;
     }
+    let highest = highest(observations);
     let residuals = |theta: &[f64]| {
-        let law = law::of(kind, theta)?;
+        let law = law::of(kind, theta)
+            .filter(|_| theta[..CENTRIFUGAL].chunks(PER_DIRECTION).all(|own| believed(kind, own, highest)))?;
         let force = |v: f64| law.kinetic(v) + theta[CENTRIFUGAL] * v * v;
         Some(observations.iter().map(|one| (one.average(force) - one.friction) / one.std_error).collect())
     };
@@ -90,6 +94,20 @@ fn speeds(observations: &[Observation]) -> impl Iterator<Item = f64> {
     observations.iter().map(|one| one.average(f64::abs))
 }
 
+/// The largest friction that was measured.
+fn highest(observations: &[Observation]) -> f64 {
+    observations.iter().map(|one| one.friction.abs()).fold(0.0, f64::max)
+}
+
+/// Whether the friction at rest of one direction's coefficients is near what was measured.
+fn believed(kind: LawKind, own: &[f64], highest: f64) -> bool {
+    let at_rest = match kind {
+        LawKind::Exponential => own[1],
+        LawKind::TwoLines => own[0],
+    };
+    at_rest <= RISE * highest
+}
+
 /// The coefficients of one direction with the smallest sum of squares over the velocities of a scan; `None` where none makes a law.
 fn scan(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
     let mut sorted: Vec<f64> = speeds(side).collect();
@@ -100,6 +118,7 @@ fn scan(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
         // Either line needs two points.
         LawKind::TwoLines => (second, before_last),
     };
+    let highest = highest(side);
     let mut best: Option<(f64, [f64; PER_DIRECTION])> = None;
     for k in 0..SCAN {
         let given = low * (high / low).powf(k as f64 / (SCAN - 1) as f64);
@@ -113,7 +132,8 @@ fn scan(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
             LawKind::Exponential => [constant, constant + shaped, given, slope],
             LawKind::TwoLines => [constant, slope, constant - shaped * given, slope + shaped],
         };
-        if law::of(kind, &[own, own].concat()).is_some() && best.is_none_or(|(least, _)| fit.chi_squared < least) {
+        let allowed = believed(kind, &own, highest) && law::of(kind, &[own, own].concat()).is_some();
+        if allowed && best.is_none_or(|(least, _)| fit.chi_squared < least) {
             best = Some((fit.chi_squared, own));
         }
     }

@@ -27,13 +27,14 @@ pub use result::{
 };
 
 use balance::{Balance, Balanced};
-use fit::{LawFit, Observation};
+use fit::Observation;
 use motion::Track;
 use rigid_body::RigidBody;
+use statistics::median;
 use summary::Laws;
 
 use crate::error::{Error, Result};
-use crate::gearhead::Friction;
+use crate::gearhead::{Direction, Friction, FrictionLaw, Lines};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
@@ -50,7 +51,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { shortest_window: 0.3, settling_time: 0.3, backlash: true }
+        Self { shortest_window: 0.3, settling_time: 0.6, backlash: true }
     }
 }
 
@@ -90,10 +91,8 @@ pub fn identify_joint(
 ) -> Result<JointIdentification> {
     let mut notes = Vec::new();
     let (mut points, tracks) = measurement_points(model, joint, data, options, &mut notes)?;
-    let averages =
-        both_laws(&points).ok_or(Error::NotConverged { method: UNFITTED, iterations: 0, change: f64::NAN })?;
     let balance = Balance::new(&points, tracks);
-    let laws = balanced(&balance, averages, &mut points, &mut notes);
+    let laws = balanced(&balance, &mut points, &mut notes)?;
     let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &laws);
     let backlash = if options.backlash {
         let sessions: Vec<&TimeSeries> = data.iter().collect();
@@ -150,16 +149,18 @@ fn measurement_points(
 }
 
 /// Both laws fitted to the balance, and the preferred one with `C_ii` free. Where that is not zero, it stays in the law.
-fn balanced(balance: &Balance, averages: [LawFit; 2], points: &mut [Point], notes: &mut Vec<String>) -> Laws {
-    let [mut lines, mut exponential] = averages.clone().map(|start| balance.refine(&start));
-    for (found, start) in [&lines, &exponential].into_iter().zip(&averages) {
-        if found.is_none() {
-            notes.push(format!("{:?}: no balance over the motion found, averages of steady windows used", start.kind));
-        }
-    }
+///
+/// # Errors
+/// One of them fits neither the balance nor the averages of the windows.
+fn balanced(balance: &Balance, points: &mut [Point], notes: &mut Vec<String>) -> Result<Laws> {
+    let mut exponential = balance.refine(LawKind::Exponential, &flat(points));
+    // The low line hangs on a few slow windows: it needs a motion that is right from the start.
+    let guess = exponential.as_ref().and_then(|found| law::of(LawKind::Exponential, &found.law.fit.parameters));
+    let mut lines = balance.refine(LawKind::TwoLines, &guess.unwrap_or_else(|| flat(points)));
+    let averages: Vec<Observation> = points.iter().map(Observation::of).collect();
     let misfit = |found: &Option<Balanced>| found.as_ref().map_or(f64::INFINITY, |found| found.misfit);
-    let best = if misfit(&lines) < misfit(&exponential) { &mut lines } else { &mut exponential };
-    let preferred = best.as_ref().map_or(LawKind::Exponential, |best| best.law.kind);
+    let preferred = if misfit(&lines) < misfit(&exponential) { LawKind::TwoLines } else { LawKind::Exponential };
+    let best = if preferred == LawKind::TwoLines { &mut lines } else { &mut exponential };
     let mut with_centrifugal = None;
     if let Some(found) = best {
         with_centrifugal = balance.with_centrifugal(found);
@@ -171,18 +172,31 @@ fn balanced(balance: &Balance, averages: [LawFit; 2], points: &mut [Point], note
         }
         found.correct(points);
     }
-    let [of_lines, of_exponential] = averages;
-    let lines = lines.map_or(of_lines, |found| found.law);
-    let exponential = exponential.map_or(of_exponential, |found| found.law);
+    let mut law = |kind: LawKind, found: Option<Balanced>| match found {
+        Some(found) => Ok(found.law),
+        None => {
+            notes.push(format!("{kind:?}: no balance over the motion found, averages of steady windows used"));
+            fit::to(kind, &averages, false).ok_or(Error::NotConverged {
+                method: UNFITTED,
+                iterations: 0,
+                change: f64::NAN,
+            })
+        }
+    };
+    let lines = law(LawKind::TwoLines, lines)?;
+    let exponential = law(LawKind::Exponential, exponential)?;
     let best = if preferred == LawKind::TwoLines { &lines } else { &exponential };
     let with_centrifugal = with_centrifugal.unwrap_or_else(|| best.clone());
-    Laws { lines, exponential, preferred, with_centrifugal }
+    Ok(Laws { lines, exponential, preferred, with_centrifugal })
 }
 
-/// Lines and exponential law of the points.
-fn both_laws(points: &[Point]) -> Option<[LawFit; 2]> {
-    let observations: Vec<Observation> = points.iter().map(Observation::of).collect();
-    Some([fit::to(LawKind::TwoLines, &observations, false)?, fit::to(LawKind::Exponential, &observations, false)?])
+/// Friction that is the same at all speeds, what is known of it before the motion is: the median of each direction's points.
+fn flat(points: &[Point]) -> FrictionLaw {
+    FrictionLaw::TwoLines([Direction::Positive, Direction::Negative].map(|direction| {
+        let side = points.iter().filter(|point| point.direction() == direction);
+        let level = median(side.map(|point| (direction.sign() * point.friction).max(0.0)).collect());
+        Lines { a1: level, b1: 0.0, a2: level, b2: 0.0 }
+    }))
 }
 
 /// The error of a joint that was not moved at enough velocities.

@@ -11,6 +11,8 @@ use super::signals::Signals;
 const SLOPE_WINDOW: f64 = 0.4;
 /// Relative change of slope that still counts as steady.
 const STEADY: f64 = 0.12;
+/// Part of its way, and counts, by which the motion may be ahead or behind of the speed at its window's end.
+const UNSETTLED: (f64, f64) = (0.1, 3.0);
 /// Counts that a window must hold at least: fewer do not tell a velocity.
 const FEWEST_COUNTS: f64 = 8.0;
 
@@ -34,8 +36,8 @@ pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
     stretches
         .into_iter()
         .filter_map(|(from, to)| {
-            let from = from + settling.min((to - from) * 2 / 5);
-            edges(signals, from, to)
+            let from = from + settling.min((to - from) / 2);
+            edges(signals, from, to).map(|window| settled(signals, window))
         })
         .filter(|window| window.end - window.start >= shortest)
         .filter(|window| {
@@ -43,6 +45,18 @@ pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
             travel > 0.0 && travel >= FEWEST_COUNTS * signals.count
         })
         .collect()
+}
+
+/// The window without its beginning, as far as the joint was not yet at the speed that it has in the last third: after a reversal it
+/// stays behind until the controller pushes hard enough.
+fn settled(signals: &Signals, window: Window) -> Window {
+    let (x, Window { start, end }) = (signals.position, window);
+    let third = signals.edge_after(end - (end - start) / 3);
+    let speed = (x[end] - x[third]) / (end - third).max(1) as f64;
+    let behind = |k: usize| (x[end] - x[k] - speed * (end - k) as f64).abs();
+    let allowed = |k: usize| (UNSETTLED.0 * (x[end] - x[k]).abs()).max(UNSETTLED.1 * signals.count);
+    let last_bad = (start..third).rev().find(|&k| behind(k) > allowed(k));
+    Window { start: last_bad.map_or(start, |k| signals.edge_after(k + 1)), end }
 }
 
 /// Runs of equal, non-zero reference velocity, last sample included.

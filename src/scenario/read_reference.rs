@@ -4,7 +4,7 @@
 
 use super::Session;
 use super::read_controller::speed_unit;
-use crate::control::{Excitation, JointRange, Profile, Staircase, Steps};
+use crate::control::{Excitation, Gentle, JointRange, Profile, Staircase, Steps};
 use crate::error::Result;
 use crate::robot::Model;
 use crate::toml_input::{Range, Table};
@@ -96,6 +96,7 @@ fn staircase(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
             steps: Steps { first, last, increment: required(&table, "increment", kind, &speed)? },
             acceleration: required(&table, "acceleration", kind, &acceleration)?,
             deceleration: required(&table, "deceleration", kind, &acceleration)?,
+            gentle: gentle(&table, kind, &speed, &acceleration)?,
             steady_time: table.number_or("steady_time", &Range::non_negative("s"), 1.0)?,
             settling_way: angle(&table, "settling_way", kind, &way)?.unwrap_or(0.0),
             advance: angle(&table, "advance", kind, &way)?.unwrap_or(0.0),
@@ -105,6 +106,13 @@ fn staircase(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
         stairs.append(profile);
     }
     Ok(())
+}
+
+/// The steps that brake gently: `gentle_up_to` and `gentle_deceleration`.
+fn gentle(table: &Table<'_>, kind: JointKind, speed: &Range, acceleration: &Range) -> Result<Option<Gentle>> {
+    let Some(up_to) = angle(table, "gentle_up_to", kind, speed)? else { return Ok(None) };
+    let deceleration = required(table, "gentle_deceleration", kind, acceleration)?;
+    Ok(Some(Gentle { up_to, deceleration }))
 }
 
 fn fast(table: &Table<'_>, model: &Model, start: &[f64]) -> Result<Profile> {

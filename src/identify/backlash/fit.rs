@@ -14,7 +14,7 @@ use crate::identify::result::Quantity;
 use crate::robot::JointModel;
 
 /// Reversals that the coarse scan looks at.
-const COARSE_SITES: usize = 10;
+const COARSE_SITES: usize = 5;
 /// Range in counts that the coarse scan looks at first.
 const FIRST_RANGE: f64 = 30.0;
 /// A reversal one of whose samples is less likely than this is not explained: six standard deviations.
@@ -66,10 +66,11 @@ pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction)
     let (mut gap, share_found, count) = coarse(&|travel| reaching(travel).0, largest_gap(sessions), &spread)?;
     spread.share = [share_found, 0.05];
 
-    for (width, step, factor) in [(6.0, 0.5, 2.0), (3.0, 0.25, 1.0)] {
+    for (width, step, factor, most) in [(4.0, 1.0, 2.0, COARSE_SITES), (2.5, 0.25, 1.0, usize::MAX)] {
         (spread.torque, spread.level, spread.blur) = (factor * noise, 0.08, 0.2);
         let gaps = grid(gap - width * count, gap + width * count, step * count);
-        let (near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count);
+        let (mut near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count);
+        near.truncate(most);
         let profiles = scan(&near, &gaps, &spread);
         gap = gaps[pooled_best(&profiles)?];
         spread.share = [share(&profiles)?.0, 0.02];
@@ -89,7 +90,7 @@ fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Sp
         let mut few = reaching(reach + 4.0 * count);
         few.sort_by_key(|site| site.window.position.len());
         few.truncate(COARSE_SITES);
-        let gaps = grid(-4.0 * count, reach, count);
+        let gaps = grid(-4.0 * count, reach, 2.0 * count);
         let profiles = scan(&few, &gaps, spread);
         let inside = profiles.iter().filter(|one| one.usable()).count();
         if 2 * inside > few.len() || reach >= largest {

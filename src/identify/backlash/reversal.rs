@@ -9,6 +9,13 @@ use crate::timeseries::{Channel, TimeSeries};
 /// Reversals below which no gap is estimated.
 const FEWEST: usize = 3;
 
+/// Reversals of a session that the gap is taken from at most.
+const MOST: usize = 12;
+/// Part of the steady speed below which a stroke counts as braking.
+const BRAKING: f64 = 0.9;
+/// [s] Stretch over which a speed is taken from the counts.
+pub(super) const SPEED_SPAN: f64 = 0.060;
+
 /// One recording of a joint with its reversals.
 pub(super) struct Session<'a> {
     /// Index of the joint.
@@ -33,7 +40,7 @@ impl<'a> Session<'a> {
             sign_by_command(&mut signals.torque, recorded.get(Channel::CommandCurrent)?);
             signals.rectified = false;
         }
-        let reversals = find_reversals(signals.position, signals.count);
+        let reversals = gentlest(find_reversals(signals.position, signals.count), signals.position, signals.interval);
         let unit = model.joints[joint].kind.position_unit();
         Some(Self { joint, unit, signals, rigid: RigidBody::new(model, joint, series), reversals })
     }
@@ -88,6 +95,29 @@ pub fn find_reversals(position: &[f64], count: f64) -> Vec<Reversal> {
             }
         })
         .collect()
+}
+
+/// Sample at which the stroke before a reversal begins to brake, less `span`, and the steady speed before it, per sample.
+pub(super) fn braking(position: &[f64], reversal: &Reversal, span: usize) -> (usize, f64) {
+    let speed = |k: usize, span: usize| (position[k] - position[k.saturating_sub(span)]).abs() / span as f64;
+    let quarter = ((reversal.turn - reversal.start) / 4).max(1);
+    let steady = speed(reversal.start + quarter, quarter);
+    let start = (reversal.start + span..reversal.turn).rev().find(|&k| speed(k, span) >= BRAKING * steady);
+    (start.map_or(reversal.start, |k| k - span), steady)
+}
+
+/// The reversals that braked most gently, in the order of time: where a motor brakes harder than the link's own friction, the link
+/// leaves its flank, and where it is at the turn is not known.
+fn gentlest(mut reversals: Vec<Reversal>, position: &[f64], interval: f64) -> Vec<Reversal> {
+    let span = (SPEED_SPAN / interval).round().max(1.0) as usize;
+    reversals.sort_by_cached_key(|reversal| {
+        let (start, steady) = braking(position, reversal, span);
+        // A deceleration in any unit, ordered as its bits are: it is not negative.
+        (steady / (reversal.turn - start).max(1) as f64).to_bits()
+    });
+    reversals.truncate(MOST);
+    reversals.sort_by_key(|reversal| reversal.turn);
+    reversals
 }
 
 /// Start, every extreme that is left by at least `stroke` on both sides, and the end of the last stroke.

@@ -1,21 +1,17 @@
 //! The stretch of a recording about a reversal that tells of the gap, with what is known of the machine there.
 
 use super::ensemble::Window;
-use super::reversal::{Reversal, Session};
+use super::reversal::{Reversal, SPEED_SPAN, Session, braking};
 use super::transmission::Transmission;
 use crate::gearhead::{Direction, Friction};
 use crate::robot::JointModel;
 
-/// [s] Stretch over which a speed is taken from the counts.
-const SPEED_SPAN: f64 = 0.060;
 /// [s] Longest lead before the turn.
 const LONGEST_LEAD: f64 = 0.5;
 /// [s] Longest stretch after the turn.
 const LONGEST_TAIL: f64 = 6.0;
 /// [s] What is looked at after the rotor has gone further than the gap.
 const AFTER_CONTACT: f64 = 0.10;
-/// Part of the steady speed below which a stroke counts as braking.
-const BRAKING: f64 = 0.9;
 /// Smallest count, as a part of the range of motion: what an exact encoder is taken for.
 const FINEST_COUNT: f64 = 1e-5;
 
@@ -53,8 +49,8 @@ fn site<'a>(
     let signals = &session.signals;
     let (position, dt) = (signals.position, signals.interval);
     let samples = |time: f64| (time / dt).round().max(1.0) as usize;
-    let start =
-        lead_start(position, reversal, samples(SPEED_SPAN)).max(reversal.turn.saturating_sub(samples(LONGEST_LEAD)));
+    let (brakes, _) = braking(position, reversal, samples(SPEED_SPAN));
+    let start = brakes.max(reversal.turn.saturating_sub(samples(LONGEST_LEAD)));
     let gone = |k: usize| (position[k] - position[reversal.turn]) * reversal.sign();
     let far = (reversal.turn..reversal.end).find(|&k| gone(k) > travel).unwrap_or(reversal.end);
     let end = (far + samples(AFTER_CONTACT)).min(reversal.turn + samples(LONGEST_TAIL)).min(position.len());
@@ -72,17 +68,6 @@ fn site<'a>(
         seed: reversal.turn as u64,
     };
     Site { window, time: signals.time[reversal.turn], velocity: speed(reversal.end, late) }
-}
-
-/// First sample of a window: shortly before the stroke begins to brake.
-fn lead_start(position: &[f64], reversal: &Reversal, span: usize) -> usize {
-    let speed = |k: usize, span: usize| (position[k] - position[k.saturating_sub(span)]).abs() / span as f64;
-    let quarter = ((reversal.turn - reversal.start) / 4).max(1);
-    let steady = speed(reversal.start + quarter, quarter);
-    (reversal.start + span..reversal.turn)
-        .rev()
-        .find(|&k| speed(k, span) >= BRAKING * steady)
-        .map_or(reversal.start, |k| k - span)
 }
 
 /// What is known of the machine at a reversal.
