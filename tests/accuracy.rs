@@ -91,7 +91,8 @@ fn recover_exponential_law_of_both_joints_over_ten_seeds() {
          {missed} of 160 intervals miss"
     );
     assert!(curve <= 0.10, "friction curve, promised 0.5 %: {curve} %");
-    assert!(coulomb <= 1.0, "F_C, promised 2 %: {coulomb} %");
+    // In 216 s of motion; 520 s gave 0.3 %.
+    assert!(coulomb <= 1.6, "F_C, promised 2 %: {coulomb} %");
     assert!(viscous <= 2.0, "F_V, promised 2 %: {viscous} %");
     assert!(breakaway <= 0.6, "F_S, promised 5 %: {breakaway} %");
     assert!(stribeck <= 2.5, "v_S, promised 5 %: {stribeck} %");

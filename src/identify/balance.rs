@@ -48,7 +48,7 @@ struct Window {
 pub struct Balanced {
     /// The law.
     pub law: LawFit,
-    /// `Σ r²`, every window weighted by its sensor noise alone: what two laws can be compared by.
+    /// `Σ |r|`, every window weighted by its sensor noise alone: what two laws can be compared by, whatever a single window does.
     pub misfit: f64,
     /// The friction of every window.
     friction: Vec<Observation>,
@@ -93,7 +93,7 @@ impl Balance {
         let lacks: Vec<Lack> = self.windows.par_iter().map(|window| window.lack(law, centrifugal)).collect();
         let ratios: Vec<f64> = lacks.iter().map(|lack| (lack.torque / lack.std_error).abs()).collect();
         let scale = 1.4826 * median(ratios.clone());
-        let misfit = lacks.iter().zip(&self.windows).map(|(lack, window)| (lack.torque / window.floor).powi(2)).sum();
+        let misfit = lacks.iter().zip(&self.windows).map(|(lack, window)| (lack.torque / window.floor).abs()).sum();
         let observation = |((lack, window), ratio): ((Lack, &Window), f64)| {
             let std_error = lack.std_error * (ratio / (huber * scale)).clamp(1.0, 1e3);
             let mut one =

@@ -153,12 +153,19 @@ fn measurement_points(
 /// # Errors
 /// One of them fits neither the balance nor the averages of the windows.
 fn balanced(balance: &Balance, points: &mut [Point], notes: &mut Vec<String>) -> Result<Laws> {
-    let mut exponential = balance.refine(LawKind::Exponential, &flat(points));
-    // The low line hangs on a few slow windows: it needs a motion that is right from the start.
-    let guess = exponential.as_ref().and_then(|found| law::of(LawKind::Exponential, &found.law.fit.parameters));
-    let mut lines = balance.refine(LawKind::TwoLines, &guess.unwrap_or_else(|| flat(points)));
     let averages: Vec<Observation> = points.iter().map(Observation::of).collect();
     let misfit = |found: &Option<Balanced>| found.as_ref().map_or(f64::INFINITY, |found| found.misfit);
+    let law_of = |kind: LawKind| law::of(kind, &fit::to(kind, &averages, false)?.fit.parameters);
+    let refined = |kind: LawKind, guesses: &[Option<FrictionLaw>]| {
+        let found = guesses.iter().flatten().map(|guess| balance.refine(kind, guess));
+        found.min_by(|a, b| misfit(a).total_cmp(&misfit(b))).flatten()
+    };
+    // Averages of windows with a transient show no fall with speed, flat friction does not know of stick-slip, and the low line hangs
+    // on a few slow windows: the start that ends best counts.
+    let guesses = [Some(flat(points)), law_of(LawKind::Exponential), law_of(LawKind::TwoLines)];
+    let mut exponential = refined(LawKind::Exponential, &guesses);
+    let curved = exponential.as_ref().and_then(|found| law::of(LawKind::Exponential, &found.law.fit.parameters));
+    let mut lines = refined(LawKind::TwoLines, &[curved, guesses[0], guesses[1], guesses[2]]);
     let preferred = if misfit(&lines) < misfit(&exponential) { LawKind::TwoLines } else { LawKind::Exponential };
     let best = if preferred == LawKind::TwoLines { &mut lines } else { &mut exponential };
     let mut with_centrifugal = None;

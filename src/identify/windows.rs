@@ -27,18 +27,21 @@ pub struct Window {
 
 /// The steady windows of a joint in one session.
 pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
-    let stretches = match &signals.reference_velocity {
-        Some(reference) => constant_stretches(reference),
-        None => steady_stretches(signals),
-    };
-    let settling = (options.settling_time / signals.interval).round() as usize;
     let shortest = (options.shortest_window / signals.interval).round() as usize;
-    stretches
+    let found: Vec<Window> = match &signals.reference_velocity {
+        Some(reference) => {
+            let settling = (options.settling_time / signals.interval).round() as usize;
+            let stretches = constant_stretches(reference).into_iter();
+            stretches
+                .filter_map(|(from, to)| edges(signals, from + settling.min((to - from) / 2), to))
+                .map(|window| settled(signals, window))
+                .collect()
+        }
+        // These begin where the motion was seen to be steady.
+        None => steady_stretches(signals).into_iter().filter_map(|(from, to)| edges(signals, from, to)).collect(),
+    };
+    found
         .into_iter()
-        .filter_map(|(from, to)| {
-            let from = from + settling.min((to - from) / 2);
-            edges(signals, from, to).map(|window| settled(signals, window))
-        })
         .filter(|window| window.end - window.start >= shortest)
         .filter(|window| {
             let travel = (signals.position[window.end] - signals.position[window.start]).abs();
