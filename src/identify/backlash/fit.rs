@@ -64,16 +64,15 @@ pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction)
     let mut spread =
         Spread { members: 16, share: [0.3, 0.2], level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
     let (mut gap, share_found, count) = coarse(&|travel| reaching(travel).0, largest_gap(sessions), &spread)?;
-    spread.share = [share_found, 0.05];
+    spread.share = [share_found, 0.1];
 
-    for (width, step, factor, most) in [(4.0, 1.0, 2.0, COARSE_SITES), (2.5, 0.25, 1.0, usize::MAX)] {
+    for (width, step, factor) in [(4.0, 1.0, 2.0), (2.5, 0.25, 1.0)] {
         (spread.torque, spread.level, spread.blur) = (factor * noise, 0.08, 0.2);
         let gaps = grid(gap - width * count, gap + width * count, step * count);
-        let (mut near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count);
-        near.truncate(most);
+        let (near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count);
         let profiles = scan(&near, &gaps, &spread);
         gap = gaps[pooled_best(&profiles)?];
-        spread.share = [share(&profiles)?.0, 0.02];
+        spread.share = [share(&profiles)?.0, 0.05];
         if factor == 1.0 {
             return pool(&near, &profiles, &carried, sessions.first()?.unit);
         }
