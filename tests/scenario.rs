@@ -114,7 +114,7 @@ fn property_the_staircase_is_steady_where_it_is_measured() {
 
 #[test]
 fn property_the_gap_is_whole_when_the_motor_reverses() {
-    let run = run(&scenario("scara", STAIRS), 5);
+    let run = run(&scenario("scara", STAIRS), 4);
     let [motor, contact] =
         [Channel::TrueMotorVelocity, Channel::Contact].map(|name| channel(&run.sessions[0], "joint1", name));
     let mut flank_before = 0.0;
