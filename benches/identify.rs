@@ -1,4 +1,4 @@
-//! Time of a whole identification: friction of joints 1 and 2 of the SCARA from 506 s of the paper's staircase.
+//! Time of a whole identification: friction of joints 1 and 2 of the SCARA from 216 s of the paper's staircase.
 
 use std::path::Path;
 
