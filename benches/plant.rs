@@ -4,6 +4,8 @@
 //! millisecond: 200 000 items a second are 200 times real time. Beside it stand the error against the independent reference, and
 //! for chains of 1 to 12 joints what a millisecond takes and which part of it the engine's own answers are.
 
+#[path = "../tests/support/closed_loop.rs"]
+mod closed_loop;
 #[path = "../tests/support/machines.rs"]
 mod machines;
 #[path = "../tests/support/reference.rs"]
@@ -11,17 +13,18 @@ mod reference;
 
 use std::time::Instant;
 
+use closed_loop::{Loop, Trace, fast, truth};
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use lostmotion::dynamics::Dynamics;
-use lostmotion::plant::{Engine, Options, Plant, RigidBody, World};
+use lostmotion::plant::{Engine, Evaluations, Options, Plant, RigidBody, World};
 use lostmotion::robot::Model;
-use machines::{C1, C2, I1, I2, L1, M1, M2, chain, geared, scara};
+use machines::{chain, geared, scara};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 fn main() {
-    error_of_default_settings();
+    default_settings();
     growth();
     divan::main();
 }
@@ -62,61 +65,37 @@ fn pace(model: &Model, options: &Options, milliseconds: usize) -> (f64, [f64; 4]
     (best, counts)
 }
 
-/// Largest error of motor and link angles of the SCARA in closed loop on ideal sensors, up to 120 deg/s for four seconds.
-fn error_of_default_settings() {
-    let motion =
-        |t: f64| [2.0 * (3.1 * t).sin() * (0.7 * t).cos(), 2.0 * (4.3 * t + 0.4).sin() * (0.5 * t + 0.3).sin()];
-    let gears = [
-        (5.375, 6.29e-4, 0.0103, 0.442, 0.509, 0.0603, 0.407),
-        (10.0 / 3.0, 1.903e-3, 0.0064, 0.173, 0.187, 0.0408, 0.187),
-    ]
-    .map(|(ratio, rotor, gap, coulomb, breakaway, stribeck, viscous)| reference::Gearhead {
-        rotor: ratio * ratio * rotor,
-        k: 3000.0,
-        d: 2.0,
-        gap,
-        coulomb,
-        breakaway,
-        stribeck,
-        viscous,
-        link_share: 0.4,
-        kt: ratio * 0.023,
-        r: 0.5,
-        l: 0.0005,
-        volts: 24.0,
-        amperes: 18.0,
-        loop_time: 4e-4,
-    });
-    let arm = reference::Arm { a: I1 + M1 * C1 * C1 + M2 * L1 * L1, b: I2 + M2 * C2 * C2, c: M2 * L1 * C2, gears };
-    for engine in [Engine::Rapier, Engine::Reduced] {
-        let mut truth = reference::Run::at_rest(arm, [0.0, 0.0], 1e-12);
-        let options = Options { engine, ideal_sensors: true, ..Options::default() };
-        let mut plant = Plant::new(&scara(), &options).unwrap();
-        let mut integral = [[0.0; 2]; 2];
-        let mut worst = 0.0_f64;
-        for k in 0..4000 {
-            let wanted = motion(f64::from(k) * 1e-3);
-            let velocities = [[truth.y[1], truth.y[6]], [0, 1].map(|j| plant.states()[j].motor_velocity)];
-            let mut commands = [[0.0; 2]; 2];
-            for (side, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                let (gain, kt) = ([5.0, 1.5][j], [5.375 * 0.023, 10.0 / 3.0 * 0.023][j]);
-                let error = wanted[j] - velocities[side][j];
-                integral[side][j] += 10.0 * gain * error * 1e-3;
-                commands[side][j] = (gain * error + integral[side][j]) / kt;
-            }
-            truth.advance(&commands[0], 1e-3);
-            plant.advance(&commands[1], 1e-3).unwrap();
-            for (j, state) in plant.states().iter().enumerate() {
-                worst = worst.max((state.motor_position - truth.y[5 * j]).abs());
-                worst = worst.max((state.link_position - truth.y[5 * j + 2]).abs());
-            }
-        }
-        let (times, [evaluations, answers, steps, events]) =
-            pace(&scara(), &Options { engine, ..Options::default() }, MILLISECONDS);
+/// Who evaluates the links, and how often.
+const WAYS: [(&str, Engine, Evaluations); 3] = [
+    ("rapier", Engine::Rapier, Evaluations::AsNeeded),
+    ("rapier asked every millisecond", Engine::Rapier, Evaluations::EveryInterval),
+    ("reduced", Engine::Reduced, Evaluations::EveryInterval),
+];
+
+/// Largest error [rad] of motor and link angles of the SCARA in closed loop on ideal sensors.
+fn error(options: &Options, truth: &Trace) -> f64 {
+    let mut plant = Plant::new(&scara(), &Options { ideal_sensors: true, ..options.clone() }).unwrap();
+    let mut control = Loop::default();
+    let mut worst = 0.0_f64;
+    for (k, row) in truth.iter().enumerate() {
+        let velocity = [0, 1].map(|joint| plant.states()[joint].motor_velocity);
+        plant.advance(&control.command(fast(k as f64 * 1e-3), velocity), 1e-3).unwrap();
+        let angles = plant.states().iter().flat_map(|state| [state.motor_position, state.link_position]);
+        worst = angles.zip(row).map(|(angle, truth)| (angle - truth).abs()).fold(worst, f64::max);
+    }
+    worst
+}
+
+/// Speed and error of the SCARA at default settings, up to 120 deg/s.
+fn default_settings() {
+    let truth = truth(fast, 4.0, 1e-12);
+    for (name, engine, evaluations) in WAYS {
+        let options = Options { engine, evaluations, ..Options::default() };
+        let (times, [evaluations, answers, steps, events]) = pace(&scara(), &options, MILLISECONDS);
         println!(
-            "SCARA, {engine:?}: {times:.0} times real time, error {:.1e} deg; a millisecond: {evaluations:.2} evaluations, \
-             {answers:.2} answers of the engine, {steps:.2} steps, {events:.3} events",
-            worst.to_degrees()
+            "SCARA, {name}: {times:.0} times real time, error {:.1e} deg; a millisecond: {evaluations:.2} evaluations, \
+             {answers:.2} answers between them, {steps:.2} steps, {events:.3} events",
+            error(&options, &truth).to_degrees()
         );
     }
 }
@@ -148,7 +127,8 @@ fn growth() {
     for joints in [1, 2, 3, 6, 9, 12] {
         let model = fitted(joints);
         let cost = |engine| {
-            let (times, counts) = pace(&model, &Options { engine, ..Options::default() }, 500);
+            let evaluations = Evaluations::EveryInterval;
+            let (times, counts) = pace(&model, &Options { engine, evaluations, ..Options::default() }, 500);
             (1e3 / times, counts)
         };
         let (rapier, _) = cost(Engine::Rapier);

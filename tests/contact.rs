@@ -9,6 +9,7 @@ use lostmotion::drive::Noise;
 use lostmotion::dynamics::Dynamics;
 use lostmotion::effects::JointState;
 use lostmotion::error::Error;
+use lostmotion::plant::Evaluations::{AsNeeded, EveryStage};
 use lostmotion::plant::{Energy, Engine, Obstacle, Options, Plant, RigidBody, World};
 use lostmotion::robot::{Geometry, JointModel, Limits, Model, Robot, Shape};
 use lostmotion::scenario::{Scenario, simulate};
@@ -278,17 +279,17 @@ fn property_energy_closes_where_a_six_joint_arm_drops_on_a_table() {
 #[test]
 fn equivalent_an_arm_against_a_post_converges() {
     let (model, post) = arm_and_post([0.47, 0.14]);
-    let trace = |substeps, every_stage| {
-        let options = Options { substeps, every_stage, ..ideal(vec![post.clone()]) };
+    let trace = |substeps, evaluations| {
+        let options = Options { substeps, evaluations, ..ideal(vec![post.clone()]) };
         press(&mut Plant::new(&model, &options).unwrap(), 500)
     };
-    let reference = trace(40, true);
+    let reference = trace(40, EveryStage);
     // 1e-4 deg is what the default settings promise of geared arms, impacts included; a quarter of the step leaves
     // what the response, held by a cubic through an impact, is wrong by. Asked at every stage, it goes with the fourth power.
-    for (substeps, every_stage, limit) in [(3, false, 1e-4), (12, false, 3e-5), (12, true, 1e-6)] {
-        let found = trace(substeps, every_stage);
+    for (substeps, evaluations, limit) in [(3, AsNeeded, 1e-4), (12, AsNeeded, 3e-5), (12, EveryStage, 1e-6)] {
+        let found = trace(substeps, evaluations);
         let apart = found.iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max).to_degrees();
-        println!("{substeps} steps a ms, engine at every stage: {every_stage}: {apart:e} deg");
+        println!("{substeps} steps a ms, evaluations {evaluations:?}: {apart:e} deg");
         assert!(apart < limit, "{substeps} steps a ms: {apart:e} deg");
     }
 }

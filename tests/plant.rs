@@ -1,10 +1,13 @@
 //! The simulated machine against closed forms of its links, its other engine, and its own books.
 
+#[path = "support/engines.rs"]
+mod engines;
 #[path = "support/machines.rs"]
 mod machines;
 
+use engines::both_engines;
 use lostmotion::dynamics::Dynamics;
-use lostmotion::plant::{Engine, Options, Plant, RigidBody, World};
+use lostmotion::plant::{Options, Plant, RigidBody, World};
 use machines::*;
 use nalgebra::DMatrix;
 
@@ -75,8 +78,7 @@ fn equivalent_engines_agree_on_random_trees() {
 
 #[test]
 fn equivalent_engines_give_the_same_traces() {
-    let mut plants =
-        [Engine::Rapier, Engine::Reduced].map(|engine| Plant::new(&scara(), &Options { engine, ..ideal() }).unwrap());
+    let mut plants = both_engines(&scara());
     let mut worst = 0.0_f64;
     for k in 0..3000 {
         let t = f64::from(k) * 1e-3;

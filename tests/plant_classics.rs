@@ -3,14 +3,16 @@
 //! Each test states its formula. Where links are involved both engines have to agree with it. A tolerance on an angle is
 //! [`EXACT`] unless a closed form allows less.
 
+#[path = "support/engines.rs"]
+mod engines;
 #[path = "support/machines.rs"]
 mod machines;
 
 use std::f64::consts::PI;
 
+use engines::*;
 use lostmotion::effects::JointState;
 use lostmotion::gearhead::{Direction, Friction, FrictionLaw, Lines};
-use lostmotion::plant::{Engine, Options, Plant};
 use lostmotion::robot::{EffectEntry, JointModel, Model};
 use machines::*;
 use nalgebra::Vector3;
@@ -23,18 +25,6 @@ const VICE: f64 = 1e9;
 
 /// [kg·m²] A rotor that nothing here slows down: it turns at the velocity that it has.
 const FLYWHEEL: f64 = 1e12;
-
-fn on_both_engines(model: &Model, mut test: impl FnMut(Plant)) {
-    for engine in [Engine::Rapier, Engine::Reduced] {
-        test(Plant::new(model, &Options { engine, ideal_sensors: true, ..Options::default() }).unwrap());
-    }
-}
-
-fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
-    println!("{what}: {found:.9}, off by {error:.1e}");
-    assert!(error < tolerance, "{what}: {found:e} instead of {expected:e}, off by {error:e}");
-}
 
 /// A mass–spring–damper from a state: `ẍ + 2δ ẋ + ω² (x − x∞) = 0`; δ may be negative, |δ| < ω.
 #[derive(Clone, Copy)]

@@ -10,7 +10,7 @@ mod reference;
 
 use closed_loop::{Loop, Motion, Trace, fast, slow, truth};
 use lostmotion::effects::JointState;
-use lostmotion::plant::{Energy, Engine, Options, Plant};
+use lostmotion::plant::{Energy, Engine, Evaluations, Options, Plant};
 use machines::*;
 
 /// [rad] Error of a step of the reference.
@@ -26,8 +26,15 @@ fn own(options: Options) -> Options {
     Options { engine: Engine::Reduced, ideal_sensors: true, ..options }
 }
 
-fn on(engine: Engine) -> Options {
-    Options { engine, ideal_sensors: true, ..Options::default() }
+/// All ways to evaluate the links: rapier where its answer is needed, rapier alone, the project's own algorithms alone.
+const WAYS: [(Engine, Evaluations); 3] = [
+    (Engine::Rapier, Evaluations::AsNeeded),
+    (Engine::Rapier, Evaluations::EveryInterval),
+    (Engine::Reduced, Evaluations::EveryInterval),
+];
+
+fn on((engine, evaluations): (Engine, Evaluations)) -> Options {
+    Options { engine, evaluations, ideal_sensors: true, ..Options::default() }
 }
 
 // The links alone.
@@ -86,10 +93,10 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
 fn equivalent_links_under_smooth_torques() {
     let (truth, fastest) = pulled_truth();
     assert!((1.8..2.2).contains(&fastest), "up to 120 deg/s: {:.0} deg/s", fastest.to_degrees());
-    for engine in [Engine::Rapier, Engine::Reduced] {
-        let error = apart(pulled(&on(engine), 1e-3), truth);
-        println!("{engine:?}: {error:.1e} rad at up to {:.0} deg/s", fastest.to_degrees());
-        assert!(error < SMOOTH, "{engine:?}: {error:e} rad");
+    for way in WAYS {
+        let error = apart(pulled(&on(way), 1e-3), truth);
+        println!("{way:?}: {error:.1e} rad at up to {:.0} deg/s", fastest.to_degrees());
+        assert!(error < SMOOTH, "{way:?}: {error:e} rad");
     }
 }
 
@@ -107,12 +114,16 @@ fn orders(name: &str, steps: &[(f64, f64)]) -> Vec<f64> {
 #[test]
 fn equivalent_smooth_motion_converges_at_fourth_order() {
     let (truth, _) = pulled_truth();
-    let error = |ms: f64, every_stage| {
-        let options = own(Options { step: 1e-3 * ms, substeps: 1, every_stage, ..Options::default() });
+    let error = |ms: f64, evaluations| {
+        let options = own(Options { step: 1e-3 * ms, substeps: 1, evaluations, ..Options::default() });
         (ms, apart(pulled(&options, 1e-3 * ms), truth))
     };
-    for (name, every_stage) in [("links, between evaluations", false), ("links, evaluated at every stage", true)] {
-        let orders = orders(name, &[8.0, 4.0, 2.0, 1.0].map(|ms| error(ms, every_stage)));
+    let ways = [
+        ("links, between evaluations", Evaluations::AsNeeded),
+        ("links, evaluated at every stage", Evaluations::EveryStage),
+    ];
+    for (name, evaluations) in ways {
+        let orders = orders(name, &[8.0, 4.0, 2.0, 1.0].map(|ms| error(ms, evaluations)));
         // Fourth order; a few tenths less where higher powers of the step still count.
         assert!(orders.iter().all(|order| *order > 3.6), "{orders:?}");
     }
@@ -124,7 +135,7 @@ fn links_alone() -> Plant {
     for joint in &mut model.joints {
         (joint.gear_stiffness, joint.gear_damping) = (1e-12, 0.0);
     }
-    Plant::new(&model, &on(Engine::Rapier)).unwrap()
+    Plant::new(&model, &on(WAYS[1])).unwrap()
 }
 
 #[test]
@@ -215,13 +226,13 @@ fn equivalent_closed_loop_with_dormand_prince() {
         let own_error = difference(&truth, &truth_at(0.5 * TOLERANCE));
         println!("{name}: the reference is its own within {:.0e} deg", own_error.to_degrees());
         assert!(own_error < 0.01 * EVENTFUL, "{name}: {own_error:e} rad");
-        for engine in [Engine::Rapier, Engine::Reduced] {
-            let (trace, events) = simulated(motion, seconds, &on(engine));
+        for way in WAYS {
+            let (trace, events) = simulated(motion, seconds, &on(way));
             let error = difference(&trace, &truth);
-            println!("{name} {engine:?}: {:.1e} deg, {events:?}", error.to_degrees());
-            assert!(error < EVENTFUL, "{name} {engine:?}: {error:e} rad");
+            println!("{name} {way:?}: {:.1e} deg, {events:?}", error.to_degrees());
+            assert!(error < EVENTFUL, "{name} {way:?}: {error:e} rad");
             let Events { flanks, reversals, rests, unbooked } = events;
-            assert!(unbooked.abs() < 1e-4, "{name} {engine:?}: {unbooked:e} of the work");
+            assert!(unbooked.abs() < 1e-4, "{name} {way:?}: {unbooked:e} of the work");
             assert!(flanks.min(reversals).min(rests) >= often, "{name}: too little happens, {events:?}");
         }
     }
@@ -246,17 +257,17 @@ fn equivalent_hammering_teeth_with_dormand_prince() {
 #[test]
 fn equivalent_eventful_motion_converges_at_the_stated_order() {
     let truth = truth(fast, 2.0, TOLERANCE);
-    let error = |per_ms: f64, every_stage| {
-        let options = own(Options { step: 3e-3 / per_ms, substeps: 3, every_stage, ..Options::default() });
+    let error = |per_ms: f64, evaluations| {
+        let options = own(Options { step: 3e-3 / per_ms, substeps: 3, evaluations, ..Options::default() });
         (1.0 / per_ms, difference(&simulated(fast, 2.0, &options).0, &truth))
     };
-    let errors = [3.0, 6.0, 12.0, 24.0].map(|per_ms| error(per_ms, true));
+    let errors = [3.0, 6.0, 12.0, 24.0].map(|per_ms| error(per_ms, Evaluations::EveryStage));
     let orders_found = orders("gears, evaluated at every stage", &errors);
     // Events fall on other places of the step each time: one halving gains more and the next less. The mean is what counts.
     let mean = orders_found.iter().sum::<f64>() / orders_found.len() as f64;
     assert!(mean > 0.9 * 4.0, "{orders_found:?}");
 
-    let errors = [3.0, 6.0, 12.0, 24.0].map(|per_ms| error(per_ms, false));
+    let errors = [3.0, 6.0, 12.0, 24.0].map(|per_ms| error(per_ms, Evaluations::AsNeeded));
     orders("gears, between evaluations", &errors);
     assert!(errors[0].1 < 0.1 * EVENTFUL && errors[3].1 < 0.1 * errors[0].1, "{errors:?}");
 }

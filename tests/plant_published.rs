@@ -5,29 +5,20 @@
 //! repository `modelica/MAP-LIB_ReferenceResults`, version 4.0.0, Dymola 2020x with DASSL at a tolerance of 1e-6. What can be
 //! asked of a comparison is their accuracy: a hundredth of a per cent of the motion, named beside each number.
 
+#[path = "support/engines.rs"]
+mod engines;
 #[path = "support/machines.rs"]
 mod machines;
 
 use std::f64::consts::PI;
 
+use engines::*;
 use lostmotion::effects::JointState;
-use lostmotion::plant::{Engine, Options, Plant};
-use lostmotion::robot::{JointModel, Model};
+use lostmotion::plant::Plant;
+use lostmotion::robot::JointModel;
 use lostmotion::units::JointKind;
 use machines::*;
 use nalgebra::Vector3;
-
-fn on_both_engines(model: &Model, mut test: impl FnMut(Plant)) {
-    for engine in [Engine::Rapier, Engine::Reduced] {
-        test(Plant::new(model, &Options { engine, ideal_sensors: true, ..Options::default() }).unwrap());
-    }
-}
-
-fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
-    let error = (found - expected).abs();
-    println!("{what}: {found:.9} instead of {expected:.9}, off by {error:.1e}");
-    assert!(error < tolerance, "{what}: {found:e} instead of {expected:e}, off by {error:e}");
-}
 
 /// [s] Within which a sine is held: its samples in the middle are wrong by (ω h)²/24 of it at most, 1e-9 at 5 Hz.
 const HOLD: f64 = 1e-5;

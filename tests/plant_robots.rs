@@ -1,12 +1,15 @@
 //! The machines that come with the project: both engines alike, their books closed, coarse and fine steps alike.
 
+#[path = "support/engines.rs"]
+mod engines;
 #[path = "support/machines.rs"]
 mod machines;
 
 use std::path::Path;
 
+use engines::both_engines;
 use lostmotion::dynamics::{Dynamics, MotionCheck};
-use lostmotion::plant::{Engine, Options, Plant, RigidBody};
+use lostmotion::plant::{Engine, Evaluations, Options, Plant, RigidBody};
 use lostmotion::robot::{JointModel, Model};
 use machines::*;
 use nalgebra::DMatrix;
@@ -64,8 +67,7 @@ fn property_energy_closes_on_every_robot() {
 #[test]
 fn equivalent_engines_on_every_robot() {
     for (name, model) in robots() {
-        let mut plants = [Engine::Rapier, Engine::Reduced]
-            .map(|engine| Plant::new(&model, &Options { engine, ideal_sensors: true, ..Options::default() }).unwrap());
+        let mut plants = both_engines(&model);
         let mut worst = 0.0_f64;
         let mut moved = vec![0.0_f64; model.joints.len()];
         for k in 0..1000 {
@@ -141,8 +143,9 @@ fn equivalent_closed_loop_of_many_joints() {
     for name in ["sixaxis", "chain12"] {
         let model = load(name);
         let own = Options { engine: Engine::Reduced, ..Options::default() };
-        let fine = Options { step: 2.5e-4, every_stage: true, ..own.clone() };
-        let mut loops = [Options::default(), own, fine].map(|options| ClosedLoop::new(&model, options));
+        let fine = Options { step: 2.5e-4, evaluations: Evaluations::EveryStage, ..own.clone() };
+        let rapier = Options { evaluations: Evaluations::EveryInterval, ..Options::default() };
+        let mut loops = [rapier, own, fine].map(|options| ClosedLoop::new(&model, options));
         let start = loops[0].plant.energy();
         let (mut engines, mut steps) = (0.0_f64, 0.0_f64);
         // Flanks met and reversals, counted at the control's instants; flank and last velocity a joint.
@@ -226,8 +229,7 @@ fn analytic_gravity_is_held_by_the_motor() {
 fn equivalent_engines_over_the_staircase() {
     // ±0.5 to 10 deg/s in steps of 0.5 deg/s, a second each way, one joint at a time, under PI control with exact sensors.
     let model = load("scara");
-    let mut plants = [Engine::Rapier, Engine::Reduced]
-        .map(|engine| Plant::new(&model, &Options { engine, ideal_sensors: true, ..Options::default() }).unwrap());
+    let mut plants = both_engines(&model);
     let n = model.joints.len();
     let inertia = [0.3, 0.05];
     let mut integral = vec![vec![0.0; n]; 2];

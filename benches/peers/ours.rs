@@ -18,7 +18,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use closed_loop::{Loop, Motion, fast, slow, truth};
-use lostmotion::plant::{Engine, Options, Plant};
+use lostmotion::plant::{Engine, Evaluations, Options, Plant};
 use machines::scara;
 use rayon::prelude::*;
 
@@ -84,9 +84,14 @@ fn measure(name: &str, options: &Options, truth: &[[f64; 6]], motion: &str) -> R
 }
 
 fn measure_all(truth: &[[f64; 6]], motion: &str) -> Result<(), Box<dyn Error>> {
-    for (name, engine) in [("rapier", Engine::Rapier), ("reduced", Engine::Reduced)] {
-        for substeps in [3, 5, 10] {
-            let options = Options { engine, substeps, ..Options::default() };
+    let ways = [
+        ("rapier", Engine::Rapier, Evaluations::AsNeeded),
+        ("rapier-each-ms", Engine::Rapier, Evaluations::EveryInterval),
+        ("reduced", Engine::Reduced, Evaluations::EveryInterval),
+    ];
+    for (name, engine, evaluations) in ways {
+        for substeps in [2, 3, 5, 10] {
+            let options = Options { engine, evaluations, substeps, ..Options::default() };
             measure(&format!("{name}/sensors"), &options, truth, motion)?;
             measure(&format!("{name}/ideal"), &Options { ideal_sensors: true, ..options }, truth, motion)?;
         }

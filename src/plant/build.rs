@@ -10,7 +10,7 @@ use super::mode::{Mode, Slip};
 use super::obstacle::{Obstacle, Pair};
 use super::pace::{LONGEST_STEP, LONGEST_STEP_DAMPED};
 use super::sensors::Sensors;
-use super::{Engine, Options, Plant, World};
+use super::{Engine, Evaluations, Options, Plant, World};
 use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
 use crate::effects::{Action, Catalogue, JointState, Reading, Stop};
@@ -43,10 +43,9 @@ impl Plant {
             Engine::Rapier => {
                 let mut world = World::new(&model.robot);
                 barriers.extend(put_obstacles(&mut world, &model, &options.obstacles)?);
-                if options.every_stage {
-                    Links::asked(Box::new(world))
-                } else {
-                    Links::carried(Box::new(world), Dynamics::new(&model.robot))
+                match options.evaluations {
+                    Evaluations::AsNeeded => Links::carried(Box::new(world), Dynamics::new(&model.robot)),
+                    Evaluations::EveryInterval | Evaluations::EveryStage => Links::asked(Box::new(world)),
                 }
             }
             Engine::Reduced if options.obstacles.is_empty() => Links::asked(Box::new(Dynamics::new(&model.robot))),
@@ -69,7 +68,7 @@ impl Plant {
             rate: 0.0,
             fastest: 0.0,
             calm: false,
-            every_stage: options.every_stage,
+            every_stage: options.evaluations == Evaluations::EveryStage,
             saved: state.clone(),
             saved_trackers: sensors.iter().map(|sensors| sensors.tracker).collect(),
             sensors,

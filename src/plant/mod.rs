@@ -61,6 +61,18 @@ pub enum Engine {
     Reduced,
 }
 
+/// How often the links' engine is asked for `M` and `h`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Evaluations {
+    /// At the end of an interval; rapier every 20 ms, and as often as that where its answer differs from what carries it on.
+    #[default]
+    AsNeeded,
+    /// At the end of every interval.
+    EveryInterval,
+    /// At every stage of every Runge-Kutta step: slow, and what the rest is measured by.
+    EveryStage,
+}
+
 /// How a machine is simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -70,8 +82,8 @@ pub struct Options {
     pub step: f64,
     /// Runge-Kutta steps in such an interval, ≥ 1; more are taken where the stiffest gear asks for them.
     pub substeps: usize,
-    /// Whether `M` and `h` are evaluated at every stage of every Runge-Kutta step instead: slow, and what the rest is measured by.
-    pub every_stage: bool,
+    /// How often the engine is asked.
+    pub evaluations: Evaluations,
     /// Seed of the encoders' phases and the sensors' noise.
     pub seed: u64,
     /// Whether all sensors are exact.
@@ -88,7 +100,7 @@ impl Default for Options {
             engine: Engine::Rapier,
             step: 1e-3,
             substeps: 2,
-            every_stage: false,
+            evaluations: Evaluations::AsNeeded,
             seed: 1,
             ideal_sensors: false,
             obstacles: Vec::new(),

@@ -10,7 +10,7 @@
 //! control_period = 0.001                       # [s]
 //! procedure = "identify"                       # "diagnose", "none"
 //! seed = 1
-//! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps
+//! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps, evaluations
 //! [controller]                                 # law, velocity, a table of gains for every joint
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
 //! [[obstacles]]                                # what stands in the way, see `read_obstacles`
@@ -25,7 +25,7 @@ use super::expect::QUANTITIES;
 use super::{ContactExpectation, Expectation, Procedure, Scenario, Session};
 use super::{read_controller, read_obstacles, read_reference};
 use crate::error::Result;
-use crate::plant::{Engine, Options};
+use crate::plant::{Engine, Evaluations, Options};
 use crate::robot::Model;
 use crate::toml_input::{Document, Range, Table};
 
@@ -108,6 +108,12 @@ fn read_options(root: &Table<'_>) -> Result<Options> {
     if let Some(table) = root.optional_table("plant")? {
         let engines = [("rapier", Engine::Rapier), ("reduced", Engine::Reduced)];
         options.engine = table.optional_choice("engine", &engines)?.unwrap_or(options.engine);
+        let evaluations = [
+            ("as_needed", Evaluations::AsNeeded),
+            ("every_interval", Evaluations::EveryInterval),
+            ("every_stage", Evaluations::EveryStage),
+        ];
+        options.evaluations = table.optional_choice("evaluations", &evaluations)?.unwrap_or_default();
         options.step = table.number_or("step", &Range::positive("s"), options.step)?;
         let substeps = table.optional_integer("substeps", 1, 10_000)?.and_then(|count| usize::try_from(count).ok());
         options.substeps = substeps.unwrap_or(options.substeps);

@@ -1,4 +1,5 @@
 //! The planar arm with both gearheads in closed loop, along motions that the tests and `benches/peers` share.
+#![allow(dead_code)]
 
 use super::machines::{C1, C2, I1, I2, L1, M1, M2};
 use super::reference;
