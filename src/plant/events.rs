@@ -117,15 +117,19 @@ impl Integrator {
 
     /// A margin inside a step.
     fn margin_at(&mut self, state: &State, commands: &[f64], h: f64, source: Source, event: Event, s: f64) -> f64 {
+        let time = state.time + s * h;
+        if let Event::Joint(i, change) = event
+            && !(change == Change::Link && state.modes[i].link == Slip::Stuck)
+        {
+            // The joint's own laws tell. What holds a link that sticks, and where a barrier is, depends on all of them.
+            let (law, mode, phase) = (&self.coupled.laws[i], &state.modes[i], self.inside(state, commands, h, i, s));
+            let flow = law.flow(time, &phase, mode, commands[i]);
+            return law.margins(time, &phase, mode, commands[i], &flow, 0.0).0[change as usize];
+        }
         let mut probe = std::mem::take(&mut self.probe);
         for (i, phase) in probe.iter_mut().enumerate() {
-            *phase = hermite(&state.joints[i], &self.rates[0][i], &self.end[i], &self.end_rate[i], h, s);
-            if state.modes[i].saturation == 0 {
-                let remainder = self.coupled.laws[i].power.remainder(s * h);
-                phase.current = commands[i] + (state.joints[i].current - commands[i]) * remainder;
-            }
+            *phase = self.inside(state, commands, h, i, s);
         }
-        let time = state.time + s * h;
         self.respond(source, time, &probe, &state.touching);
         let Self { coupled, response, probe_rate, probe_margins, .. } = self;
         coupled.derivative(time, &probe, &state.modes, commands, response, probe_rate);
@@ -135,6 +139,16 @@ impl Integrator {
             Event::Joint(joint, change) => self.probe_margins[joint].0[change as usize],
             Event::Barrier(barrier) => self.coupled.barriers.margin(barrier, &state.touching),
         }
+    }
+
+    /// A joint inside a step.
+    fn inside(&self, state: &State, commands: &[f64], h: f64, i: usize, s: f64) -> Phase {
+        let mut phase = hermite(&state.joints[i], &self.rates[0][i], &self.end[i], &self.end_rate[i], h, s);
+        if state.modes[i].saturation == 0 {
+            let remainder = self.coupled.laws[i].power.remainder(s * h);
+            phase.current = commands[i] + (state.joints[i].current - commands[i]) * remainder;
+        }
+        phase
     }
 
     /// Changes a mode at the state.

@@ -31,7 +31,7 @@ use crate::dynamics::MotionCheck;
 use crate::error::{Error, Place, Result};
 use crate::plant::{Options, Plant};
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{JointSeries, TimeSeries};
 
 /// [s] Interval at which a planned motion is looked at; between two looks it is taken as straight.
 const PLAN_INTERVAL: f64 = 0.01;
@@ -100,11 +100,19 @@ pub struct Run {
 impl Run {
     /// The recordings as a real machine would have made them: without the truth.
     pub fn measured(&self) -> Vec<TimeSeries> {
-        let mut sessions = self.sessions.clone();
-        for joint in sessions.iter_mut().flat_map(|session| &mut session.joints) {
-            joint.channels.retain(|channel, _| !record::TRUTH.contains(channel));
-        }
-        sessions
+        let seen = |joint: &JointSeries| JointSeries {
+            name: joint.name.clone(),
+            channels: (joint.channels.iter())
+                .filter(|(channel, _)| !record::TRUTH.contains(channel))
+                .map(|(channel, samples)| (*channel, samples.clone()))
+                .collect(),
+        };
+        let session = |session: &TimeSeries| TimeSeries {
+            name: session.name.clone(),
+            time: session.time.clone(),
+            joints: session.joints.iter().map(seen).collect(),
+        };
+        self.sessions.iter().map(session).collect()
     }
 }
 

@@ -15,8 +15,6 @@ use crate::units::JointKind;
 pub const APPLICATION: &str = "lostmotion";
 /// Name of the time line.
 const TIME: &str = "time";
-/// Stretches of a trace, of which lowest and highest sample are kept.
-const BUCKETS: usize = 2500;
 /// [s] Pause between two motions.
 const PAUSE: f64 = 1.0;
 
@@ -113,10 +111,9 @@ fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> 
     let name = trace.label.replace('_', " ");
     let style = rerun::SeriesLines::new().with_names([name]).with_colors([colour(trace.role)]).with_widths([1.5]);
     log_static(stream, &path, &style)?;
-    let kept = traces::thinned(&trace.values, BUCKETS);
-    let time = times(kept.iter().filter_map(|&index| trace.time.get(index).copied()), start);
-    let values = rerun::Scalars::new(kept.iter().map(|&index| trace.values[index]));
-    let columns = values.columns_of_unit_batches().map_err(|source| failed(&path, source))?;
+    let (time, values) = traces::thinned(&trace.time, &trace.values);
+    let time = times(time, start);
+    let columns = rerun::Scalars::new(values).columns_of_unit_batches().map_err(|source| failed(&path, source))?;
     stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))
 }
 

@@ -21,38 +21,38 @@ const DRAWN: [(Channel, &str, &str, Role); 13] = [
     (Channel::Contact, "contact", "flank", Role::Fit),
 ];
 
+/// Stretches of a trace, of which lowest and highest sample are kept.
+const BUCKETS: usize = 2500;
+
 /// The traces of a session: every channel that is drawn, and the travel in the gap where both sides of it are known.
 pub fn of_session(session: &TimeSeries) -> Vec<Trace> {
     let mut traces = Vec::new();
     for joint in &session.joints {
-        let mut add = |panel, label, role, values| {
-            traces.push(Trace { joint: joint.name.clone(), panel, label, role, time: session.time.clone(), values });
+        let mut add = |panel, label, role, values: &[f64]| {
+            let (time, values) = thinned(&session.time, values);
+            traces.push(Trace { joint: joint.name.clone(), panel, label, role, time, values });
         };
         for (channel, panel, label, role) in DRAWN {
             if let Some(values) = joint.get(channel) {
-                add(panel, label, role, values.to_vec());
+                add(panel, label, role, values);
             }
         }
         if let (Some(motor), Some(link)) = (joint.get(Channel::TrueMotorPosition), joint.get(Channel::TrueLinkPosition))
         {
-            add(
-                "gap",
-                "motor_minus_link",
-                Role::Link,
-                motor.iter().zip(link).map(|(motor, link)| motor - link).collect(),
-            );
+            let travel: Vec<f64> = motor.iter().zip(link).map(|(motor, link)| motor - link).collect();
+            add("gap", "motor_minus_link", Role::Link, &travel);
         }
     }
     traces
 }
 
-/// Indices of the samples that are kept: lowest and highest of each of `buckets` equal stretches.
-pub fn thinned(values: &[f64], buckets: usize) -> Vec<usize> {
-    let size = values.len().div_ceil(buckets.max(1)).max(1);
+/// The samples that are kept: lowest and highest of each of [`BUCKETS`] equal stretches. What is thinned already stays as it is.
+pub fn thinned(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let size = values.len().div_ceil(BUCKETS).max(1);
     if size <= 2 {
-        return (0..values.len()).collect();
+        return (time.to_vec(), values.to_vec());
     }
-    let mut kept = Vec::new();
+    let mut kept = Vec::with_capacity(2 * BUCKETS);
     for (bucket, chunk) in values.chunks(size).enumerate() {
         let by_value = |a: &(usize, &f64), b: &(usize, &f64)| a.1.total_cmp(b.1);
         let low = chunk.iter().enumerate().min_by(by_value).map_or(0, |(index, _)| index);
@@ -62,5 +62,5 @@ pub fn thinned(values: &[f64], buckets: usize) -> Vec<usize> {
             kept.push(bucket * size + low.max(high));
         }
     }
-    kept
+    kept.into_iter().filter_map(|index| Some((*time.get(index)?, values[index]))).unzip()
 }
