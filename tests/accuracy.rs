@@ -1,5 +1,5 @@
 //! What the identification reaches on the simulated arm of the paper, its sensors on: pulse-period velocity from 500 pulses per
-//! turn in quadrature, 30 mA of current noise, a 12-bit converter. Ten seeds each, other ones than the method was developed on.
+//! turn in quadrature, 30 mA of current noise, a 12-bit converter. Ten seeds each, other ones than its numbers were chosen on.
 //!
 //! Figures beside the tolerances: the worst of ten seeds when the test was written. A tolerance is the figure that the project
 //! promises; tighter ones (`TIGHT`) hold what was reached, with room for the scatter of other seeds.
@@ -11,7 +11,7 @@ use lostmotion::plant::Engine;
 use lostmotion::scenario::{Scenario, simulate};
 use rayon::prelude::*;
 
-/// Seeds that no exploration used.
+/// Seeds that nothing was fitted to. They were looked at while the method was made faster; `intervals` below takes others.
 const SEEDS: std::ops::Range<u64> = 1001..1011;
 /// Intervals that may leave the truth out, of 160: 8 on average at 95 %, and 16 is the promised nine in ten. Those of one run
 /// depend on each other, so their number scatters more than a binomial one.
@@ -91,8 +91,7 @@ fn recover_exponential_law_of_both_joints_over_ten_seeds() {
          {missed} of 160 intervals miss"
     );
     assert!(curve <= 0.10, "friction curve, promised 0.5 %: {curve} %");
-    // In 216 s of motion; 520 s gave 0.3 %.
-    assert!(coulomb <= 1.6, "F_C, promised 2 %: {coulomb} %");
+    assert!(coulomb <= 1.0, "F_C, promised 2 %: {coulomb} %");
     assert!(viscous <= 2.0, "F_V, promised 2 %: {viscous} %");
     assert!(breakaway <= 0.6, "F_S, promised 5 %: {breakaway} %");
     assert!(stribeck <= 2.5, "v_S, promised 5 %: {stribeck} %");
