@@ -97,7 +97,8 @@ fn recording() -> Vec<u8> {
         values: session.time.iter().map(|t| size * (40.0 * t).sin()).collect(),
     };
     let traces = vec![residual("before", Role::Before, 0.02), residual("after", Role::After, 0.004)];
-    let bytes = encode(&document(), &[Motion { robot: &robot, session: &session, obstacles: &[], traces }]).unwrap().unwrap();
+    let bytes =
+        encode(&document(), &[Motion { robot: &robot, session: &session, obstacles: &[], traces }]).unwrap().unwrap();
     if let Some(path) = std::env::var_os("LOSTMOTION_KEEP_RECORDING") {
         std::fs::write(path, &bytes).unwrap();
     }
