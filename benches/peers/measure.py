@@ -166,7 +166,7 @@ def whole_processes(arguments):
                 raise SystemExit(f"lostmotion run 01_identify_scara ended with {code}")
             runs.append(figures)
         wall, cpu, memory = (min(column) for column in zip(*runs))
-        lines.append(f"| `lostmotion run 01_identify_scara`, {engine}, without the viewer's file | {wall:.2f} | {cpu:.2f} | {memory:.0f} |")
+        lines.append(f"| `lostmotion run 01_identify_scara`, {engine}, `trace.rrd` included | {wall:.2f} | {cpu:.2f} | {memory:.0f} |")
     batch = [arguments.programs / "examples/peers", "batch", arguments.out]
     walls = {1: [], 2: []}
     for _ in range(ROUNDS):
