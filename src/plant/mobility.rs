@@ -1,6 +1,6 @@
 //! `W = M⁻¹` and `a₀ = M⁻¹ h` between evaluations of the rigid-body engine.
 //!
-//! An engine is asked once an interval. Over the interval that lies ahead both are extrapolated by the cubic through the last
+//! The links are evaluated once an interval. Over the interval that lies ahead both are extrapolated by the cubic through the last
 //! four evaluations. What the engine then says at its end tells by how much the cubic was wrong.
 //! Interpolating the inverse rather than `M` leaves no matrix to factor inside a step.
 

@@ -64,7 +64,8 @@ pub enum Engine {
 /// How often the links' engine is asked for `M` and `h`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Evaluations {
-    /// At the end of an interval; rapier every 20 ms, and as often as that where its answer differs from what carries it on.
+    /// At the end of every interval, with rapier having the last word every 20 ms: the project's own algorithms carry its answer
+    /// on, and it is asked at every interval where the two differ.
     #[default]
     AsNeeded,
     /// At the end of every interval.
