@@ -11,6 +11,8 @@ use crate::timeseries::TimeSeries;
 /// RMS error of each row, `floor[joint][row]`.
 pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64], torque: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
     let motion = &problem.motion;
+    // The interval of a session is the median over all of its samples: asked for once, not in every row.
+    let interval: Vec<f64> = sessions.iter().map(|session| session.sample_interval()).collect();
     let mut floors = Vec::new();
     for (joint, model) in motion.model.joints.iter().enumerate() {
         let count = model.encoder_step();
@@ -25,7 +27,7 @@ pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64], torqu
         let mut last: Option<(f64, f64, f64, f64)> = None;
         let row_floor = |row: usize| {
             let session = motion.session[row];
-            let dt = sessions[session].sample_interval();
+            let dt = interval[session];
             let w = motion.half_width[row];
             let gains = match last {
                 Some((width, step, value, curvature)) if width == w && step == dt => (value, curvature),
