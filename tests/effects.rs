@@ -175,7 +175,8 @@ fn analytic_a_late_current_is_the_current_of_then() {
     let Some(Action::Sensor(_, action)) = actions.first_mut() else { panic!("a delay acts on readings") };
     for k in 0..100 {
         let time = f64::from(k) * dt;
-        let mut reading = Reading { position: time.sin(), velocity: time.cos(), current: 3.0 * time };
+        let mut reading =
+            Reading { position: time.sin(), velocity: time.cos(), current: 3.0 * time, ..Reading::default() };
         action.alter(time, &mut reading);
         assert_eq!((reading.position, reading.velocity), (time.sin(), time.cos()), "only the current is late");
         // A ramp is reproduced exactly by linear interpolation; before the first sample there is nothing older.

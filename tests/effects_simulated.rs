@@ -6,6 +6,7 @@ mod machines;
 
 use std::f64::consts::PI;
 
+use lostmotion::drive::LinkEncoder;
 use lostmotion::effects::{CATALOGUE, JointState, Scope};
 use lostmotion::gearhead::Friction;
 use lostmotion::plant::{Engine, Options, Plant};
@@ -392,4 +393,24 @@ fn analytic_a_link_rests_on_what_it_ran_into() {
         near("rotor [rad]", state.motor_position, side * (place + torque / k + torque / 3000.0), 1e-9);
         near("force [N·m]", plant.touches().next().unwrap().force, torque, 1e-7);
     }
+}
+
+#[test]
+fn analytic_a_late_link_encoder_reads_where_the_link_was() {
+    const DELAY: f64 = 0.003;
+    const RESOLUTION: f64 = 1e-6;
+    let joint = JointModel { link_encoder: Some(LinkEncoder { resolution: RESOLUTION }), ..plain_joint("joint1") };
+    let machine = with(model(turntable(I), vec![joint]), "sensor_delay", &[("link_delay", DELAY)]);
+    let mut plant = Plant::new(&machine, &Options::default()).unwrap();
+    let (mut places, mut seen) = (Vec::new(), Vec::new());
+    for _ in 0..500 {
+        seen.push(plant.read()[0].link_position.expect("there is a second encoder"));
+        places.push(plant.states()[0].link_position);
+        plant.advance(&[1.0], 1e-3).unwrap();
+    }
+    for k in 10..500 {
+        // Half a count, and the delay is three samples.
+        assert!((seen[k] - places[k - 3]).abs() <= 0.5 * RESOLUTION + 1e-12, "{k}: {} {}", seen[k], places[k - 3]);
+    }
+    assert!(places[499] - places[496] > 100.0 * RESOLUTION, "it moved");
 }

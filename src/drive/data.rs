@@ -29,6 +29,13 @@ pub struct Encoder {
     pub counts_per_turn: f64,
 }
 
+/// A second encoder on the link, behind the gear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkEncoder {
+    /// [rad or m] size of a count at the joint, > 0.
+    pub resolution: f64,
+}
+
 /// How the velocity channel is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VelocitySensor {

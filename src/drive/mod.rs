@@ -6,7 +6,7 @@ pub mod encoder;
 pub mod noise;
 pub mod power;
 
-pub use data::{Amplifier, CurrentSensor, Encoder, Motor, Sensing, VelocitySensor};
+pub use data::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, Sensing, VelocitySensor};
 pub use encoder::{Counter, Stretch, VelocityMeter};
 pub use noise::Noise;
 pub use power::{PowerStage, Winding};

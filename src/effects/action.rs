@@ -90,6 +90,8 @@ pub struct Reading {
     pub velocity: f64,
     /// [A]
     pub current: f64,
+    /// [rad or m] quantised link position, where the joint has a second encoder.
+    pub link_position: Option<f64>,
 }
 
 /// What an effect does to the readings of a joint, once a sampling instant, after the sensors themselves.

@@ -152,6 +152,16 @@ pub trait Diagnosable: Effect {
         None
     }
 
+    /// Its parameters where the link encoder is seen to lag behind the motor's by `lag` [s], if that is what it does.
+    fn of_link_lag(&self, _lag: f64) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Its parameters where a joint's gear is seen to have the stiffness `k` [N·m/rad or N/m], if that is what it does.
+    fn of_stiffness(&self, _k: f64) -> Option<Vec<f64>> {
+        None
+    }
+
     /// [A] What the current sensor of its joint reads while no current flows.
     fn reading_at_rest(&self, _coefficients: &[f64]) -> f64 {
         0.0

@@ -17,6 +17,7 @@ pub struct Sensors {
     /// What the encoder remembers; a stretch of motion is taken back by putting back what was remembered before it.
     pub tracker: Tracker,
     counter: Option<Counter>,
+    link: Option<Counter>,
     current: Option<CurrentSensor>,
     noise: Noise,
     before: Vec<Box<dyn EncoderAction>>,
@@ -29,11 +30,16 @@ impl Sensors {
         let mut noise = Noise::new(seed, stream);
         let phase = noise.uniform();
         let counter = joint.encoder.filter(|_| !ideal).map(|encoder| Counter::new(&encoder, joint.gear_ratio, phase));
+        let link = joint.link_encoder.map(|encoder| match ideal {
+            true => Counter { step: 0.0, phase: 0.0 },
+            false => Counter { step: encoder.resolution, phase: noise.uniform() },
+        });
         let velocity = joint.velocity_sensor.filter(|_| counter.is_some()).map(VelocityMeter::new);
         Self {
             tracker: Tracker { count: 0.0, velocity },
             current: joint.current_sensor.filter(|_| !ideal),
             counter,
+            link,
             noise,
             before: Vec::new(),
             actions: Vec::new(),
@@ -91,7 +97,11 @@ impl Sensors {
             _ => seen_velocity,
         };
         let current = self.current.map_or(current, |sensor| sensor.read(current, &mut self.noise));
-        let mut reading = Reading { position, velocity, current };
+        let link_position = self.link.map(|counter| match counter.step > 0.0 {
+            true => counter.position(counter.count(y.q)),
+            false => y.q,
+        });
+        let mut reading = Reading { position, velocity, current, link_position };
         for action in &mut self.actions {
             action.alter(time, &mut reading);
         }

@@ -2,7 +2,7 @@
 
 use super::model::JointModel;
 use super::tree::Body;
-use crate::drive::{Amplifier, CurrentSensor, Encoder, Motor, Sensing, VelocitySensor};
+use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, Sensing, VelocitySensor};
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw, Lines};
 use crate::toml_input::{Range, Table};
@@ -41,6 +41,10 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
             |table| read(table, read_amplifier),
         )?,
         encoder: table.optional_table("encoder")?.map(|table| read(table, read_encoder)).transpose()?,
+        link_encoder: table
+            .optional_table("link_encoder")?
+            .map(|table| read(table, |table| read_link_encoder(table, body.joint.kind)))
+            .transpose()?,
         velocity_sensor: table
             .optional_table("velocity_sensor")?
             .map(|table| read(table, read_velocity_sensor))
@@ -89,6 +93,10 @@ fn read_amplifier(table: &Table<'_>) -> Result<Amplifier> {
 
 fn read_encoder(table: &Table<'_>) -> Result<Encoder> {
     Ok(Encoder { counts_per_turn: table.number("counts_per_turn", &Range::positive("1/turn"))? })
+}
+
+fn read_link_encoder(table: &Table<'_>, kind: JointKind) -> Result<LinkEncoder> {
+    Ok(LinkEncoder { resolution: table.number("resolution", &Range::positive(kind.position_unit()))? })
 }
 
 fn read_velocity_sensor(table: &Table<'_>) -> Result<VelocitySensor> {

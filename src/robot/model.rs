@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::Robot;
-use crate::drive::{Amplifier, CurrentSensor, Encoder, Motor, VelocitySensor};
+use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, VelocitySensor};
 use crate::gearhead::Friction;
 use crate::units::JointKind;
 
@@ -25,8 +25,20 @@ pub struct Model {
     pub joints: Vec<JointModel>,
     /// Movable joints of the URDF that the model does not list, held at zero.
     pub held: Vec<String>,
+    /// Whether its masses and inertias can be relied on.
+    pub masses: Masses,
     /// What the nominal machine lacks.
     pub effects: Vec<EffectEntry>,
+}
+
+/// Where masses and inertias of a model come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Masses {
+    /// Measured, identified or from a drawing.
+    #[default]
+    Known,
+    /// A guess that gives a simulation its size: what the links need of torque is then no evidence of anything.
+    Estimated,
 }
 
 /// Transmission, drive and sensors of a joint.
@@ -55,6 +67,8 @@ pub struct JointModel {
     pub amplifier: Amplifier,
     /// The encoder on the motor shaft; `None`: exact.
     pub encoder: Option<Encoder>,
+    /// The second encoder, on the link; `None`: there is none.
+    pub link_encoder: Option<LinkEncoder>,
     /// How the velocity channel is made; `None`: exact.
     pub velocity_sensor: Option<VelocitySensor>,
     /// The current sensor; `None`: exact.

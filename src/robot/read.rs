@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
-use super::model::{EffectEntry, JointModel, Model};
+use super::model::{EffectEntry, JointModel, Masses, Model};
 use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
@@ -55,6 +55,8 @@ impl Model {
         check_schema(&root)?;
         let name = root.text("name")?.to_owned();
         root.text("urdf")?;
+        let words = [("known", Masses::Known), ("estimated", Masses::Estimated)];
+        let masses = root.optional_choice("masses", &words)?.unwrap_or_default();
         let gravity = root.optional_vector::<3>("gravity", &Range::any("m/s²"))?;
         let table = root.table("joints")?;
         let tables = table.named_tables()?;
@@ -92,6 +94,7 @@ impl Model {
             robot,
             joints,
             held,
+            masses,
             effects,
         })
     }
@@ -117,6 +120,7 @@ impl Model {
             robot,
             joints,
             held,
+            masses: Masses::Known,
             effects: Vec::new(),
         })
     }
@@ -161,6 +165,7 @@ fn first_joint(body: &Body) -> JointModel {
             current_time_constant: CURRENT_TIME_CONSTANT,
         },
         encoder: Some(Encoder { counts_per_turn: 4096.0 }),
+        link_encoder: None,
         velocity_sensor: None,
         current_sensor: None,
         friction: None,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::model::{JointModel, Model};
+use super::model::{JointModel, Masses, Model};
 use super::read::SCHEMA;
 use super::urdf::STANDARD_GRAVITY;
 use crate::drive::{Sensing, VelocitySensor};
@@ -39,6 +39,9 @@ impl Model {
         line(&mut out, "schema", &written_text(SCHEMA), "");
         line(&mut out, "name", &written_text(&self.name), "");
         line(&mut out, "urdf", &written_text(&urdf.to_string_lossy()), "");
+        if self.masses == Masses::Estimated {
+            line(&mut out, "masses", &written_text("estimated"), "torque is no evidence of anything");
+        }
         if self.robot.gravity != STANDARD_GRAVITY {
             let gravity: Vec<String> = self.robot.gravity.iter().copied().map(written_number).collect();
             line(&mut out, "gravity", &format!("[{}]", gravity.join(", ")), "[m/s²] seen from the base");
@@ -120,6 +123,10 @@ fn write_joint(out: &mut String, joint: &JointModel) {
     if let Some(encoder) = &joint.encoder {
         section(out, ".encoder");
         number(out, "counts_per_turn", encoder.counts_per_turn, "motor shaft, after quadrature");
+    }
+    if let Some(encoder) = &joint.link_encoder {
+        section(out, ".link_encoder");
+        number(out, "resolution", encoder.resolution, position);
     }
     if let Some(sensor) = &joint.velocity_sensor {
         section(out, ".velocity_sensor");

@@ -35,6 +35,8 @@ pub struct Recorder {
     contacts: ContactRecorder,
     /// One a joint, one vector a channel: those of `MEASURED`, then those of `TRUTH`.
     joints: Vec<[Vec<f64>; MEASURED.len() + TRUTH.len()]>,
+    /// What the second encoders say, one a joint; empty where there is none.
+    links: Vec<Vec<f64>>,
 }
 
 impl Recorder {
@@ -42,7 +44,8 @@ impl Recorder {
     pub fn new(joints: usize, samples: usize) -> Self {
         let channels = || std::array::from_fn(|_| Vec::with_capacity(samples));
         let contacts = ContactRecorder::default();
-        Self { time: Vec::with_capacity(samples), contacts, joints: (0..joints).map(|_| channels()).collect() }
+        let links = vec![Vec::new(); joints];
+        Self { time: Vec::with_capacity(samples), contacts, joints: (0..joints).map(|_| channels()).collect(), links }
     }
 
     /// Takes a sample: readings and states at one instant, and the command that is given then.
@@ -69,6 +72,7 @@ impl Recorder {
             for (channel, value) in channels.iter_mut().zip(values) {
                 channel.push(value);
             }
+            self.links[i].extend(reading.link_position);
         }
     }
 
@@ -83,7 +87,10 @@ impl Recorder {
             let names = MEASURED.into_iter().chain(TRUTH);
             JointSeries { name: joint.name.clone(), channels: names.zip(channels).collect() }
         };
-        let joints = self.joints.into_iter().zip(&model.joints).map(series).collect();
+        let mut joints: Vec<JointSeries> = self.joints.into_iter().zip(&model.joints).map(series).collect();
+        for (joint, link) in joints.iter_mut().zip(self.links).filter(|(_, link)| !link.is_empty()) {
+            joint.channels.insert(Channel::LinkPosition, link);
+        }
         TimeSeries { name: name.to_owned(), time: self.time, joints }
     }
 }

@@ -79,6 +79,7 @@ impl Machine {
             motor: Motor { torque_constant: TORQUE_CONSTANT, resistance: None, inductance: None },
             amplifier: Amplifier { voltage_limit: 24.0, current_limit: 18.0, current_time_constant: 4e-4 },
             encoder: Some(Encoder { counts_per_turn: COUNTS }),
+            link_encoder: None,
             velocity_sensor: Some(VelocitySensor::PulsePeriod),
             current_sensor: Some(CurrentSensor { noise: NOISE, resolution: RESOLUTION, sensing: self.sensing }),
             friction: None,
@@ -91,6 +92,7 @@ impl Machine {
             robot,
             joints: vec![joint],
             held: Vec::new(),
+            masses: lostmotion::robot::Masses::Known,
             effects: Vec::new(),
         }
     }

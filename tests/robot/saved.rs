@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use lostmotion::drive::{CurrentSensor, Sensing, VelocitySensor};
+use lostmotion::drive::{CurrentSensor, LinkEncoder, Sensing, VelocitySensor};
 use lostmotion::gearhead::{FrictionLaw, Lines};
-use lostmotion::robot::{EffectEntry, Model};
+use lostmotion::robot::{EffectEntry, Masses, Model};
 use rand::RngExt;
 
 use super::support::random;
@@ -25,6 +25,7 @@ fn equivalent_saved_models_load_as_they_were() {
             joint.amplifier.voltage_limit = if case % 5 == 0 { f64::INFINITY } else { number(10.0) };
             joint.velocity_sensor =
                 [None, Some(VelocitySensor::PulsePeriod), Some(VelocitySensor::LowPass(0.02))][case % 3];
+            joint.link_encoder = (case % 3 == 1).then(|| LinkEncoder { resolution: number(1e-6) });
             let sensing = if case % 2 == 0 { Sensing::Absolute } else { Sensing::Signed };
             joint.current_sensor = Some(CurrentSensor { noise: number(0.01), resolution: 0.0, sensing });
             if let (1, Some(friction)) = (case % 2, &mut joint.friction) {
@@ -37,6 +38,7 @@ fn equivalent_saved_models_load_as_they_were() {
         }
         model.robot.gravity =
             nalgebra::Vector3::new(number(1.0), -number(1.0), if case % 2 == 0 { 0.0 } else { -9.81 });
+        model.masses = if case % 2 == 0 { Masses::Known } else { Masses::Estimated };
         model.effects = vec![
             EffectEntry { effect: "payload".into(), joint: None, parameters: [("mass".into(), number(1.0))].into() },
             EffectEntry { effect: "cogging".into(), joint: Some("elbow".into()), parameters: [].into() },

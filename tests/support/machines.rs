@@ -135,6 +135,7 @@ pub fn plain_joint(name: &str) -> JointModel {
             current_time_constant: 4e-4,
         },
         encoder: None,
+        link_encoder: None,
         velocity_sensor: None,
         current_sensor: None,
         friction: None,
@@ -155,6 +156,7 @@ pub fn model(robot: Robot, joints: Vec<JointModel>) -> Model {
         robot,
         joints,
         held: Vec::new(),
+        masses: lostmotion::robot::Masses::Known,
         effects: Vec::<EffectEntry>::new(),
     }
 }
