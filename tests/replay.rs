@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use lostmotion::dataset::{self, Controller, Session};
 use lostmotion::gearhead::{Exponential, Friction, FrictionLaw};
 use lostmotion::plant::{Options as PlantOptions, Plant};
-use lostmotion::replay::{self, Options, Quantity, Replay, low_pass};
+use lostmotion::replay::{self, Gain, Options, Pairs, Quantity, Replay, low_pass};
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
 use machines::{friction, model, plain_joint, scara, turntable};
@@ -173,5 +173,87 @@ fn published_emps_replays_at_least_as_well_as_the_published_closed_loop_simulati
         assert!(relative[0] < published[0] && relative[1] < published[1], "{relative:?}");
         // Far below the published figure would mean that the force is not simulated but handed through.
         assert!(relative[1] > 2.0, "{relative:?}");
+    }
+}
+
+/// Errors of two models over `seconds` at 100 Hz: bursts of some seconds that both share, the second model's smaller by `1 − gain`, and noise
+/// of each one's own that forgets itself within 0.2 s.
+fn errors(seed: u64, seconds: usize, gain: f64) -> [Vec<f64>; 3] {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut draw = || {
+        // Sum of twelve uniform draws: normal enough, variance 1.
+        let one = |_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(one).sum::<f64>() - 6.0
+    };
+    let (mut burst, mut own) = (1.0, [0.0; 2]);
+    let [mut time, mut before, mut after] = <[Vec<f64>; 3]>::default();
+    for k in 0..100 * seconds {
+        if k % 300 == 0 {
+            burst = 0.3 + draw().abs();
+        }
+        own = own.map(|e| 0.95 * e + 0.31 * draw());
+        time.push(k as f64 * 0.01);
+        before.push(burst * own[0]);
+        after.push(burst * (1.0 - gain) * own[1]);
+    }
+    [time, before, after]
+}
+
+#[test]
+fn recover_the_interval_covers_a_planted_gain_and_zero_for_equal_models() {
+    for (gain, seconds) in [(0.3, 60), (0.3, 20), (0.0, 60), (0.0, 20)] {
+        let runs = 200;
+        let found: Vec<Gain> = (0..runs)
+            .map(|seed| {
+                let [time, before, after] = errors(seed + 1, seconds, gain);
+                Gain::of(&[Pairs { time: &time, before: &before, after: &after }])
+            })
+            .collect();
+        let holds = |one: &&Gain| (one.interval_percent[0]..=one.interval_percent[1]).contains(&(100.0 * gain));
+        let covered = found.iter().filter(holds).count();
+        let shown = found.iter().filter(|one| one.shown).count();
+        println!("gain {gain}, {seconds} s: covered {covered} of {runs}, shown {shown}");
+        // Of a binomial variable with p = 0.95 and n = 200, 181 to 198 hold 99.9 %; a little generosity towards 100 % is no harm.
+        assert!(covered >= 181, "gain {gain}, {seconds} s: {covered}");
+        if gain == 0.0 {
+            // 2.5 % on this side: more than 13 of 200 would come up once in a thousand such tests.
+            assert!(shown <= 13, "{shown}");
+        } else if seconds == 60 {
+            // A third less error, known to 8 %: three standard errors and more.
+            assert!(shown >= 190, "{shown}");
+        }
+    }
+}
+
+#[test]
+fn property_the_same_model_twice_gains_nothing_and_a_few_seconds_show_nothing() {
+    let [time, before, _] = errors(5, 30, 0.0);
+    let same = Gain::of(&[Pairs { time: &time, before: &before, after: &before }]);
+    assert_eq!((same.gain_percent, same.interval_percent, same.shown), (0.0, [0.0, 0.0], false));
+    let [time, before, after] = errors(5, 1, 0.9);
+    let short = Gain::of(&[Pairs { time: &time, before: &before, after: &after }]);
+    assert!(!short.shown && short.gain_percent > 50.0 && short.interval_percent[0] <= 0.0, "{short:?}");
+    assert_eq!(Gain::of(&[]), Gain::default());
+}
+
+#[test]
+fn recover_the_right_model_gains_beside_the_wrong_one() {
+    let machine = scara();
+    let session = record(&machine, &[controller(4.0, 20), controller(1.2, 20)], 12_000, false, false);
+    let session = Session { controllers: vec![None, None], ..session };
+    let mut wrong = machine.clone();
+    wrong.joints[0].friction = Some(friction(0.3, 0.3, 0.0603, 0.407, 0.4));
+    let channels = replay::compare_models(&wrong, &machine, &[session], &Options::default()).expect("replays");
+    assert_eq!(channels.len(), 6);
+    let of =
+        |quantity| channels.iter().find(|one| one.joint == "joint1" && one.quantity == quantity).expect("a channel");
+    for quantity in [Quantity::Position, Quantity::Torque, Quantity::Velocity] {
+        let one = of(quantity);
+        assert!(one.gain.shown && one.after < one.before, "{one:?}");
+        let [low, high] = one.gain.interval_percent;
+        assert!((low..=high).contains(&(100.0 * (1.0 - one.after / one.before))), "{one:?}");
     }
 }

@@ -8,12 +8,13 @@ use serde_json::Value;
 use crate::dataset::Session;
 use crate::diagnose::{self as diagnosis, Diagnosis, Options, ReplayError, Split, Verdict};
 use crate::error::Result;
-use crate::replay::{self, Quantity, Replay};
+use crate::replay::{self, Compared, Quantity};
 use crate::report::files::envelope;
 use crate::report::recording::Motion;
 use crate::report::{Report, diagnosis as rendering};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
+use crate::units::JointKind;
 
 use super::console::{OutputOptions, Progress};
 use super::folder::Folder;
@@ -82,7 +83,7 @@ impl Findings {
     ///
     /// # Errors
     /// As [`diagnosis::diagnose`].
-    pub fn without_replay(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
+    fn without_replay(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
         let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
         let options = Options::default();
         let (train_series, hold_out_series) = (series(train), series(hold_out));
@@ -101,18 +102,16 @@ impl Findings {
         share: f64,
         progress: &Progress,
     ) -> Result<Vec<ReplayError>> {
-        if diagnosis.verdict == Verdict::NothingFound {
-            return Ok(Vec::new());
-        }
         let judged: Vec<Session> = if hold_out.is_empty() {
             train.iter().map(|session| tail(session, share)).collect()
         } else {
             hold_out.to_vec()
         };
         progress.next("replaying");
-        let before = replayed(&diagnosis.baseline_model, &judged)?;
-        let after = replayed(&diagnosis.extended_model, &judged)?;
-        Ok(replay_errors(&before, &after))
+        let (before, after) = (&diagnosis.baseline_model, &diagnosis.extended_model);
+        let model = after;
+        let compared = replay::compare_models(before, after, &judged, &replay::Options::default())?;
+        Ok(compared.into_iter().map(|one| replay_error(one, model)).collect())
     }
 
     /// The report: first the recordings with their residuals, then the extended model beside the data held out.
@@ -133,10 +132,6 @@ impl Findings {
     }
 }
 
-fn replayed(model: &Model, sessions: &[Session]) -> Result<Vec<Replay>> {
-    sessions.iter().map(|session| replay::replay(model, session, &replay::Options::default())).collect()
-}
-
 /// The last part of a session.
 fn tail(session: &Session, share: f64) -> Session {
     let mut session = session.clone();
@@ -154,36 +149,15 @@ fn tail(session: &Session, share: f64) -> Session {
     session
 }
 
-/// RMS errors of both models, over all recordings together.
-fn replay_errors(before: &[Replay], after: &[Replay]) -> Vec<ReplayError> {
-    let Some(first) = before.first() else { return Vec::new() };
-    let pooled = |replays: &[Replay], index: usize| {
-        let (sum, samples) = replays.iter().filter_map(|one| Some((one.errors.get(index)?, one.recorded.len()))).fold(
-            (0.0, 0),
-            |(sum, samples), (error, count)| {
-                #[expect(clippy::cast_precision_loss, reason = "samples are counted far below 2⁵³")]
-                let weight = count as f64;
-                (sum + weight * error.rms * error.rms, samples + count)
-            },
-        );
-        #[expect(clippy::cast_precision_loss, reason = "samples are counted far below 2⁵³")]
-        let samples = samples.max(1) as f64;
-        (sum / samples).sqrt()
+/// One channel of the report.
+fn replay_error(compared: Compared, model: &Model) -> ReplayError {
+    let Compared { joint, quantity, unit, before, after, gain } = compared;
+    let slides = model.joints.iter().any(|one| one.name == joint && one.kind == JointKind::Prismatic);
+    let quantity = match quantity {
+        Quantity::Position => "position",
+        Quantity::Velocity => "velocity",
+        Quantity::Torque if slides => "force",
+        Quantity::Torque => "torque",
     };
-    first
-        .errors
-        .iter()
-        .enumerate()
-        .map(|(index, error)| ReplayError {
-            joint: error.joint.clone(),
-            quantity: match error.quantity {
-                Quantity::Position => "position",
-                Quantity::Torque => "torque",
-            },
-            unit: error.unit,
-            split: Split::HeldOut,
-            before: pooled(before, index),
-            after: pooled(after, index),
-        })
-        .collect()
+    ReplayError { joint, quantity, unit, split: Split::HeldOut, before, after, gain }
 }

@@ -146,7 +146,7 @@ fn diagnosed<'a>(
     progress: &Progress,
 ) -> Result<(Report<'a>, Vec<Unmet>)> {
     let recordings: Vec<_> = measured.iter().map(|series| recording(series, &scenario.source)).collect();
-    let findings = Findings::without_replay(&nominal(&scenario.model), &recordings, &[], progress)?;
+    let findings = Findings::new(&nominal(&scenario.model), &recordings, &[], progress)?;
     let extended = &findings.diagnosis.extended_model;
     let (mut report, unmet) = identified_with(&corrected(extended)?, scenario, sessions, measured, progress)?;
     report.model = report.model.map(|identified| Model { effects: extended.effects.clone(), ..identified });

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::baseline::JointBaseline;
 use super::candidates::{Candidate, Evidence};
 use super::estimate::{self, Uncertainty};
 use super::problem::{Part, Problem, Term};
@@ -11,6 +12,7 @@ use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
 use super::views::{self, Residual};
 use super::{Options, extend, floor, observe, typical_inertia, unexplained};
+use crate::effects::SymmetricFriction;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
@@ -56,8 +58,10 @@ pub fn diagnosis(
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
-    let baseline_model = extend::with_baseline(model, &friction, &gap_values, &shares);
-    let extended_model = extend::with_effects(&baseline_model, &effects, &problem.catalogue);
+    let nominal = nominal_friction(problem).unwrap_or_else(|| friction.clone());
+    let baseline_model = extend::with_baseline(model, &nominal, &gap_values, &shares);
+    let extended_model = extend::with_baseline(model, &friction, &gap_values, &shares);
+    let extended_model = extend::with_effects(&extended_model, &effects, &problem.catalogue);
     let unexplained = unexplained::unexplained(problem, &terms, &options.rules);
     progress("drawing residuals", 0.95);
     let torque = torques(model, sessions);
@@ -85,6 +89,7 @@ pub fn diagnosis(
         order_spectrum: views::order_spectrum(problem, &residuals),
         extended_model,
         baseline_model,
+        catalogue: problem.catalogue.clone(),
         series: views::series(problem, sessions, &residuals),
     })
 }
@@ -103,6 +108,15 @@ fn torques(model: &Model, sessions: &[&TimeSeries]) -> Vec<Vec<Vec<f64>>> {
 pub fn nominal_residuals(problem: &Problem) -> Option<Vec<Vec<f64>>> {
     let fitted = problem.fit(&[], Part::Train, f64::INFINITY)?;
     Some((0..problem.baseline.len()).map(|joint| views::residual(problem, &[], &fitted, joint)).collect())
+}
+
+/// Friction of the nominal model as [`nominal_residuals`] has it: fitted without the effects, as far as it can stand in for them.
+fn nominal_friction(problem: &Problem) -> Option<Vec<SymmetricFriction>> {
+    let fitted = problem.fit(&[], Part::Train, f64::INFINITY)?;
+    let of_joint = |(baseline, at): (&JointBaseline, &usize)| {
+        baseline.friction(&fitted.solution.coefficients.as_slice()[*at..*at + baseline.len()])
+    };
+    Some(problem.baseline.iter().zip(&fitted.baseline_at).map(of_joint).collect())
 }
 
 fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection, data: &Data) -> Vec<Residual> {

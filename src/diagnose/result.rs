@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::effects::Kind;
+use crate::effects::{Catalogue, Kind};
+use crate::replay::Gain;
 use crate::robot::Model;
 use crate::units::JointKind;
 
@@ -41,6 +42,9 @@ pub struct Diagnosis {
     /// The nominal model with the fitted baseline alone.
     #[serde(skip)]
     pub baseline_model: Model,
+    /// The effects that could be named.
+    #[serde(skip)]
+    pub catalogue: Catalogue,
     /// Residuals sample by sample, one for each session and joint.
     #[serde(skip)]
     pub series: Vec<ResidualSeries>,
@@ -126,14 +130,17 @@ pub struct FitError {
     pub before_percent: f64,
     /// [%] `after` relative to the RMS of the measured torque.
     pub after_percent: f64,
+    /// By how much `after` is below `before`, and whether that is more than chance.
+    #[serde(flatten)]
+    pub gain: Gain,
 }
 
-/// Error of a simulation beside the data.
+/// Error of a simulation in closed loop beside the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReplayError {
     /// The joint.
     pub joint: String,
-    /// The channel: `position`, `velocity`, `current`, `force`.
+    /// The channel: `position`, `velocity`, `torque` (`force` of a joint that slides).
     pub quantity: &'static str,
     /// Unit of the errors.
     pub unit: &'static str,
@@ -143,6 +150,9 @@ pub struct ReplayError {
     pub before: f64,
     /// RMS error of the extended model.
     pub after: f64,
+    /// By how much `after` is below `before`, and whether that is more than chance.
+    #[serde(flatten)]
+    pub gain: Gain,
 }
 
 /// Free parameters of the nominal model of one joint.

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::problem::{Fitted, Problem, Term};
 use super::result::{Axis, FitError, OrderSpectrum, ResidualMap, ResidualSeries, Split};
+use crate::replay::{Gain, Pairs};
 use crate::timeseries::TimeSeries;
 use crate::units::JointKind;
 
@@ -72,10 +73,24 @@ pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>])
                 floor: rms(&floor[joint]),
                 before_percent: 100.0 * before / torque,
                 after_percent: 100.0 * after / torque,
+                gain: gain(problem, &rows, residual),
             });
         }
     }
     errors
+}
+
+/// What the extended model gains over rows of one joint.
+fn gain(problem: &Problem, rows: &[usize], residual: &Residual) -> Gain {
+    let mut sessions: Vec<[Vec<f64>; 3]> = vec![<[Vec<f64>; 3]>::default(); problem.motion.sessions];
+    for row in rows {
+        let [time, before, after] = &mut sessions[problem.motion.session[*row]];
+        time.push(problem.motion.time[*row]);
+        before.push(residual.before[*row]);
+        after.push(residual.after[*row]);
+    }
+    let pairs: Vec<Pairs> = sessions.iter().map(|[time, before, after]| Pairs { time, before, after }).collect();
+    Gain::of(&pairs)
 }
 
 /// Residuals sample by sample.

@@ -1,18 +1,22 @@
 //! Replay: a model is simulated under recorded inputs, beside the recording.
 //!
 //! Recorded torques in open loop let any model drift away by metres, however good it is. So the machine's controller, or a tracking
-//! one, corrects the recorded torque by what it makes of the difference of the positions ([`feedback`]). Two figures a joint then say
-//! how well the model fits: the RMS difference of position, and of the torque that the motors had to give.
+//! one, corrects the recorded torque by what it makes of the difference of the positions ([`feedback`]). Three figures a joint then say
+//! how well the model fits: the RMS difference of position, of velocity, and of the torque that the motors had to give.
 //! Both sides of every comparison go through the same zero-phase low-pass ([`low_pass`]).
 
 mod compare;
 mod feedback;
+mod gain;
 mod inputs;
 mod low_pass;
+mod pair;
 
 use feedback::Feedback;
+pub use gain::{Gain, Pairs};
 use inputs::Input;
 pub use low_pass::low_pass;
+pub use pair::{Compared, compare_models, compared};
 
 use crate::dataset::Session;
 use crate::effects::{Catalogue, JointState};
@@ -46,6 +50,8 @@ impl Default for Options {
 pub enum Quantity {
     /// Motor position, joint side.
     Position,
+    /// Rate of the smooth motor position.
+    Velocity,
     /// Motor torque, joint side.
     Torque,
 }
@@ -63,14 +69,17 @@ pub struct ChannelError {
     pub rms: f64,
     /// [1] `rms` against the RMS of the recorded signal; 0 where that is 0.
     pub relative: f64,
+    /// Recorded less simulated, sample by sample, behind the low-pass.
+    #[serde(skip)]
+    pub difference: Vec<f64>,
 }
 
 /// A simulated session beside a recorded one.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    /// Position, torque and true states of the simulated machine at the recorded times.
+    /// Position, velocity, torque and true states of the simulated machine at the recorded times.
     pub simulated: TimeSeries,
-    /// The same position and torque as recorded: current times `ratio · K_t` where no torque was recorded.
+    /// The same position, velocity and torque as recorded: current times `ratio · K_t` where no torque was recorded.
     pub recorded: TimeSeries,
     /// The differences, joint by joint.
     pub errors: Vec<ChannelError>,
@@ -85,8 +94,12 @@ pub struct Replay {
 pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
     let mut notes = Vec::new();
     let inputs = inputs::inputs(model, session, &mut notes)?;
-    let simulated = simulate(model, session, &inputs, options)?;
-    let recorded = recorded(model, session, &inputs);
+    let mut simulated = simulate(model, session, &inputs, options)?;
+    let mut recorded = recorded(model, session, &inputs);
+    let interval = recorded.sample_interval();
+    for side in [&mut recorded, &mut simulated] {
+        compare::add_velocity(side, interval, options.cutoff);
+    }
     let errors = compare::compare(model, &inputs, &recorded, &simulated, options.cutoff);
     Ok(Replay { simulated, recorded, errors, notes })
 }

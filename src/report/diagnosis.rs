@@ -8,6 +8,7 @@ use super::recording::Trace;
 use super::table::Table;
 use crate::diagnose::{Axis, Diagnosis, FoundEffect, OrderSpectrum, ResidualMap, ResidualSeries, Split, Verdict};
 use crate::effects;
+use crate::replay::Gain;
 use crate::units::JointKind;
 
 /// The document of a diagnosis of the machine of that name.
@@ -125,11 +126,11 @@ fn errors(diagnosis: &Diagnosis) -> Section {
             error.unit.to_owned(),
             format!("{:.2} %", error.before_percent),
             format!("{:.2} %", error.after_percent),
-            gain(error.before, error.after),
+            gain(error.gain),
         ]);
     }
     let mut replay = Table::new(
-        "RMS error of the simulation beside the data",
+        "RMS error of the simulation in closed loop beside the data",
         &["joint", "channel", "data", "nominal", "extended", "unit", "gain"],
     );
     for error in &diagnosis.replay {
@@ -141,15 +142,28 @@ fn errors(diagnosis: &Diagnosis) -> Section {
             number::significant(error.before * factor, 3),
             number::significant(error.after * factor, 3),
             unit.to_owned(),
-            gain(error.before, error.after),
+            gain(error.gain),
         ]);
     }
+    let text = if diagnosis.effects.is_empty() {
+        Vec::new()
+    } else {
+        vec!["Gains with their 95 % interval (bootstrap over blocks of some seconds); one whose interval holds zero is not shown.".to_owned()]
+    };
     let tables = [fit, replay].into_iter().filter(|table| !table.rows.is_empty()).collect();
-    Section { tables, ..Section::new("The gain") }
+    Section { text, tables, ..Section::new("The gain") }
 }
 
-fn gain(before: f64, after: f64) -> String {
-    if before > 0.0 { format!("{:.0} %", 100.0 * (1.0 - after / before)) } else { String::new() }
+/// A gain with its 95 % interval, or that there is none to be shown.
+fn gain(gain: Gain) -> String {
+    let [low, high] = gain.interval_percent;
+    if gain.shown {
+        format!("{:.0} % ({low:.0} to {high:.0})", gain.gain_percent)
+    } else if high < 0.0 {
+        format!("worse by {:.0} % ({:.0} to {:.0})", -gain.gain_percent, -high, -low)
+    } else {
+        "no gain shown".to_owned()
+    }
 }
 
 /// Baseline and plots of a joint.

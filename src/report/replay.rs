@@ -12,14 +12,8 @@ use crate::timeseries::{Channel, JointSeries};
 const fn name(quantity: Quantity) -> &'static str {
     match quantity {
         Quantity::Position => "position",
+        Quantity::Velocity => "velocity",
         Quantity::Torque => "torque",
-    }
-}
-
-const fn channel(quantity: Quantity) -> Channel {
-    match quantity {
-        Quantity::Position => Channel::Position,
-        Quantity::Torque => Channel::Torque,
     }
 }
 
@@ -54,7 +48,7 @@ fn section(replay: &Replay) -> Section {
             format!("{} %", significant(100.0 * error.relative, 3)),
         ]);
         let side = |joint: Option<&JointSeries>| -> Vec<[f64; 2]> {
-            let values = joint.and_then(|joint| joint.get(channel(error.quantity))).unwrap_or_default();
+            let values = joint.and_then(|joint| joint.get(error.quantity.channel())).unwrap_or_default();
             replay.recorded.time.iter().zip(values).map(|(time, value)| [*time, value * factor]).collect()
         };
         let title = format!("{}, {}: {}", error.joint, replay.recorded.name, name(error.quantity));
