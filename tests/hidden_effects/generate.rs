@@ -5,21 +5,22 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lostmotion::dataset::write_csv;
-use lostmotion::robot::Model;
+use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::units::JointKind;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-use super::hidden::Hidden;
+use super::hidden::{self, Order};
 use super::machine::Machine;
 use super::motion;
 use super::record::record;
 
-/// Variables that tell the generating process what to do: folder, seed, whether to hide something.
+/// Variables that tell the generating process what to do: folder, effects (`none`, `cogging`, `cogging+payload`), strength, seed.
 const FOLDER: &str = "HIDDEN_EFFECTS_FOLDER";
+const EFFECTS: &str = "HIDDEN_EFFECTS_NAMES";
+const STRENGTH: &str = "HIDDEN_EFFECTS_STRENGTH";
 const SEED: &str = "HIDDEN_EFFECTS_SEED";
-const HIDE: &str = "HIDDEN_EFFECTS_HIDE";
 
 /// A set that the program may see.
 #[derive(Debug, Clone)]
@@ -35,30 +36,34 @@ pub struct Set {
 }
 
 impl Set {
-    fn at(folder: &Path, seed: u64) -> Self {
-        let data = folder.join("data").join(format!("set_{seed}"));
+    /// The set of this name below a folder.
+    pub fn at(folder: &Path, name: &str) -> Self {
+        let data = folder.join(name);
         Self {
             model: data.join("model.toml"),
             data: ["staircase", "fast_1", "fast_2"].map(|name| data.join(name).with_extension("csv")).into(),
             hold_out: data.join("fast_3.csv"),
-            truth: folder.join("truth").join(format!("set_{seed}.json")),
+            truth: folder.join("truth").join(format!("{name}.json")),
         }
     }
 }
 
-/// Lets a process of its own make a set: this binary again, with nothing but its test [`super::generate_one`].
-pub fn in_own_process(folder: &Path, seed: u64, hide: bool) -> Set {
+/// Lets a process of its own make a set: this binary again, with arguments that lead it to [`as_told`].
+pub fn in_own_process(arguments: &[&str], folder: &Path, order: &Order) -> Set {
+    let effects = if order.effects.is_empty() { "none".to_owned() } else { order.effects.join("+") };
     let output = Command::new(std::env::current_exe().expect("this binary"))
-        .args(["--exact", "generate_one", "--ignored", "--test-threads=1"])
+        .args(arguments)
         .env(FOLDER, folder)
-        .env(SEED, seed.to_string())
-        .env(HIDE, if hide { "1" } else { "0" })
+        .env(EFFECTS, effects)
+        .env(STRENGTH, order.strength.to_string())
+        .env(SEED, order.seed.to_string())
         .output()
         .expect("the generating process starts");
-    let set = Set::at(folder, seed);
+    let set = Set::at(folder, &order.name());
     assert!(
         output.status.success() && set.truth.is_file(),
-        "the generating process of seed {seed} failed:\n{}\n{}",
+        "the generating process of {} failed:\n{}\n{}",
+        order.name(),
         String::from_utf8_lossy(&output.stdout),
         String::from_utf8_lossy(&output.stderr)
     );
@@ -67,40 +72,47 @@ pub fn in_own_process(folder: &Path, seed: u64, hide: bool) -> Set {
 
 /// What the generating process does, where the variables are set.
 pub fn as_told() {
-    let (Some(folder), Ok(seed), Ok(hide)) = (std::env::var_os(FOLDER), std::env::var(SEED), std::env::var(HIDE))
-    else {
-        return;
-    };
-    write_set(Path::new(&folder), seed.parse().expect("a number"), hide == "1");
+    let Some(folder) = std::env::var_os(FOLDER) else { return };
+    let [effects, strength, seed] = [EFFECTS, STRENGTH, SEED].map(|name| std::env::var(name).expect("a variable"));
+    let effects = effects.split('+').filter(|name| *name != "none").map(str::to_owned).collect();
+    let (strength, seed) = (strength.parse().expect("a number"), seed.parse().expect("a number"));
+    write_set(Path::new(&folder), &Order { effects, strength, seed });
 }
 
-fn write_set(folder: &Path, seed: u64, hide: bool) {
+/// Streams of random numbers of one seed: the machine and its motion are the same whatever it hides.
+fn stream(seed: u64, number: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut machine = Machine::draw(&mut rng);
-    let hidden = if hide { Hidden::draw(&mut rng, &mut machine) } else { Hidden::nothing(&mut rng, &mut machine) };
+    rng.set_stream(number);
+    rng
+}
 
-    let set = Set::at(folder, seed);
+fn write_set(folder: &Path, order: &Order) {
+    let mut machine = Machine::draw(&mut stream(order.seed, 0));
+    let entries = hidden::draw(&mut stream(order.seed, 1), order, &mut machine);
+
+    let set = Set::at(folder, &order.name());
     let data = set.model.parent().expect("a folder");
     fs::create_dir_all(data).expect("a folder for data");
     fs::create_dir_all(folder.join("truth")).expect("a folder for the truth");
     fs::write(data.join("robot.urdf"), machine.urdf()).expect("the robot");
     fs::write(&set.model, machine.nominal()).expect("the nominal model");
 
-    let truth = machine.truth(&hidden.entries);
+    let truth = machine.truth(&entries);
     let model = Model::from_texts(&truth, &machine.urdf(), Path::new("truth.toml")).expect("a good model");
-    let start = [rng.random_range(-1.2..1.2), rng.random_range(-1.2..1.2)];
+    let mut moves = stream(order.seed, 2);
     let kinds = [JointKind::Revolute; 2];
     for (index, name) in ["staircase", "fast_1", "fast_2", "fast_3"].into_iter().enumerate() {
-        let motion = if index == 0 { motion::staircase(start) } else { motion::fast(&mut rng) };
-        let series = record(name, &model, &motion, 4 * seed + index as u64);
+        let motion = if index == 0 { motion::staircase(&mut moves) } else { motion::fast(&mut moves) };
+        let series = record(name, &model, &motion, 4 * order.seed + index as u64);
         write_csv(&data.join(name).with_extension("csv"), &series, &kinds).expect("a recording");
     }
-    let entry = |entry: &lostmotion::robot::EffectEntry| json!({ "effect": entry.effect, "joint": entry.joint, "parameters": entry.parameters });
+    let entry =
+        |entry: &EffectEntry| json!({ "effect": entry.effect, "joint": entry.joint, "parameters": entry.parameters });
     let content = json!({
-        "seed": seed,
-        "effect": hidden.effect,
-        "strength": hidden.strength,
-        "entries": hidden.entries.iter().map(entry).collect::<Vec<_>>(),
+        "seed": order.seed,
+        "effects": order.effects,
+        "strength": order.strength,
+        "entries": entries.iter().map(entry).collect::<Vec<_>>(),
         "model": truth,
     });
     fs::write(&set.truth, format!("{content:#}\n")).expect("the truth");

@@ -37,8 +37,10 @@ pub struct Machine {
     /// [1] friction on the link side.
     pub link_share: f64,
     /// Whether friction has a falling part, and the nominal model file leaves friction out. Else the nominal model file holds it,
-    /// without a falling part.
+    /// without a falling part, and with numbers that are off by [`guess`](Self::guess).
     pub friction_unknown: bool,
+    /// [1] Coulomb and viscous friction of the nominal model file against the machine's: a diagnosis fits them anyway.
+    pub guess: [[f64; 2]; 2],
 }
 
 /// A number within a factor of `spread` around `middle`.
@@ -63,7 +65,20 @@ impl Machine {
             viscous: viscous[i],
         });
         let link_share = rng.random_range(0.1..0.5);
-        Self { scale, rotor_inertia, backlash, friction, link_share, friction_unknown: true }
+        let guess = [0, 1].map(|_| [0, 1].map(|_| rng.random_range(0.7..1.3)));
+        let mut machine = Self { scale, rotor_inertia, backlash, friction, link_share, friction_unknown: true, guess };
+        if rng.random_bool(0.25) {
+            machine.know_friction();
+        }
+        machine
+    }
+
+    /// A machine whose friction has no falling part, and whose nominal model file says so.
+    pub fn know_friction(&mut self) {
+        self.friction_unknown = false;
+        for friction in &mut self.friction {
+            friction.breakaway = friction.coulomb;
+        }
     }
 
     /// The robot's description.
@@ -105,6 +120,8 @@ impl Machine {
     pub fn nominal(&self) -> String {
         self.model(|i| {
             let Friction { coulomb, viscous, stribeck_velocity, .. } = self.friction[i];
+            let [dry, wet] = self.guess[i];
+            let (coulomb, viscous) = (dry * coulomb, wet * viscous);
             let law = Friction { coulomb, breakaway: coulomb, stribeck_velocity, viscous };
             if self.friction_unknown { String::new() } else { self.friction_table(i, &law) }
         })

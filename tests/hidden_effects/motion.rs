@@ -1,4 +1,4 @@
-//! The motions of a set: a staircase of slow speeds, and fast runs.
+//! The motions of a set: a staircase of slow speeds with rests of different length, and fast runs.
 
 use std::f64::consts::PI;
 
@@ -8,6 +8,9 @@ use rand_chacha::ChaCha8Rng;
 
 /// [s] Interval of control and of recording.
 pub const INTERVAL: f64 = 1e-3;
+
+/// [rad/s²] of the staircase.
+const ACCELERATION: f64 = 1.0;
 
 /// [s] Length of a fast run.
 const FAST: f64 = 40.0;
@@ -20,10 +23,10 @@ pub struct Motion {
 }
 
 /// ±0.5 to ±10 deg/s in steps of 0.5 deg/s, one joint after the other; each speed as long as it takes for 3 degrees, 1 to 6 s.
-pub fn staircase(start: [f64; 2]) -> Motion {
+/// After every other pair of speeds the joint rests for 0.2 to 3 s: what grows at rest can be told by rests of different length only.
+pub fn staircase(rng: &mut ChaCha8Rng) -> Motion {
     const STEPS: usize = 20;
-    /// [rad/s²]
-    const ACCELERATION: f64 = 1.0;
+    let start = [rng.random_range(-1.2..1.2), rng.random_range(-1.2..1.2)];
     let mut velocity = [Vec::new(), Vec::new()];
     for joint in 0..2 {
         for step in 1..=STEPS {
@@ -38,15 +41,22 @@ pub fn staircase(start: [f64; 2]) -> Motion {
                     velocity[1 - joint].push(0.0);
                 }
             }
+            if step % 2 == 0 {
+                rest(&mut velocity, joint, 0.2 * 15.0_f64.powf(rng.random_range(0.0..1.0)));
+            }
         }
-        // Back to rest, and a moment of it.
-        for _ in 0..(0.5 / INTERVAL) as usize {
-            let before = velocity[joint].last().copied().unwrap_or(0.0);
-            velocity[joint].push(before - before.clamp(-1e-3, 1e-3));
-            velocity[1 - joint].push(0.0);
-        }
+        rest(&mut velocity, joint, 0.5);
     }
     Motion { start, velocity }
+}
+
+/// Brings a joint back to rest, and lets it rest for the remainder of `duration` [s].
+fn rest(velocity: &mut [Vec<f64>; 2], joint: usize, duration: f64) {
+    for _ in 0..(duration / INTERVAL) as usize {
+        let before = velocity[joint].last().copied().unwrap_or(0.0);
+        velocity[joint].push(before - before.clamp(-ACCELERATION * INTERVAL, ACCELERATION * INTERVAL));
+        velocity[1 - joint].push(0.0);
+    }
 }
 
 /// Half a run of joined sines, half of moves from rest to rest, both joints at once, up to 120 deg/s.

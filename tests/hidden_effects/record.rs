@@ -54,6 +54,7 @@ pub fn record(name: &str, model: &Model, motion: &Motion, seed: u64) -> TimeSeri
                 (Channel::Velocity, readings[i].velocity),
                 (Channel::Current, readings[i].current),
                 (Channel::ReferenceVelocity, reference),
+                (Channel::CommandCurrent, commands[i]),
             ];
             for (channel, value) in samples {
                 joints[i].channels.entry(channel).or_default().push(written(value));

@@ -1,0 +1,90 @@
+//! What is asked of the bench.
+
+use std::path::PathBuf;
+
+use super::strengths::EFFECTS;
+
+pub const USAGE: &str = "usage: cargo bench --bench blind -- generate --out DIR [--effects all|none|pairs|NAME,...] [--machines N] [--skip N] [--strength S] [--seeds FIRST]
+       cargo bench --bench blind -- judge SET...";
+
+/// What is to be done.
+#[derive(Debug)]
+pub enum Command {
+    Generate,
+    Judge(Vec<PathBuf>),
+}
+
+/// The command and its options.
+#[derive(Debug)]
+pub struct Arguments {
+    pub command: Command,
+    /// Names of the catalogue, `none` or `pairs`.
+    pub effects: Vec<String>,
+    /// Of each.
+    pub machines: u64,
+    /// How many of each are left out before these.
+    pub skip: u64,
+    pub strength: f64,
+    /// First seed: see [`super::orders`].
+    pub seeds: u64,
+    pub out: PathBuf,
+}
+
+impl Arguments {
+    /// From the command line; `None` where nothing is asked.
+    pub fn read() -> Result<Option<Self>, String> {
+        let mut words = std::env::args().skip(1).filter(|word| word != "--bench");
+        let command = match words.next().as_deref() {
+            Some("generate") => Command::Generate,
+            Some("judge") => Command::Judge(Vec::new()),
+            // `cargo test --benches` passes options of its own.
+            Some(word) if !word.starts_with("--") => return Err(format!("unknown command {word}")),
+            _ => return Ok(None),
+        };
+        let mut arguments = Self {
+            command,
+            effects: all(),
+            machines: 4,
+            skip: 0,
+            strength: 1.0,
+            seeds: 1000,
+            out: PathBuf::from("blind"),
+        };
+        while let Some(word) = words.next() {
+            let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
+            match word.as_str() {
+                "--effects" => arguments.effects = effects(&value()?)?,
+                "--machines" => arguments.machines = number(&value()?)?,
+                "--skip" => arguments.skip = number(&value()?)?,
+                "--strength" => arguments.strength = number(&value()?)?,
+                "--seeds" => arguments.seeds = number(&value()?)?,
+                "--out" => arguments.out = PathBuf::from(value()?),
+                _ => match &mut arguments.command {
+                    Command::Judge(folders) if !word.starts_with("--") => folders.push(PathBuf::from(word)),
+                    _ => return Err(format!("unknown option {word}")),
+                },
+            }
+        }
+        Ok(Some(arguments))
+    }
+}
+
+fn all() -> Vec<String> {
+    EFFECTS.map(str::to_owned).into()
+}
+
+fn number<T: std::str::FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| format!("{text} is not a number that fits"))
+}
+
+fn effects(text: &str) -> Result<Vec<String>, String> {
+    if text == "all" {
+        return Ok(all());
+    }
+    let names: Vec<String> = text.split(',').map(str::to_owned).collect();
+    let known = |name: &&String| EFFECTS.contains(&name.as_str()) || *name == "none" || *name == "pairs";
+    match names.iter().find(|name| !known(name)) {
+        Some(name) => Err(format!("{name} is none of none, pairs, {}", EFFECTS.join(", "))),
+        None => Ok(names),
+    }
+}

@@ -1,0 +1,77 @@
+//! Blind tests at length: sets of data with effects hidden by seed, and what the program makes of them.
+//!
+//! ```text
+//! cargo bench --bench blind -- generate --out DIR [--effects all|NAME,...] [--machines N] [--skip N] [--strength 1|0.5] [--seeds FIRST]
+//! cargo bench --bench blind -- judge SET...
+//! ```
+//! A set is a folder with `model.toml`, `robot.urdf` and four recordings; what was hidden stands in `truth/<set>.json` beside it.
+//! It is drawn by the same modules as the sets of `tests/hidden_effects`. Seeds below 100000 are for tuning, those from 900000 for reports.
+
+#[path = "../../tests/hidden_effects/generate.rs"]
+mod generate;
+#[path = "../../tests/hidden_effects/hidden.rs"]
+mod hidden;
+#[path = "../../tests/hidden_effects/machine.rs"]
+mod machine;
+#[path = "../../tests/hidden_effects/motion.rs"]
+mod motion;
+#[path = "../../tests/hidden_effects/record.rs"]
+mod record;
+#[path = "../../tests/hidden_effects/strengths.rs"]
+mod strengths;
+#[path = "../../tests/hidden_effects/verdict.rs"]
+mod verdict;
+
+mod arguments;
+mod orders;
+mod side_by_side;
+
+use std::path::Path;
+
+use arguments::{Arguments, Command};
+use generate::Set;
+use lostmotion::diagnose::Options;
+use orders::Plan;
+use side_by_side::side_by_side;
+
+fn main() {
+    // What the generating process is started for.
+    if std::env::args().nth(1).as_deref() == Some(GENERATE_ONE) {
+        return generate::as_told();
+    }
+    let arguments = match Arguments::read() {
+        Ok(Some(arguments)) => arguments,
+        Ok(None) => return println!("{}", arguments::USAGE),
+        Err(message) => {
+            eprintln!("{message}\n{}", arguments::USAGE);
+            std::process::exit(2);
+        }
+    };
+    match &arguments.command {
+        Command::Generate => generate(&arguments),
+        Command::Judge(folders) => judge(folders),
+    }
+}
+
+/// Argument of the process that makes one set.
+const GENERATE_ONE: &str = "generate-one";
+
+fn generate(arguments: &Arguments) {
+    let orders = Plan::of(arguments).orders();
+    side_by_side(
+        &orders,
+        |order| generate::in_own_process(&[GENERATE_ONE], &arguments.out, order),
+        |order, _| {
+            println!("{}", order.name());
+        },
+    );
+}
+
+fn judge(folders: &[std::path::PathBuf]) {
+    let judged = |folder: &std::path::PathBuf| {
+        let name = folder.file_name().expect("a set").to_string_lossy();
+        let set = Set::at(folder.parent().unwrap_or(Path::new(".")), &name);
+        verdict::verdict(&name, &set, &Options::default())
+    };
+    side_by_side(folders, judged, |_, verdict| println!("{}", verdict.line()));
+}
