@@ -81,6 +81,7 @@ fn needed(model: &Model, actions: &mut [Action], motion: &Motion, joint: usize) 
             link_position: m.q[row],
             link_velocity: m.v[row],
             gear_torque: m.link_torque[row] + law.link_share * 0.0,
+            current: m.torque[row] / model.joints[joint].torque_per_ampere(),
             ..JointState::default()
         };
         let (mut level, mut drive) = (law.law.kinetic(m.v[row]).abs(), 0.0);
@@ -128,6 +129,7 @@ fn amounts(effect: &dyn Diagnosable) -> (Vec<f64>, Vec<f64>) {
         "position_dependent_friction" => (vec![0.1, 0.15], vec![2.0]),
         "quadratic_drag" => (vec![0.2], Vec::new()),
         "stribeck" => (vec![0.1], vec![0.04]),
+        "torque_ripple" => (vec![0.06, -0.04], vec![7.0]),
         "viscous_asymmetry" => (vec![0.12], Vec::new()),
         other => panic!("{other} is not checked"),
     }

@@ -37,11 +37,18 @@ impl Prediction {
     /// an effect that is not modelled makes errors that never forget.
     pub fn against(&self, before: &Self) -> Vec<Evidence> {
         let evidence = |joint: usize| Evidence {
-            folds: self.independence[joint] * (self.folds[joint] - before.folds[joint]),
+            folds: self.independence[joint] * self.gained_elsewhere(before, joint),
             held_out: self.independence[joint] * (self.held_out[joint] - before.held_out[joint]),
             log_scale: (before.scale[joint] / self.scale[joint]).ln(),
         };
         (0..self.folds.len()).map(evidence).collect()
+    }
+
+    /// Gain on rows that were left out, as far as there is one on the rows that were fitted: what goes beyond it is only that
+    /// the poorer model, fitted on fewer rows, happens to be far off on the others.
+    fn gained_elsewhere(&self, before: &Self, joint: usize) -> f64 {
+        let fitted = (self.training[joint] - before.training[joint]).max(0.0);
+        (self.folds[joint] - before.folds[joint]).min(fitted)
     }
 }
 

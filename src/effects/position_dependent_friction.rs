@@ -83,7 +83,8 @@ impl Diagnosable for PositionDependentFriction {
         // The highest: three periods a motor turn.
         let step = PI / (3.0 * range.max(1e-9));
         let highest = 3.2 * motion.model.joints[joint].gear_ratio;
-        let lowest = TAU * 0.8 / range.max(1e-9);
+        // Less than a third of a period is a parabola, which any curve resembles.
+        let lowest = TAU * 0.35 / range.max(1e-9);
         let count = (((highest - lowest) / step) as usize).min(2000);
         (0..count).map(|index| vec![lowest + step * index as f64]).collect()
     }

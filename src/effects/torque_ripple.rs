@@ -1,7 +1,8 @@
 //! The torque constant varies with the angle of the motor shaft: commutation and winding are not perfect.
 //!
 //! `K_t → K_t (1 + a sin(n θ_m + φ))`: the rotor feels `a K i sin(n θ_m + φ)` on top of `K i`, `K = ratio · K_t`.
-//! Its amplitude is proportional to the current, that of cogging is not.
+//! Its amplitude is proportional to the current, that of cogging is not. Who turns the current into torque with the mean constant
+//! reads `τ_m = τ − a τ_m sin(n θ_m + φ)` where the rotor feels `τ`: exact in the torque that was measured.
 //! Left out: the same ripple of the back-EMF, which the current loop takes back as long as it has the voltage.
 //! Reference: T. M. Jahns, W. L. Soong (1996), Pulsating torque minimization techniques for permanent magnet AC motor drives.
 
@@ -9,7 +10,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, JointAction, JointState, Kind, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -29,6 +32,9 @@ static ABOUT: About = About {
     separate_by: "pass the same angles slowly under several loads: the amplitude follows the current, that of cogging stays",
     reference: "T. M. Jahns, W. L. Soong (1996), Pulsating torque minimization techniques for permanent magnet AC motor drives",
 };
+
+/// Highest order that is looked for.
+const HIGHEST_ORDER: usize = 48;
 
 /// The torque constant varies with the angle of the motor shaft.
 pub struct TorqueRipple;
@@ -66,5 +72,39 @@ impl Effect for TorqueRipple {
             phase: given.get("phase"),
         };
         Ok(vec![Action::Joint(index, Box::new(ripple))])
+    }
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for TorqueRipple {
+    fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        motion.range(joint) * motion.model.joints[joint].gear_ratio > TAU
+    }
+
+    fn shapes(&self, _motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
+        (1..=HIGHEST_ORDER).map(|order| vec![order as f64]).collect()
+    }
+
+    fn refines(&self) -> bool {
+        false
+    }
+
+    fn repeats(&self) -> bool {
+        true
+    }
+
+    fn phase_per_session(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        motion.harmonic(joint, shape[0] * motion.model.joints[joint].gear_ratio, |m, row| -m.torque[row]).into()
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        // a sin(x + φ) = a sin φ · cos x + a cos φ · sin x
+        vec![coefficients[0].hypot(coefficients[1]), shape[0], coefficients[0].atan2(coefficients[1])]
     }
 }
