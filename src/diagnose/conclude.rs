@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use super::baseline::JointBaseline;
 use super::candidates::{Candidate, Evidence};
-use super::estimate::{self, Uncertainty};
+use super::estimate;
 use super::problem::{Part, Problem, Term};
 use super::regression::NU;
 use super::result::{BaselineEstimate, CandidateRecord, Diagnosis, FoundEffect, Measured, Method, Verdict};
 use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
+use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
 use super::{Options, extend, floor, observe, typical_inertia, unexplained};
 use crate::effects::SymmetricFriction;

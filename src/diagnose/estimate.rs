@@ -1,81 +1,15 @@
 //! Parameters of effects and baseline with standard errors: the linear coefficients, the shapes and the Stribeck velocities
-//! are perturbed together (delta method), and the autocorrelation of the residual is counted.
+//! are perturbed together (delta method) in the covariance of [`Uncertainty`].
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::baseline::{COULOMB, FALLING, Falling, VISCOUS};
 use super::problem::{Fitted, Part, Problem, Term};
-use super::regression::NU;
 use super::result::Measured;
+use super::uncertainty::{SYSTEMATIC, Uncertainty};
 use crate::effects::{Motion, SymmetricFriction};
-
-/// Coefficients, shapes and Stribeck velocities with their covariance.
-pub struct Uncertainty {
-    covariance: DMatrix<f64>,
-    /// Position of each joint's Stribeck velocity.
-    stribeck_at: Vec<Option<usize>>,
-    /// Position of each term's first shape parameter.
-    shape_at: Vec<Vec<usize>>,
-}
-
-impl Uncertainty {
-    /// Covariance of everything at the solution.
-    pub fn new(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Self> {
-        let (mut system, _, _) = problem.system(terms, Part::Train, false);
-        let mut unknowns = system.unknowns;
-        let mut stribeck_at = Vec::new();
-        for (joint, baseline) in problem.baseline.iter().enumerate() {
-            let falling = fitted.solution.coefficients.get(fitted.baseline_at[joint] + FALLING).copied().unwrap_or(0.0);
-            let derivative = baseline.stribeck_derivative(&problem.motion, joint).filter(|_| falling.abs() > 1e-12);
-            stribeck_at.push(derivative.map(|column| {
-                let rows = problem.rows(joint, Part::Train);
-                system.blocks[joint].columns.push((unknowns, rows.iter().map(|row| falling * column[*row]).collect()));
-                unknowns += 1;
-                unknowns - 1
-            }));
-        }
-        let mut shape_at = Vec::new();
-        for (term, at) in terms.iter().zip(&fitted.term_at) {
-            let mut positions = Vec::new();
-            for index in 0..if term.effect.refines() { term.shape.len() } else { 0 } {
-                let step = 1e-4 * term.shape[index].abs().max(1e-6);
-                let mut shape = term.shape.clone();
-                shape[index] += step;
-                let moved = Term::new(&problem.motion, term.effect, &term.joints, shape);
-                for (place, joint) in term.joints.iter().enumerate() {
-                    let change = |row: &usize| -> f64 {
-                        let columns = moved.columns[place].iter().zip(&term.columns[place]).enumerate();
-                        columns
-                            .map(|(k, (new, old))| {
-                                fitted.solution.coefficients[at + k] * (new[*row] - old[*row]) / step
-                            })
-                            .sum()
-                    };
-                    let column = problem.rows(*joint, Part::Train).iter().map(change).collect();
-                    system.blocks[*joint].columns.push((unknowns, column));
-                }
-                positions.push(unknowns);
-                unknowns += 1;
-            }
-            shape_at.push(positions);
-        }
-        system.unknowns = unknowns;
-        let mut covariance = system.solve(NU)?.covariance;
-        let independence = problem.independence.iter().copied().fold(1.0, f64::min);
-        covariance /= independence;
-        Some(Self { covariance, stribeck_at, shape_at })
-    }
-
-    fn std_error(&self, gradient: &[(usize, f64)]) -> f64 {
-        let mut g = DVector::zeros(self.covariance.nrows());
-        for (index, slope) in gradient {
-            g[*index] += slope;
-        }
-        (g.transpose() * &self.covariance * &g)[(0, 0)].max(0.0).sqrt()
-    }
-}
 
 /// Parameters of one term by name, on its first joint.
 pub fn parameters(
@@ -118,24 +52,41 @@ pub fn parameters(
         }
     };
     for position in (at..at + term.coefficients()).chain(friction_at..friction_at + baseline.len()) {
-        let step = 1e-5 * uncertainty.covariance[(position, position)].sqrt().max(1e-12);
+        let step = 1e-5 * uncertainty.spread(position);
         let mut moved = c.clone();
         moved[position] += step;
         slope(position, values(&moved, &term.shape), step);
     }
     for (k, position) in uncertainty.shape_at[index].iter().enumerate() {
-        let step = 1e-5 * uncertainty.covariance[(*position, *position)].sqrt().max(1e-12);
+        let step = 1e-5 * uncertainty.spread(*position);
         let mut shape = term.shape.clone();
         shape[k] += step;
         slope(*position, values(c, &shape), step);
     }
+    let systematic = systematic(problem, term, &c.as_slice()[at..at + term.coefficients()]);
     let specs = about.parameters.iter().zip(centre).zip(&gradients);
     specs
         .map(|((spec, value), gradient)| {
-            let std_error = uncertainty.std_error(gradient);
+            let own = gradient.iter().filter(|(position, _)| (at..at + term.coefficients()).contains(position));
+            let wrong = own.map(|(position, slope)| (slope * systematic[position - at]).powi(2)).sum::<f64>().sqrt();
+            let std_error = uncertainty.std_error(gradient).hypot(wrong);
             (spec.name.to_owned(), Measured { value, std_error, unit: spec.unit_for(kind) })
         })
         .collect()
+}
+
+/// Systematic error of each coefficient: [`SYSTEMATIC`] of the torque that all of them move.
+fn systematic(problem: &Problem, term: &Term, coefficients: &[f64]) -> Vec<f64> {
+    let size = |k: usize| -> f64 {
+        let of_joint = |(place, joint): (usize, &usize)| {
+            let column = &term.columns[place][k];
+            problem.rows(*joint, Part::Train).iter().map(|row| column[*row].powi(2)).sum::<f64>()
+        };
+        term.joints.iter().enumerate().map(of_joint).sum::<f64>().sqrt()
+    };
+    let sizes: Vec<f64> = (0..coefficients.len()).map(size).collect();
+    let all = coefficients.iter().zip(&sizes).map(|(c, size)| (c * size).powi(2)).sum::<f64>().sqrt();
+    sizes.iter().map(|size| if *size > 0.0 { SYSTEMATIC * all / size } else { 0.0 }).collect()
 }
 
 /// A difference of angles may be off by a whole turn; other differences here are tiny.
@@ -157,7 +108,10 @@ pub fn friction(
     let law = problem.motion.joints[joint].friction;
     let mut friction = BTreeMap::new();
     let mut put = |name, value, gradient: &[(usize, f64)], unit| {
-        friction.insert(name, Measured { value, std_error: uncertainty.std_error(gradient), unit });
+        friction.insert(
+            name,
+            Measured { value, std_error: uncertainty.std_error(gradient).hypot(SYSTEMATIC * value), unit },
+        );
     };
     put("coulomb", law.coulomb, &[(at + COULOMB, 1.0)], effort);
     let viscous_unit = if position == "rad" { "N·m·s/rad" } else { "N·s/m" };

@@ -23,6 +23,7 @@ pub mod result;
 mod selection;
 mod standstill;
 mod timing;
+mod uncertainty;
 mod unexplained;
 mod views;
 mod zones;

@@ -38,8 +38,6 @@ pub struct System {
 pub struct Solution {
     /// Coefficients.
     pub coefficients: DVector<f64>,
-    /// Their covariance as if rows were independent.
-    pub covariance: DMatrix<f64>,
     /// Scale of each block's error.
     pub scale: Vec<f64>,
     /// Log-likelihood of each block, a constant left out.
@@ -132,13 +130,13 @@ impl System {
             let total: f64 = log_likelihood.iter().sum();
             let settled = (total - last).abs() < CONVERGED * rows.max(1) as f64;
             last = total;
-            result = Some((coefficients, factor, log_likelihood, residual));
+            result = Some((coefficients, log_likelihood, residual));
             if settled {
                 break;
             }
         }
-        let (coefficients, factor, log_likelihood, residual) = result?;
-        Some(Solution { coefficients, covariance: factor.inverse(), scale, log_likelihood, residual, weights })
+        let (coefficients, log_likelihood, residual) = result?;
+        Some(Solution { coefficients, scale, log_likelihood, residual, weights })
     }
 }
 
@@ -151,16 +149,6 @@ struct Factor {
 impl Factor {
     fn solve(&self, b: &DVector<f64>) -> DVector<f64> {
         self.cholesky.solve(&b.component_mul(&self.size)).component_mul(&self.size)
-    }
-
-    fn inverse(&self) -> DMatrix<f64> {
-        let mut inverse = self.cholesky.inverse();
-        for i in 0..inverse.nrows() {
-            for j in 0..inverse.ncols() {
-                inverse[(i, j)] *= self.size[i] * self.size[j];
-            }
-        }
-        inverse
     }
 }
 
