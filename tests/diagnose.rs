@@ -8,6 +8,7 @@ use lostmotion::diagnose::{Diagnosis, Options, Split, Verdict, diagnose};
 use lostmotion::dynamics::Dynamics;
 use lostmotion::effects::{self, Action, JointState};
 use lostmotion::error::Error;
+use lostmotion::gearhead::FrictionLaw;
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
 use rand::{RngExt, SeedableRng};
@@ -104,6 +105,11 @@ fn record(name: &str, truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) 
                     level = action.dry_friction(&state, level);
                     drive += action.motor_torque(&state) + action.link_torque(&state);
                 }
+                if let Action::Stop(index, stop) = action
+                    && *index == joint
+                {
+                    drive -= stop.side * stop.stiffness * (stop.side * (q[joint] - stop.place)).max(0.0);
+                }
             }
             let torque =
                 tau[joint] + model.joints[joint].reflected_inertia() * a[joint] + level * v[joint].signum() - drive;
@@ -136,7 +142,7 @@ type Planted = (&'static str, Option<&'static str>, &'static [(&'static str, f64
 
 #[test]
 fn recover_the_planted_effect_alone_and_its_parameters() {
-    let planted: [Planted; 7] = [
+    let planted: [Planted; 11] = [
         ("viscous_asymmetry", Some("joint1"), &[("positive", 0.5), ("negative", 0.35)]),
         ("quadratic_drag", Some("joint2"), &[("coefficient", 0.08)]),
         ("cogging", Some("joint1"), &[("amplitude", 0.05), ("order", 6.0), ("phase", 0.8)]),
@@ -144,6 +150,10 @@ fn recover_the_planted_effect_alone_and_its_parameters() {
         ("cable_spring", Some("joint1"), &[("stiffness", 0.1), ("rest_position", 0.4)]),
         ("payload", None, &[("mass", 0.4), ("x", 0.25)]),
         ("base_tilt", None, &[("tilt", 0.03), ("azimuth", 0.7)]),
+        ("rotor_inertia", Some("joint1"), &[("error", 0.8)]),
+        ("torque_constant_error", Some("joint2"), &[("error", -0.12)]),
+        ("thermal_friction_drift", Some("joint1"), &[("excess", 0.5), ("time_constant", 8.0)]),
+        ("external_contact", Some("joint2"), &[("angle", -0.2), ("stiffness", 0.6), ("side", -1.0)]),
     ];
     for (index, (effect, joint, parameters)) in planted.into_iter().enumerate() {
         let truth = with(effect, joint, parameters);
@@ -164,6 +174,26 @@ fn recover_the_planted_effect_alone_and_its_parameters() {
         }
         let entry = &found.extended_model.effects[0];
         assert_eq!((entry.effect.as_str(), entry.joint.as_deref()), (effect, joint));
+    }
+}
+
+/// Friction is fitted in nominal torque, and the extended model makes another torque of the same current.
+#[test]
+fn recover_the_friction_of_a_motor_whose_torque_constant_is_wrong() {
+    let error = 0.2;
+    let found = diagnosis(&with("torque_constant_error", Some("joint1"), &[("error", error)]), 300, &|_, _, _| 0.0);
+    let [coulomb, breakaway, _, viscous] = FRICTION[0];
+    let extended = match found.extended_model.joints[0].friction.expect("it was fitted").law {
+        FrictionLaw::Exponential([side, _]) => [side.coulomb, side.breakaway, side.viscous],
+        FrictionLaw::TwoLines(_) => panic!("equation 6 was fitted"),
+    };
+    let fitted = &found.baseline["joint1"].friction;
+    for (index, (name, truth)) in
+        [("coulomb", coulomb), ("breakaway", breakaway), ("viscous", viscous)].into_iter().enumerate()
+    {
+        // 2 %: four standard errors of the least certain of them, the breakaway level.
+        assert!((fitted[name].value * (1.0 + error) / truth - 1.0).abs() < 0.02, "{name}: {:?}", fitted[name]);
+        assert!((extended[index] / truth - 1.0).abs() < 0.02, "extended: {extended:?}");
     }
 }
 

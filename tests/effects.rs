@@ -7,6 +7,7 @@ use lostmotion::effects::{
     self, Action, CATALOGUE, Catalogue, Diagnosable, JointMotion, JointState, Motion, Reading, Scope, SymmetricFriction,
 };
 use lostmotion::error::Error;
+use lostmotion::gearhead::{Friction, FrictionLaw};
 use lostmotion::robot::Model;
 
 const URDF: &str = r#"<robot name="arm">
@@ -39,6 +40,7 @@ fn motion(model: &Model) -> Motion<'_> {
     let mut motion = Motion {
         model,
         sessions: 1,
+        start: vec![0.0],
         session: vec![0; rows],
         time: (0..rows).map(|row| row as f64).collect(),
         half_width: vec![0.0; rows],
@@ -62,14 +64,18 @@ fn motion(model: &Model) -> Motion<'_> {
         motion.joints.push(m);
     }
     for (joint, torque) in motion.inverse_dynamics(&model.robot, false).into_iter().enumerate() {
-        motion.joints[joint].rigid.clone_from(&torque);
-        motion.joints[joint].link_torque = torque;
+        let rotor = model.joints[joint].reflected_inertia();
+        let m = &mut motion.joints[joint];
+        m.rigid = torque.iter().zip(&m.a).map(|(torque, a)| torque + rotor * a).collect();
+        m.link_torque = torque;
     }
     motion
 }
 
-/// Torque [N·m] that the motor needs along the motion, the joint's links rigid, with everything that acts.
+/// Torque [N·m] that the motor needs along the motion, the joint's links rigid, with everything that acts: as whoever knows the
+/// nominal torque constant reads it from the current.
 fn needed(model: &Model, actions: &mut [Action], motion: &Motion, joint: usize) -> Vec<f64> {
+    let constant = motion.model.joints[joint].torque_per_ampere() / model.joints[joint].torque_per_ampere();
     let links = motion.inverse_dynamics(&model.robot, false).swap_remove(joint);
     let law = model.joints[joint].friction.expect("the model has friction");
     let row_torque = |row: usize| {
@@ -92,8 +98,15 @@ fn needed(model: &Model, actions: &mut [Action], motion: &Motion, joint: usize) 
                 level = action.dry_friction(&state, level);
                 drive += action.motor_torque(&state) + action.link_torque(&state);
             }
+            if let Action::Stop(index, stop) = action
+                && *index == joint
+            {
+                let depth = stop.side * (m.q[row] - stop.place);
+                drive -= stop.side * if depth > 0.0 { stop.stiffness * depth } else { 0.0 };
+            }
         }
-        links[row] + level * m.v[row].signum() - drive
+        let rotor = model.joints[joint].reflected_inertia() * m.a[row];
+        constant * (links[row] + rotor + level * m.v[row].signum() - drive)
     };
     let mut torque: Vec<f64> = (0..motion.rows()).map(row_torque).collect();
     for action in actions {
@@ -124,14 +137,30 @@ fn amounts(effect: &dyn Diagnosable) -> (Vec<f64>, Vec<f64>) {
         "cogging" => (vec![0.03, -0.02], vec![4.0]),
         "coulomb_asymmetry" => (vec![-0.2], Vec::new()),
         "current_offset" => (vec![0.3], Vec::new()),
+        "external_contact" => (vec![12.0], vec![0.4, -1.0]),
         "load_dependent_friction" => (vec![0.15], vec![0.0]),
         "payload" => (vec![0.4], vec![0.25]),
         "position_dependent_friction" => (vec![0.1, 0.15], vec![2.0]),
         "quadratic_drag" => (vec![0.2], Vec::new()),
+        "rotor_inertia" => (vec![0.3], Vec::new()),
         "stribeck" => (vec![0.1], vec![0.04]),
+        "thermal_friction_drift" => (vec![0.12], vec![9.0_f64.ln()]),
+        // 1/(1 + a) − 1 of a = 0.25.
+        "torque_constant_error" => (vec![-0.2], Vec::new()),
         "torque_ripple" => (vec![0.06, -0.04], vec![7.0]),
         "viscous_asymmetry" => (vec![0.12], Vec::new()),
         other => panic!("{other} is not checked"),
+    }
+}
+
+/// Friction that was fitted in a torque `factor` too small, in true torque.
+fn scale_friction(model: &mut Model, joint: usize, factor: f64) {
+    let Some(Friction { law: FrictionLaw::Exponential(sides), .. }) = &mut model.joints[joint].friction else {
+        panic!("the model has friction of equation 6")
+    };
+    for side in sides {
+        (side.coulomb, side.breakaway, side.viscous) =
+            (factor * side.coulomb, factor * side.breakaway, factor * side.viscous);
     }
 }
 
@@ -142,8 +171,10 @@ fn equivalent_columns_are_what_the_simulation_adds() {
         let motion = motion(&nominal);
         let (coefficients, shape) = amounts(effect);
         for joint in 0..2 {
-            let parameters = named(effect, &effect.parameters(&motion, joint, &shape, &coefficients));
+            let values = effect.parameters(&motion, joint, &shape, &coefficients);
+            let parameters = named(effect, &values);
             let mut extended = nominal.clone();
+            scale_friction(&mut extended, joint, effect.torque_factor(&values));
             let place = (effect.about().scope == Scope::Joint).then_some(joint);
             let mut actions = effect.install(&mut extended, place, &parameters).expect("it can be installed");
             let with = needed(&extended, &mut actions, &motion, joint);

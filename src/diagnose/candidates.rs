@@ -207,7 +207,9 @@ impl Search<'_, '_> {
         let (mut low, mut high) = spacing.around(term.shape[0]);
         let mut best = (term, gain);
         let evaluate = |value: f64, best: &mut (Term, f64)| {
-            let term = Term::new(&self.problem.motion, best.0.effect, &best.0.joints, vec![value]);
+            let mut shape = best.0.shape.clone();
+            shape[0] = value;
+            let term = Term::new(&self.problem.motion, best.0.effect, &best.0.joints, shape);
             let gain = self.gain(&term);
             if gain > best.1 {
                 *best = (term, gain);
@@ -231,23 +233,25 @@ impl Search<'_, '_> {
     }
 }
 
-/// How far scanned shapes are apart: a difference or a factor.
+/// Between which ends shapes are scanned, and how far apart.
 #[derive(Clone, Copy)]
 struct Spacing {
-    first: f64,
-    last: f64,
+    least: f64,
+    most: f64,
     step: f64,
 }
 
 impl Spacing {
     fn around(&self, value: f64) -> (f64, f64) {
-        ((value - self.step).max(self.first), (value + self.step).min(self.last))
+        ((value - self.step).max(self.least), (value + self.step).min(self.most))
     }
 }
 
 fn spacing(shapes: &[Vec<f64>]) -> Option<Spacing> {
-    let (first, second, last) = (shapes.first()?.first()?, shapes.get(1)?.first()?, shapes.last()?.first()?);
-    Some(Spacing { first: *first, last: *last, step: second - first })
+    let (first, second) = (shapes.first()?.first()?, shapes.get(1)?.first()?);
+    let values = || shapes.iter().filter_map(|shape| shape.first().copied());
+    let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    Some(Spacing { least, most, step: second - first })
 }
 
 /// All candidates beside the terms of the model, each with its best shapes, by falling evidence.

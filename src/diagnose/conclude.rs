@@ -62,7 +62,7 @@ pub fn diagnosis(
     let nominal = nominal_friction(problem).unwrap_or_else(|| friction.clone());
     let baseline_model = extend::with_baseline(model, &nominal, &gap_values, &shares);
     let extended_model = extend::with_baseline(model, &friction, &gap_values, &shares);
-    let extended_model = extend::with_effects(&extended_model, &effects, &problem.catalogue);
+    let extended_model = extend::with_effects(model, &extended_model, &effects, &problem.catalogue);
     let unexplained = unexplained::unexplained(problem, &terms, &options.rules);
     progress("drawing residuals", 0.95);
     let torque = torques(model, sessions);

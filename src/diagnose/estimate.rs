@@ -32,6 +32,7 @@ pub fn parameters(
         Motion {
             model: problem.motion.model,
             sessions: problem.motion.sessions,
+            start: Vec::new(),
             session: Vec::new(),
             time: Vec::new(),
             half_width: Vec::new(),

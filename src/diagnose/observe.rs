@@ -96,6 +96,7 @@ pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64]) 
     let mut motion = Motion {
         model,
         sessions: sessions.len(),
+        start: sessions.iter().map(|session| session.time.first().copied().unwrap_or(0.0)).collect(),
         session: Vec::new(),
         time: Vec::new(),
         half_width: Vec::new(),

@@ -188,7 +188,7 @@ fn add_shapes(problem: &Problem, terms: &[&Term], fitted: &Fitted, system: &mut 
     let mut all = Vec::new();
     for (term, at) in terms.iter().zip(&fitted.term_at) {
         let mut positions = Vec::new();
-        for index in 0..if term.effect.refines() { term.shape.len() } else { 0 } {
+        for index in 0..term.effect.refined_shapes(&term.shape) {
             let step = 1e-4 * term.shape[index].abs().max(1e-6);
             let mut shape = term.shape.clone();
             shape[index] += step;

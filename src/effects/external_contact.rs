@@ -2,13 +2,15 @@
 //!
 //! Beyond the angle `q_c` the link feels `−(k p + c ṗ)`, `p = q − q_c`, as long as that pushes it back; on the other side
 //! (`side = −1`) below the angle. Touching and leaving are located events, as those of an end stop.
+//! The motor has to add `k p` while it presses: a torque that grows beyond one angle and is nothing on the other side of it, in both
+//! directions of motion. A part of the range has to be free, else it is a cable. The damping is too small a part of the torque to be told.
 //! Left out: friction along the surface, and what the contact does to other joints.
 //! Reference: S. Haddadin, A. De Luca, A. Albu-Schäffer (2017), Robot collisions: a survey on detection, isolation, and identification.
 
 use std::collections::BTreeMap;
 
 use super::parameters::{misfit, need_joint};
-use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope, Stop};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope, Stop};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -49,5 +51,46 @@ impl Effect for ExternalContact {
         }
         let (place, stiffness, damping) = (given.get("angle"), given.get("stiffness"), given.get("damping"));
         Ok(vec![Action::Stop(joint, Stop { side, place, stiffness, damping })])
+    }
+
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+/// Positions that are scanned on either side.
+const SCANNED: usize = 16;
+/// Parts of the range that have to lie free of the contact, and beyond its angle.
+const FREE: f64 = 0.3;
+const TOUCHED: f64 = 0.04;
+
+impl Diagnosable for ExternalContact {
+    fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
+        let q = &motion.joints[joint].q;
+        let (low, high) =
+            q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(*q), high.max(*q)));
+        let range = high - low;
+        if !range.is_finite() || range <= 0.0 {
+            return Vec::new();
+        }
+        let part = |step: usize| FREE + (1.0 - TOUCHED - FREE) * step as f64 / (SCANNED - 1) as f64;
+        let above = (0..SCANNED).map(|step| vec![low + part(step) * range, 1.0]);
+        let below = (0..SCANNED).rev().map(|step| vec![high - part(step) * range, -1.0]);
+        above.chain(below).collect()
+    }
+
+    /// The side is a choice.
+    fn refined_shapes(&self, _shape: &[f64]) -> usize {
+        1
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        let (place, side) = (shape[0], shape[1]);
+        vec![motion.column(joint, |m, row| side * (side * (m.q[row] - place)).max(0.0))]
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        let (place, side) = (shape[0], shape[1]);
+        vec![place, coefficients[0], 0.0, side]
     }
 }

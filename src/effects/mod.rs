@@ -162,6 +162,17 @@ pub trait Diagnosable: Effect {
         None
     }
 
+    /// How many entries of a shape are numbers that may be refined, counted from the first; those after them are choices.
+    fn refined_shapes(&self, shape: &[f64]) -> usize {
+        if self.refines() { shape.len() } else { 0 }
+    }
+
+    /// True torque of its joint over what the nominal model makes of the current: what was fitted in nominal torque, friction before
+    /// all, has to be multiplied by it in a model that has this effect.
+    fn torque_factor(&self, _parameters: &[f64]) -> f64 {
+        1.0
+    }
+
     /// [A] What the current sensor of its joint reads while no current flows.
     fn reading_at_rest(&self, _coefficients: &[f64]) -> f64 {
         0.0

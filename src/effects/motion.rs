@@ -17,6 +17,8 @@ pub struct Motion<'a> {
     pub sessions: usize,
     /// Session of each row.
     pub session: Vec<usize>,
+    /// [s] time of the first sample of each session.
+    pub start: Vec<f64>,
     /// [s] time of each row.
     pub time: Vec<f64>,
     /// `w` [s] half the width of each row's kernel.
@@ -82,6 +84,11 @@ impl Motion<'_> {
         self.time.len()
     }
 
+    /// [s] Time of a row since its session began.
+    pub fn since_start(&self, row: usize) -> f64 {
+        self.time[row] - self.start[self.session[row]]
+    }
+
     /// The same motion at some of its rows.
     pub fn at_rows(&self, rows: &[usize]) -> Self {
         let pick = |values: &[f64]| -> Vec<f64> { rows.iter().filter_map(|row| values.get(*row).copied()).collect() };
@@ -100,6 +107,7 @@ impl Motion<'_> {
         Self {
             model: self.model,
             sessions: self.sessions,
+            start: self.start.clone(),
             session: rows.iter().map(|row| self.session[*row]).collect(),
             time: pick(&self.time),
             half_width: pick(&self.half_width),

@@ -1,13 +1,14 @@
 //! The rotor is heavier or lighter than the model says.
 //!
 //! `J_r → J_r (1 + a)`. The motor has to add `a · ratio² J_r · θ̈` and nothing else: no joint feels another's rotor.
+//! A heavier rotor (a > 0) takes more torque in the direction of the acceleration.
 //! Left out: the inertia of gear stages between motor and joint, which looks the same.
 //! Reference: M. Gautier, P. Poignet (2001), Extended Kalman filtering and weighted least squares dynamic identification of robot.
 
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -38,5 +39,24 @@ impl Effect for RotorInertia {
         let joint = need_joint(&ABOUT, model, joint)?;
         model.joints[joint].rotor_inertia *= 1.0 + a;
         Ok(Vec::new())
+    }
+
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for RotorInertia {
+    fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        motion.model.joints[joint].reflected_inertia() > 0.0
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        let reflected = motion.model.joints[joint].reflected_inertia();
+        vec![motion.column(joint, |m, row| reflected * m.a[row])]
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        vec![coefficients[0]]
     }
 }

@@ -1,7 +1,7 @@
 //! Viscous friction falls while the lubricant warms up.
 //!
 //! `F_V → F_V (1 + a e^{−t/T})`, `t` since the start of the session: a cold gear is stiffer by `a`, and forgets it within a few `T`.
-//! The motor has to add `a F_V e^{−t/T} v`.
+//! The motor has to add `a F_V e^{−t/T} v`; every session starts cold anew. The logarithm of `T` is what is scanned.
 //! Left out: heat that the motion itself makes, Coulomb friction that changes with temperature.
 //! Reference: A. C. Bittencourt, P. Axelsson (2014), Modeling and experiment design for identification of wear in a robot joint under
 //! load and temperature uncertainties based on friction data.
@@ -9,7 +9,9 @@
 use std::collections::BTreeMap;
 
 use super::parameters::{need_friction, need_joint};
-use super::{About, Action, Effect, JointAction, JointState, Kind, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::gearhead::Direction;
 use crate::robot::Model;
@@ -30,6 +32,13 @@ static ABOUT: About = About {
     separate_by: "repeat the same motion later in the session, and the speeds in random order",
     reference: "A. C. Bittencourt, P. Axelsson (2014), Modeling and experiment design for identification of wear in a robot joint",
 };
+
+/// [s] Time constants that are looked for; a faster one passes with the first moves.
+const FASTEST: f64 = 3.0;
+/// [s]
+const SLOWEST: f64 = 600.0;
+/// Factor between neighbouring time constants of the scan: `v e^{−t/T}` is correlated by 0.98 with that of its neighbour.
+const SCAN_STEP: f64 = 1.6;
 
 /// Viscous friction falls with time.
 pub struct ThermalFrictionDrift;
@@ -59,5 +68,28 @@ impl Effect for ThermalFrictionDrift {
         let law = need_friction(&ABOUT, model, joint)?.law;
         let excess = [Direction::Positive, Direction::Negative].map(|side| given.get("excess") * law.viscous(side));
         Ok(vec![Action::Joint(joint, Box::new(Drift { excess, time_constant: given.get("time_constant") }))])
+    }
+
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for ThermalFrictionDrift {
+    fn shapes(&self, motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
+        let length = (0..motion.rows()).map(|row| motion.since_start(row)).fold(0.0, f64::max);
+        // A drift slower than the longest session is a straight line: how slow cannot be told.
+        let slowest = length.clamp(FASTEST, SLOWEST);
+        let steps = ((slowest / FASTEST).ln() / SCAN_STEP.ln()) as usize;
+        (0..=steps).map(|step| vec![FASTEST.ln() + step as f64 * SCAN_STEP.ln()]).collect()
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        let time_constant = shape[0].exp();
+        vec![motion.column(joint, |m, row| m.v[row] * (-motion.since_start(row) / time_constant).exp())]
+    }
+
+    fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        vec![coefficients[0] / motion.joints[joint].friction.viscous, shape[0].exp()]
     }
 }

@@ -1,14 +1,16 @@
 //! The motor makes more or less torque of a current than the model says: a warm magnet, another winding.
 //!
 //! `K_t → K_t (1 + a)` of the machine, its back-EMF with it. The sensor still reads amperes, and whoever turns them into torque
-//! with the nominal constant finds everything scaled by `1/(1 + a)`: friction, inertia, gravity.
+//! with the nominal constant finds everything scaled by `1/(1 + a)`: friction, inertia, gravity. What the nominal model fixes is then
+//! off by `c · τ_fixed`, `c = 1/(1 + a) − 1`; friction that is fitted takes its part of it, and has to be multiplied by `1 + a` in the
+//! model with the true constant.
 //! Left out: saturation of the iron, with which `K_t` falls at high current.
 //! Reference: M. Gautier, S. Briot (2014), Global identification of joint drive gains and dynamic parameters of robots.
 
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -39,5 +41,35 @@ impl Effect for TorqueConstantError {
         let joint = need_joint(&ABOUT, model, joint)?;
         model.joints[joint].motor.torque_constant *= 1.0 + a;
         Ok(Vec::new())
+    }
+
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for TorqueConstantError {
+    /// Where a torque was recorded, nobody has used the constant.
+    fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        motion.joints[joint].has_current
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        let given = motion.model.joints[joint].friction.is_some();
+        vec![motion.column(joint, |m, row| {
+            // Of friction that the model file gives, the falling part is not refitted.
+            let law = m.friction;
+            let falling = if given { law.dry(m.v[row]) - law.coulomb } else { 0.0 };
+            m.rigid[row] + falling * m.direction[row]
+        })]
+    }
+
+    fn torque_factor(&self, parameters: &[f64]) -> f64 {
+        1.0 + parameters[0]
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        let c = coefficients[0];
+        vec![-c / (1.0 + c)]
     }
 }
