@@ -29,6 +29,9 @@ pub struct Diagnose {
     /// Recordings: canonical CSV, or manifests
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     data: Vec<PathBuf>,
+    /// Recordings of the same machine when it was healthy: find what has changed between them and --data
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    reference: Vec<PathBuf>,
     /// Recordings to judge on [default: the last 30 % of each session of --data]
     #[arg(long, value_name = "FILE", num_args = 1..)]
     hold_out: Vec<PathBuf>,
@@ -45,13 +48,19 @@ impl Diagnose {
         let model = input::model(&self.model)?;
         let train = input::sessions(&self.data, &model)?;
         let hold_out = input::sessions(&self.hold_out, &model)?;
+        let reference = input::sessions(&self.reference, &model)?;
         let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
         let progress = Progress::start("diagnosing", self.output.quiet);
-        let found = Findings::new(&model, &train, &hold_out, &progress)?;
+        let found = if reference.is_empty() {
+            Findings::new(&model, &train, &hold_out, &progress)?
+        } else {
+            Findings::compared(&model, &reference, &train, &hold_out, &progress)?
+        };
         drop(progress);
         let mut report = found.report(&model.name);
         report.document.warnings.extend(input::notes(&train));
         report.document.warnings.extend(input::notes(&hold_out));
+        report.document.warnings.extend(input::notes(&reference));
         let outcome = console::finish(&report, &folder, &self.output)?;
         let gap = found.diagnosis.verdict != Verdict::NothingFound;
         Ok(if self.fail_on_gap && gap { Outcome::Failed } else { outcome })
@@ -77,6 +86,27 @@ impl Findings {
         let share = Options::default().held_out_share;
         findings.diagnosis.replay = Self::replay(&findings.diagnosis, train, hold_out, share, progress)?;
         Ok(findings)
+    }
+
+    /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
+    ///
+    /// # Errors
+    /// As [`diagnosis::compare`] and [`replay::replay`].
+    pub fn compared(
+        model: &Model,
+        reference: &[Session],
+        now: &[Session],
+        hold_out: &[Session],
+        progress: &Progress,
+    ) -> Result<Self> {
+        let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
+        let (before, after, judged) = (named(series(reference), "reference"), series(now), series(hold_out));
+        let options = Options::default();
+        let mut diagnosis = diagnosis::compare(model, &before, &after, &judged, &options, &mut |doing, share| {
+            progress.show(doing, share);
+        })?;
+        diagnosis.replay = Self::replay(&diagnosis, now, hold_out, options.held_out_share, progress)?;
+        Ok(Self { diagnosis, sessions: before.into_iter().chain(after).chain(judged).collect() })
     }
 
     /// Diagnoses alone.
@@ -130,6 +160,14 @@ impl Findings {
             extra: Vec::new(),
         }
     }
+}
+
+/// Sessions whose names tell them from others of the same names.
+fn named(mut sessions: Vec<TimeSeries>, side: &str) -> Vec<TimeSeries> {
+    for session in &mut sessions {
+        session.name = format!("{side}: {}", session.name);
+    }
+    sessions
 }
 
 /// The last part of a session.

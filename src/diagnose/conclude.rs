@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::baseline::JointBaseline;
 use super::candidates::{Candidate, Evidence};
+use super::compare::gentlest;
 use super::estimate;
 use super::problem::{Part, Problem, Term};
 use super::regression::NU;
@@ -79,6 +80,7 @@ pub fn diagnosis(
             ("rapier3d", crate::plant::RAPIER_VERSION),
         ]),
         verdict,
+        changes: None,
         candidates: records(problem, selection, options),
         effects,
         fit: views::fit_errors(problem, &residuals, &floor),
@@ -246,7 +248,7 @@ fn gaps(model: &Model, sessions: &[&TimeSeries], problem: &Problem) -> Vec<Gap> 
             viscous: law.viscous,
         };
         let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
-        let found = backlash::identify(model, index, sessions, &friction).ok()?;
+        let found = backlash::identify(model, index, &gentlest(model, index, sessions), &friction).ok()?;
         let mean = &found.best.mean;
         let unit = joint.kind.position_unit();
         let share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));

@@ -10,6 +10,7 @@
 
 mod baseline;
 mod candidates;
+mod compare;
 mod conclude;
 mod estimate;
 mod extend;
@@ -28,8 +29,9 @@ mod unexplained;
 mod views;
 mod zones;
 
+pub use compare::compare;
 pub use result::{
-    Axis, BaselineEstimate, CandidateRecord, Diagnosis, FitError, FoundEffect, Measured, Method, OrderSpectrum,
+    Axis, BaselineEstimate, CandidateRecord, Change, Diagnosis, FitError, FoundEffect, Measured, Method, OrderSpectrum,
     ReplayError, ResidualMap, ResidualSeries, Split, Unexplained, Verdict,
 };
 pub use selection::Rules;

@@ -20,6 +20,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// What was found, strongest first.
     pub effects: Vec<FoundEffect>,
+    /// What is another size than it was, where two recordings are compared: `effects` are then those that were not there before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub changes: Option<Vec<Change>>,
     /// Torque errors before and after, per joint and part of the data.
     pub fit: Vec<FitError>,
     /// Errors of simulations beside the data, per joint and channel; empty until they have been replayed.
@@ -97,6 +100,23 @@ pub struct FoundEffect {
     pub confusable_with: Vec<String>,
     /// The experiment that would separate them.
     pub separate_by: String,
+}
+
+/// A quantity of the machine that is not what it was.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Change {
+    /// `viscous`, `coulomb`, `breakaway`, `stribeck_velocity`, `rotor_inertia`, `torque_offset`, `backlash`.
+    pub quantity: String,
+    /// The joint.
+    pub joint: String,
+    /// What it was.
+    pub reference: Measured,
+    /// What it is.
+    pub now: Measured,
+    /// [%] of what it was, positive where there is more of it; what both sides get wrong alike is not in its standard error.
+    pub change_percent: Measured,
+    /// Probability that it has changed, 0 to 1.
+    pub probability: f64,
 }
 
 /// Part of the data.

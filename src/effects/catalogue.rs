@@ -46,6 +46,13 @@ impl fmt::Debug for Catalogue {
     }
 }
 
+/// Of these effects alone; of those of one name the last.
+impl FromIterator<&'static dyn Effect> for Catalogue {
+    fn from_iter<I: IntoIterator<Item = &'static dyn Effect>>(effects: I) -> Self {
+        effects.into_iter().fold(Self(Vec::new()), Self::with)
+    }
+}
+
 /// By names.
 impl PartialEq for Catalogue {
     fn eq(&self, other: &Self) -> bool {

@@ -1,5 +1,6 @@
 //! A diagnosis as a reader meets it: what was found, how sure, what it gains, what is left.
 
+use super::changes;
 use super::display::{self, shown, velocity_unit};
 use super::document::{Document, Section};
 use super::number;
@@ -13,7 +14,8 @@ use crate::units::JointKind;
 
 /// The document of a diagnosis of the machine of that name.
 pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
-    let mut sections = vec![found(diagnosis), errors(diagnosis)];
+    let mut sections: Vec<Section> = diagnosis.changes.as_deref().map(changes::section).into_iter().collect();
+    sections.extend([found(diagnosis), errors(diagnosis)]);
     let mut joints: Vec<(&str, JointKind)> = Vec::new();
     for series in &diagnosis.series {
         if !joints.iter().any(|(joint, _)| *joint == series.joint) {
@@ -24,7 +26,10 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
     sections.push(candidates(diagnosis));
     sections.push(method(diagnosis));
     Document {
-        title: format!("{name}: what the simulation gets wrong"),
+        title: match diagnosis.changes {
+            Some(_) => format!("{name}: what has changed"),
+            None => format!("{name}: what the simulation gets wrong"),
+        },
         verdict: verdict(diagnosis),
         warnings: Vec::new(),
         sections,
@@ -34,12 +39,16 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
 /// The answer in sentences.
 fn verdict(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
+        Verdict::NothingFound if diagnosis.changes.is_some() => "Nothing has changed.".to_owned(),
         Verdict::NothingFound => "Nothing found: the nominal model explains the data.".to_owned(),
         Verdict::Unexplained => format!(
             "Structure remains that no effect of the catalogue explains ({}).",
             diagnosis.unexplained.iter().map(|one| one.joint.as_str()).collect::<Vec<_>>().join(", ")
         ),
-        Verdict::EffectsFound => diagnosis.effects.iter().map(sentence).collect::<Vec<_>>().join("\n"),
+        Verdict::EffectsFound => {
+            let changes = diagnosis.changes.iter().flatten().map(changes::sentence);
+            changes.chain(diagnosis.effects.iter().map(sentence)).collect::<Vec<_>>().join("\n")
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Results to JSON, HTML and Rerun recordings.
 
+/// What has changed, for readers.
+pub mod changes;
 /// What was touched, for readers.
 pub mod contacts;
 /// A diagnosis for readers.

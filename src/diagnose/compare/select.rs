@@ -1,0 +1,166 @@
+//! Which changes the evidence supports.
+//!
+//! Both recordings share one baseline and the effects that were there before. What may have changed is tried in the rows of now alone,
+//! the strongest is taken, and the rest is tried again. What explains both recordings as well as one is no change: it is an error of
+//! the model that the reference did not show well enough. In the end a change has to exceed what the same quantity does from session
+//! to session of the healthy machine.
+
+use std::ops::Range;
+
+use super::super::candidates::{Candidate, Evidence, candidates, predict};
+use super::super::problem::{Fitted, Problem, Term};
+use super::super::selection::{Rules, Taken};
+use super::changed::{plain_name, within};
+use super::quantity::{self, QUANTITIES};
+use super::robust::Estimates;
+use crate::effects::{Catalogue, Diagnosable, Effect};
+
+/// [1] Part of the usual least fall of the error that a change has to make: it acts in the rows of now alone.
+const SHARE: f64 = 0.25;
+/// [nats] by which an effect has to be better as a change than as something that always was.
+const MARGIN: f64 = 3.0;
+/// Standard errors that a change has to exceed: one in 370 by chance, and some twenty are tried.
+pub const SURE: f64 = 3.0;
+
+/// What was there before, what has changed, and the fit of both.
+pub struct Changes {
+    /// Terms of both sides.
+    pub shared: Vec<Term>,
+    /// Changes in the order in which they were taken.
+    pub taken: Vec<Taken>,
+    /// Candidates of the first round.
+    pub first_round: Vec<Candidate>,
+    /// Estimates with all terms, `shared` first.
+    pub estimates: Estimates,
+}
+
+impl Changes {
+    /// All terms, shared ones first.
+    pub fn terms(&self) -> Vec<&Term> {
+        all(&self.shared, &self.taken)
+    }
+}
+
+fn all<'t>(shared: &'t [Term], taken: &'t [Taken]) -> Vec<&'t Term> {
+    shared.iter().chain(taken.iter().flat_map(|taken| &taken.terms)).collect()
+}
+
+/// Sessions of both recordings.
+pub struct Sides {
+    /// The healthy machine.
+    pub reference: Range<usize>,
+    /// What is to be compared with it, held-out sessions included.
+    pub now: Range<usize>,
+}
+
+/// Every effect and every quantity of the baseline, in the sessions of now.
+pub fn catalogue(known: &Catalogue, sides: &Sides) -> Catalogue {
+    let quantities = QUANTITIES.iter().map(|quantity| quantity as &'static dyn Diagnosable);
+    let effects = known.diagnosable().filter(|effect| quantity::find(effect.name()).is_none());
+    let changes = quantities.chain(effects).map(|effect| within(effect, sides.now.clone()));
+    changes.map(|change| change as &'static dyn Effect).collect()
+}
+
+/// The effect or quantity behind a term.
+pub fn plain(known: &Catalogue, name: &str) -> Option<&'static dyn Diagnosable> {
+    let name = plain_name(name);
+    match quantity::find(name) {
+        Some(found) => Some(found),
+        None => known.diagnosable().find(|effect| effect.name() == name),
+    }
+}
+
+/// Takes changes one after the other; `None` where nothing can be fitted.
+pub fn select(
+    problem: &mut Problem,
+    mut shared: Vec<Term>,
+    known: &Catalogue,
+    rules: &Rules,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<Changes> {
+    let mut taken: Vec<Taken> = Vec::new();
+    let mut first_round = Vec::new();
+    let mut fitted = resettle(problem, &mut shared, &mut taken)?;
+    let rules = Rules { log_scale: SHARE * rules.log_scale, ..*rules };
+    for round in 0..=rules.most {
+        progress("trying changes", 0.4 + 0.4 * round as f64 / (rules.most + 1) as f64);
+        problem.count_independent(&fitted);
+        let terms: Vec<Term> = all(&shared, &taken).into_iter().cloned().collect();
+        let found = candidates(problem, &terms, &|evidence| rules.enough(evidence));
+        if round == 0 {
+            first_round.clone_from(&found);
+        }
+        let Some(best) = choose(&found, &rules) else { break };
+        if round == rules.most {
+            break;
+        }
+        match always_was(problem, &terms, best, known) {
+            Some(before) => shared.extend(before),
+            None => {
+                let rivals =
+                    found.iter().filter(|other| other.effect().name() != best.effect().name()).cloned().collect();
+                taken.push(Taken { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals });
+            }
+        }
+        fitted = resettle(problem, &mut shared, &mut taken)?;
+    }
+    problem.count_independent(&fitted);
+    prune(problem, &mut shared, &mut taken, &rules)?;
+    let estimates = Estimates::new(problem, &all(&shared, &taken))?;
+    Some(Changes { shared, taken, first_round, estimates })
+}
+
+/// The strongest acceptable candidate, or a simpler one that is as good.
+fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
+    let strongest = found.iter().find(|candidate| rules.accepts(candidate))?;
+    let close = |other: &&Candidate| rules.accepts(other) && other.total() > strongest.total() * (1.0 - rules.tie);
+    found.iter().filter(close).min_by_key(|other| other.complexity())
+}
+
+/// The same effect in all sessions, where that explains the data as well: then it is no change.
+fn always_was(problem: &Problem, terms: &[Term], best: &Candidate, known: &Catalogue) -> Option<Vec<Term>> {
+    // What the baseline has anyway is there on both sides already.
+    let effect = plain(known, best.effect().name()).filter(|effect| quantity::find(effect.name()).is_none())?;
+    let own: Vec<&Term> = terms.iter().collect();
+    let before = predict(problem, &own)?;
+    let everywhere: Vec<Term> =
+        best.terms.iter().map(|term| Term::new(&problem.motion, effect, &term.joints, term.shape.clone())).collect();
+    let with: Vec<&Term> = own.iter().copied().chain(&everywhere).collect();
+    let total: f64 = predict(problem, &with)?.against(&before).iter().map(Evidence::total).sum();
+    (total > best.total() - MARGIN).then_some(everywhere)
+}
+
+/// Settles the baseline with the terms, whose columns may build on its friction.
+pub fn resettle(problem: &mut Problem, shared: &mut [Term], taken: &mut [Taken]) -> Option<Fitted> {
+    let mut fitted = None;
+    for _ in 0..2 {
+        fitted = Some(problem.settle(&all(shared, taken))?);
+        for term in shared.iter_mut().chain(taken.iter_mut().flat_map(|taken| &mut taken.terms)) {
+            *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
+        }
+    }
+    fitted
+}
+
+/// Drops changes that are superfluous beside the others, the weakest first.
+fn prune(problem: &mut Problem, shared: &mut [Term], taken: &mut Vec<Taken>, rules: &Rules) -> Option<()> {
+    while taken.len() > 1 {
+        let after = predict(problem, &all(shared, taken))?;
+        let beside = |index: usize| {
+            let others = taken.iter().enumerate().filter(|(other, _)| *other != index);
+            let terms: Vec<&Term> = shared.iter().chain(others.flat_map(|(_, taken)| &taken.terms)).collect();
+            let evidence = after.against(&predict(problem, &terms)?);
+            Some(evidence.iter().map(Evidence::total).sum::<f64>())
+        };
+        let weakest =
+            (0..taken.len()).filter_map(|index| Some((index, beside(index)?))).min_by(|a, b| a.1.total_cmp(&b.1));
+        match weakest {
+            Some((index, total)) if total < rules.nats => {
+                taken.remove(index);
+            }
+            _ => return Some(()),
+        }
+        resettle(problem, shared, taken)?;
+    }
+    Some(())
+}
