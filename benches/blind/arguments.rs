@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use super::strengths::EFFECTS;
 
 pub const USAGE: &str = "usage: cargo bench --bench blind -- generate --out DIR [--effects all|none|pairs|NAME,...] [--machines N] [--skip N] [--strength S] [--seeds FIRST]
-       cargo bench --bench blind -- judge SET...";
+       cargo bench --bench blind -- judge SET...
+       cargo bench --bench blind -- separate SET...";
 
 /// What is to be done.
 #[derive(Debug)]
 pub enum Command {
     Generate,
     Judge(Vec<PathBuf>),
+    Separate(Vec<PathBuf>),
 }
 
 /// The command and its options.
@@ -37,6 +39,7 @@ impl Arguments {
         let command = match words.next().as_deref() {
             Some("generate") => Command::Generate,
             Some("judge") => Command::Judge(Vec::new()),
+            Some("separate") => Command::Separate(Vec::new()),
             // `cargo test --benches` passes options of its own.
             Some(word) if !word.starts_with("--") => return Err(format!("unknown command {word}")),
             _ => return Ok(None),
@@ -60,7 +63,9 @@ impl Arguments {
                 "--seeds" => arguments.seeds = number(&value()?)?,
                 "--out" => arguments.out = PathBuf::from(value()?),
                 _ => match &mut arguments.command {
-                    Command::Judge(folders) if !word.starts_with("--") => folders.push(PathBuf::from(word)),
+                    Command::Judge(folders) | Command::Separate(folders) if !word.starts_with("--") => {
+                        folders.push(PathBuf::from(word))
+                    }
                     _ => return Err(format!("unknown option {word}")),
                 },
             }

@@ -3,6 +3,7 @@
 //! ```text
 //! cargo bench --bench blind -- generate --out DIR [--effects all|NAME,...] [--machines N] [--skip N] [--strength 1|0.5] [--seeds FIRST]
 //! cargo bench --bench blind -- judge SET...
+//! cargo bench --bench blind -- separate SET...
 //! ```
 //! A set is a folder with `model.toml`, `robot.urdf` and four recordings; what was hidden stands in `truth/<set>.json` beside it.
 //! It is drawn by the same modules as the sets of `tests/hidden_effects`. Seeds below 100000 are for tuning, those from 900000 for reports.
@@ -24,9 +25,10 @@ mod verdict;
 
 mod arguments;
 mod orders;
+mod separate;
 mod side_by_side;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use arguments::{Arguments, Command};
 use generate::Set;
@@ -50,6 +52,7 @@ fn main() {
     match &arguments.command {
         Command::Generate => generate(&arguments),
         Command::Judge(folders) => judge(folders),
+        Command::Separate(folders) => separate(folders),
     }
 }
 
@@ -67,11 +70,25 @@ fn generate(arguments: &Arguments) {
     );
 }
 
-fn judge(folders: &[std::path::PathBuf]) {
-    let judged = |folder: &std::path::PathBuf| {
-        let name = folder.file_name().expect("a set").to_string_lossy();
-        let set = Set::at(folder.parent().unwrap_or(Path::new(".")), &name);
+fn judge(folders: &[PathBuf]) {
+    let judged = |folder: &PathBuf| {
+        let (name, set) = set_of(folder);
         verdict::verdict(&name, &set, &Options::default())
     };
     side_by_side(folders, judged, |_, verdict| println!("{}", verdict.line()));
+}
+
+fn separate(folders: &[PathBuf]) {
+    let separated = |folder: &PathBuf| {
+        let (name, set) = set_of(folder);
+        let (effects, hidden) = verdict::truth(&set.truth);
+        separate::line(&name, &effects, &separate::separabilities(&set, &effects, &hidden))
+    };
+    side_by_side(folders, separated, |_, line| println!("{line}"));
+}
+
+fn set_of(folder: &Path) -> (String, Set) {
+    let name = folder.file_name().expect("a set").to_string_lossy().into_owned();
+    let set = Set::at(folder.parent().unwrap_or(Path::new(".")), &name);
+    (name, set)
 }

@@ -22,6 +22,8 @@ mod regression;
 /// What a diagnosis returns.
 pub mod result;
 mod selection;
+/// Which effects a recording can tell apart.
+pub mod separability;
 mod standstill;
 mod timing;
 mod uncertainty;

@@ -24,6 +24,13 @@ impl Catalogue {
         self
     }
 
+    /// Without the effect of that name.
+    #[must_use]
+    pub fn without(mut self, name: &str) -> Self {
+        self.0.retain(|known| known.name() != name);
+        self
+    }
+
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
         self.0.iter().copied()

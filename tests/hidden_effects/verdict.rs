@@ -172,7 +172,7 @@ fn diagnosed(set: &Set, options: &Options) -> Diagnosis {
 }
 
 /// What was hidden: names, and an entry a joint.
-fn truth(file: &Path) -> (Vec<String>, Vec<Hidden>) {
+pub fn truth(file: &Path) -> (Vec<String>, Vec<Hidden>) {
     let text = std::fs::read_to_string(file).expect("the truth");
     let truth: serde_json::Value = serde_json::from_str(&text).expect("the truth is JSON");
     let list = |key: &str| truth[key].as_array().expect("a list").clone();
