@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::problem::{FOLDS, Fitted, Part, Problem, Term};
-use super::regression::{Block, Score};
+use super::regression::{Block, Score, Solution};
 use crate::effects::{Diagnosable, Scope};
 
 /// Shapes that are fitted in full after a scan of many.
@@ -110,22 +110,26 @@ impl Candidate {
 
 /// How well the terms predict; `None` where they cannot be fitted.
 pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
-    let fitted = problem.fit_loosely(terms, Part::Train)?;
+    prediction(problem, terms, &problem.fit_loosely(terms, Part::Train)?)
+}
+
+/// As [`predict`], with the loose fit of all training rows at hand.
+fn prediction(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Prediction> {
     let mut folds = vec![0.0; problem.baseline.len()];
     let parts: Vec<Option<Vec<f64>>> = (0..FOLDS)
         .into_par_iter()
         .map(|fold| {
-            let fitted = problem.fit_loosely(terms, Part::Without(fold))?;
+            let fitted = problem.fit_near(terms, Part::Without(fold), fitted)?;
             Some(problem.likelihood_elsewhere(terms, &fitted, Part::Fold(fold)))
         })
         .collect();
     for part in parts {
         folds.iter_mut().zip(part?).for_each(|(sum, value)| *sum += value);
     }
-    let held_out = problem.likelihood_elsewhere(terms, &fitted, Part::HeldOut);
-    let independence = problem.independence_of(&fitted);
-    let training = fitted.solution.log_likelihood;
-    Some(Prediction { training, folds, held_out, scale: fitted.solution.scale, independence })
+    let held_out = problem.likelihood_elsewhere(terms, fitted, Part::HeldOut);
+    let independence = problem.independence_of(fitted);
+    let Solution { log_likelihood: training, scale, .. } = &fitted.solution;
+    Some(Prediction { training: training.clone(), folds, held_out, scale: scale.clone(), independence })
 }
 
 fn gain(before: &[f64], after: &[f64]) -> f64 {
@@ -145,7 +149,7 @@ impl Search<'_, '_> {
     fn gain(&self, term: &Term) -> f64 {
         let mut terms = self.terms.clone();
         terms.push(term);
-        match self.problem.fit_loosely(&terms, Part::Train) {
+        match self.problem.fit_near(&terms, Part::Train, self.fitted) {
             Some(fitted) => gain(self.before, &fitted.solution.log_likelihood),
             None => f64::NEG_INFINITY,
         }
@@ -258,8 +262,8 @@ fn spacing(shapes: &[Vec<f64>]) -> Option<Spacing> {
 /// Joint effects are gathered over the joints where `enough` holds.
 pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence) -> bool + Sync)) -> Vec<Candidate> {
     let own: Vec<&Term> = terms.iter().collect();
-    let Some(before) = predict(problem, &own) else { return Vec::new() };
     let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
+    let Some(before) = prediction(problem, &own, &loose) else { return Vec::new() };
     let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before.training };
     let places = places(problem, terms);
     let found: Vec<Option<Candidate>> =
@@ -326,13 +330,13 @@ fn assess(
     let mut evidence = vec![Evidence::default(); dof];
     let mut terms = search.terms.clone();
     terms.push(&term);
-    let fitted = search.problem.fit_loosely(&terms, Part::Train)?;
+    let fitted = search.problem.fit_near(&terms, Part::Train, search.fitted)?;
     let at = *fitted.term_at.last()?;
     let coefficients: Vec<f64> = (0..term.coefficients()).map(|k| fitted.solution.coefficients[at + k]).collect();
     let sensible = is_sensible(search.problem, &term, &coefficients);
     // What gains nothing where it was fitted needs no cross-validation.
     if training_gain > LEAST_GAIN {
-        evidence = predict(search.problem, &terms)?.against(before);
+        evidence = prediction(search.problem, &terms, &fitted)?.against(before);
         evidence[joints[0]].folds -= (shapes as f64).ln();
         evidence[joints[0]].folds += at_rest(search.problem, &term, &coefficients);
     }

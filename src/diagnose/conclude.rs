@@ -290,7 +290,7 @@ fn records(problem: &Problem, selection: &Selection, options: &Options) -> Vec<C
         } else if total <= rules.nats || log_scale <= rules.log_scale {
             format!("evidence {total:.1} nats, {:.1} % of the error: below what is asked", 100.0 * log_scale)
         } else {
-            "superfluous beside what was named".to_owned()
+            format!("evidence {total:.0} nats alone, superfluous beside what was named")
         };
         CandidateRecord {
             effect: candidate.effect().name().to_owned(),

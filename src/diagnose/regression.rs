@@ -108,8 +108,13 @@ impl System {
 
     /// Fits the coefficients; `None` where they cannot be told apart.
     pub fn solve(&self, nu: f64) -> Option<Solution> {
-        let mut weights: Vec<Vec<f64>> = self.blocks.iter().map(|block| vec![1.0; block.y.len()]).collect();
-        let mut scale: Vec<f64> = self.blocks.iter().map(|block| mean_square(&block.y).sqrt().max(1e-12)).collect();
+        let weights = self.blocks.iter().map(|block| vec![1.0; block.y.len()]).collect();
+        let scale = self.blocks.iter().map(|block| mean_square(&block.y).sqrt().max(1e-12)).collect();
+        self.solve_from(nu, weights, scale)
+    }
+
+    /// As [`solve`](Self::solve), begun with the weights and scales of a solution that is not far.
+    pub fn solve_from(&self, nu: f64, mut weights: Vec<Vec<f64>>, mut scale: Vec<f64>) -> Option<Solution> {
         let mut last = f64::NEG_INFINITY;
         let mut result = None;
         let rows: usize = self.blocks.iter().map(|block| block.y.len()).sum();
