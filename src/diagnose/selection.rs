@@ -1,5 +1,5 @@
 //! Which effects the evidence supports: the strongest candidate is taken, the baseline settles, the rest is tried again; what
-//! a later effect has made superfluous is dropped.
+//! a later effect has made superfluous is dropped, and what another effect does better in its place, beside the rest, is exchanged.
 //!
 //! An effect has to gain [`Rules::nats`] of likelihood on rows that it was not fitted on, lower the scale of the error by
 //! [`Rules::log_scale`], and not lose on what is held out. Of effects within [`Rules::tie`] the one with fewer parameters is taken.
@@ -22,6 +22,8 @@ pub struct Rules {
     /// [1] Part of the strongest effect's torque on a joint that a further effect has to move there: an effect whose law is not
     /// quite the catalogue's leaves a residue of a few per cent that others can pick up.
     pub residue: f64,
+    /// [1] The same for a further effect that looks like the strongest one: its residue looks like that.
+    pub alike_residue: f64,
     /// [1] Part of the RMS torque of a joint that a physical effect has to move there: less is what no friction law gets right.
     pub least_torque: f64,
     /// [1] Part of the evidence per trained row that a further effect has to keep per held-out row.
@@ -37,7 +39,8 @@ impl Default for Rules {
             log_scale: 0.02,
             held_out_loss: 1.0,
             tie: 0.02,
-            residue: 0.2,
+            residue: 0.06,
+            alike_residue: 0.2,
             least_torque: 0.005,
             held_out_part: 0.3,
             most: 6,
@@ -72,6 +75,17 @@ pub struct Taken {
     pub rivals: Vec<Candidate>,
 }
 
+impl Taken {
+    /// A candidate, with the others of its round as rivals.
+    fn new(best: &Candidate, found: &[Candidate]) -> Self {
+        let rivals = found.iter().filter(|other| other.effect().name() != best.effect().name()).cloned().collect();
+        Self { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals }
+    }
+}
+
+/// Times that effects are gathered and exchanged at most.
+const PASSES: usize = 3;
+
 /// What a selection ends with.
 pub struct Selection {
     /// Effects in the order in which they were taken.
@@ -94,20 +108,24 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     let mut taken: Vec<Taken> = Vec::new();
     let mut first_round = Vec::new();
     let mut fitted = problem.settle(&[])?;
-    for round in 0..=rules.most {
-        progress("trying effects", round as f64 / (rules.most + 1) as f64);
-        problem.count_independent(&fitted);
-        let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
-        let found = candidates(problem, &terms, &|evidence| rules.enough(evidence));
-        if round == 0 {
-            first_round.clone_from(&found);
+    // Forward, then what a further effect lets another do better in the place of an earlier one; again where that changed something.
+    for pass in 0..PASSES {
+        while taken.len() <= rules.most {
+            progress("trying effects", (pass + taken.len()).min(rules.most) as f64 / (rules.most + 1) as f64);
+            problem.count_independent(&fitted);
+            let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
+            let found = candidates(problem, &terms, &|evidence| rules.enough(evidence));
+            if first_round.is_empty() {
+                first_round.clone_from(&found);
+            }
+            let Some(best) = choose(&found, rules).filter(|_| taken.len() < rules.most) else { break };
+            taken.push(Taken::new(best, &found));
+            fitted = resettle(problem, &mut taken)?;
         }
-        let Some(best) = choose(&found, rules) else { break };
-        if round == rules.most {
+        prune(problem, rules, &mut taken);
+        if taken.len() < 2 || !exchange(problem, rules, &mut taken)? {
             break;
         }
-        let rivals = found.iter().filter(|other| other.effect().name() != best.effect().name()).cloned().collect();
-        taken.push(Taken { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals });
         fitted = resettle(problem, &mut taken)?;
     }
     prune(problem, rules, &mut taken);
@@ -115,6 +133,36 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     let fitted = resettle(problem, &mut taken)?;
     problem.count_independent(&fitted);
     Some(Selection { taken, first_round, fitted })
+}
+
+/// Puts another effect in the place of one that was taken, where that predicts better beside the others; whether it did.
+/// What stays learns its rivals in that place.
+fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<bool> {
+    for index in 0..taken.len() {
+        let name = taken[index].terms[0].effect.name();
+        let others: Vec<Term> = taken
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != index)
+            .flat_map(|(_, taken)| taken.terms.clone())
+            .collect();
+        let mut found = candidates(problem, &others, &|evidence| rules.enough(evidence));
+        let of_others =
+            |candidate: &Candidate| others.iter().any(|term| term.effect.name() == candidate.effect().name());
+        found.retain(|candidate| candidate.effect().name() == name || !of_others(candidate));
+        let Some(best) = choose(&found, rules) else { continue };
+        let own = found.iter().find(|candidate| candidate.effect().name() == name && rules.accepts(candidate));
+        if best.effect().name() != name && own.is_none_or(|own| best.total() > own.total()) {
+            taken[index] = Taken::new(best, &found);
+            return Some(true);
+        }
+        if let Some(own) = own {
+            let (terms, mut renewed) = (taken[index].terms.clone(), Taken::new(own, &found));
+            renewed.terms = terms;
+            taken[index] = renewed;
+        }
+    }
+    Some(false)
 }
 
 /// The strongest acceptable candidate, or a simpler one that is as good.
@@ -176,18 +224,19 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
         return Some(());
     }
     let moved = moved_torque(problem, taken)?;
-    let asked = |joint: usize, kind: Kind| {
-        let strongest = moved.iter().map(|of| of[joint]).fold(0.0, f64::max);
+    let names: Vec<_> = taken.iter().map(|taken| taken.terms[0].effect.about()).collect();
+    let asked = |joint: usize, own: usize| {
+        let largest = (0..moved.len()).max_by(|a, b| moved[*a][joint].total_cmp(&moved[*b][joint])).unwrap_or(own);
+        let (strong, weak) = (names[largest], names[own]);
+        let alike = strong.look_alikes.contains(&weak.name) || weak.look_alikes.contains(&strong.name);
+        let part = if alike || strong.name == weak.name { rules.alike_residue } else { rules.residue };
         let rows = problem.rows(joint, Part::Train);
         let power: f64 = rows.iter().map(|row| problem.motion.joints[joint].torque[*row].powi(2)).sum();
-        let least = if kind == Kind::Physics { rules.least_torque } else { 0.0 };
-        (rules.residue * strongest).max(least * (power / rows.len().max(1) as f64).sqrt())
+        let least = if weak.kind == Kind::Physics { rules.least_torque } else { 0.0 };
+        (part * moved[largest][joint]).max(least * (power / rows.len().max(1) as f64).sqrt())
     };
-    for (taken, moved) in taken.iter_mut().zip(&moved) {
-        let enough = |term: &Term| {
-            let kind = term.effect.about().kind;
-            term.joints.iter().any(|joint| moved[*joint] >= asked(*joint, kind))
-        };
+    for (own, (taken, moved)) in taken.iter_mut().zip(&moved).enumerate() {
+        let enough = |term: &Term| term.joints.iter().any(|joint| moved[*joint] >= asked(*joint, own));
         taken.terms.retain(enough);
     }
     taken.retain(|taken| !taken.terms.is_empty());
