@@ -13,7 +13,7 @@ use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
-use super::{Options, extend, floor, observe, typical_inertia, unexplained};
+use super::{Options, command, extend, floor, observe, typical_inertia, unexplained};
 use crate::effects::SymmetricFriction;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
@@ -54,6 +54,7 @@ pub fn diagnosis(
         Uncertainty::new(problem, &terms, &selection.fitted).ok_or_else(|| super::nothing_moves(model))?;
     let mut effects = found(problem, selection, &uncertainty, options);
     effects.extend(delayed(problem, data));
+    effects.extend(unanswered(problem, data, options));
     progress("measuring the gap", 0.9);
     let gaps =
         if options.backlash { gaps(model, &sessions[..trained], problem) } else { vec![None; model.joints.len()] };
@@ -162,6 +163,38 @@ fn delayed(problem: &Problem, data: &Data) -> Option<FoundEffect> {
         confusable_with: Vec::new(),
         separate_by: about.separate_by.to_owned(),
     })
+}
+
+/// The effect that commands without a current are, joint by joint; its gain is that of the current inside the band.
+fn unanswered(problem: &Problem, data: &Data, options: &Options) -> Vec<FoundEffect> {
+    let found = problem.catalogue.diagnosable().find(|effect| effect.of_dead_band(0.0).is_some());
+    let Some(effect) = found else { return Vec::new() };
+    let about = effect.about();
+    let (train, held_out) = data.sessions.split_at(data.trained);
+    let of_joint = |(index, joint): (usize, &crate::robot::JointModel)| {
+        let band = command::dead_band(data.model, index, train, held_out, options.held_out_share)?;
+        let rules = &options.rules;
+        if band.training <= rules.nats || band.held_out <= 0.0 {
+            return None;
+        }
+        let total = band.training + band.held_out;
+        let values = effect.of_dead_band(band.width.value)?;
+        let specs = about.parameters.iter().zip(values);
+        let measured = |value: f64, unit: &'static str| Measured { value, std_error: band.width.std_error, unit };
+        Some(FoundEffect {
+            effect: about.name.to_owned(),
+            joints: vec![joint.name.clone()],
+            kind: about.kind,
+            parameters: specs
+                .map(|(spec, value)| (spec.name.to_owned(), measured(value, spec.unit_for(joint.kind))))
+                .collect(),
+            probability: probability(total, about.parameters.len(), options, std::iter::empty()),
+            gain_percent: 100.0 * (1.0 - band.error[1] / band.error[0].max(1e-300)),
+            confusable_with: Vec::new(),
+            separate_by: about.separate_by.to_owned(),
+        })
+    };
+    data.model.joints.iter().enumerate().filter_map(of_joint).collect()
 }
 
 /// One entry for each term, strongest first.

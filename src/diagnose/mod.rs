@@ -10,6 +10,7 @@
 
 mod baseline;
 mod candidates;
+mod command;
 mod compare;
 mod conclude;
 mod estimate;

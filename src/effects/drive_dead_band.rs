@@ -1,13 +1,14 @@
 //! The power stage makes no current of a small command: dead time of the bridge clamps the current at zero.
 //!
 //! `i_cmd → 0` for `|i_cmd| < u0`, unchanged beyond: above the clamp the current loop makes up for what is lost.
+//! Only the command tells: the current that flows moves the joint as any current does, so that torque against motion shows nothing.
 //! Left out: the transition, which in a real bridge depends on the ripple of the current.
 //! Reference: J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation.
 
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, DriveAction, Effect, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, DriveAction, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -43,5 +44,28 @@ impl Effect for DriveDeadBand {
     fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
         let u0 = Parameters::check(&ABOUT, model, given)?.get("width");
         Ok(vec![Action::Drive(need_joint(&ABOUT, model, joint)?, Box::new(DeadBand(u0)))])
+    }
+
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for DriveDeadBand {
+    /// Not by its torque.
+    fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
+        false
+    }
+
+    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
+    fn of_dead_band(&self, u0: f64) -> Option<Vec<f64>> {
+        Some(vec![u0])
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> Vec<f64> {
+        Vec::new()
     }
 }

@@ -152,6 +152,11 @@ pub trait Diagnosable: Effect {
         None
     }
 
+    /// Its parameters where the drive of a joint is seen to make no current of commands below `u0` [A], if that is what it does.
+    fn of_dead_band(&self, _u0: f64) -> Option<Vec<f64>> {
+        None
+    }
+
     /// Its parameters where the link encoder is seen to lag behind the motor's by `lag` [s], if that is what it does.
     fn of_link_lag(&self, _lag: f64) -> Option<Vec<f64>> {
         None
