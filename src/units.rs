@@ -27,6 +27,22 @@ impl JointKind {
         }
     }
 
+    /// Unit of stiffness: `N·m/rad` or `N/m`.
+    pub const fn stiffness_unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "N·m/rad",
+            Self::Prismatic => "N/m",
+        }
+    }
+
+    /// Unit of wind-up per torque: `rad/(N·m)` or `m/N`.
+    pub const fn compliance_unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "rad/(N·m)",
+            Self::Prismatic => "m/N",
+        }
+    }
+
     /// Unit of effort: `N·m` or `N`.
     pub const fn effort_unit(self) -> &'static str {
         match self {

@@ -13,12 +13,12 @@ use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
-use super::{Options, command, extend, floor, observe, typical_inertia, unexplained};
+use super::{Options, command, extend, floor, observe, two_encoders, typical_inertia, unexplained};
 use crate::effects::SymmetricFriction;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
-use crate::robot::Model;
+use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 
 /// What a diagnosis is made of, beside the problem.
@@ -55,17 +55,31 @@ pub fn diagnosis(
     let mut effects = found(problem, selection, &uncertainty, options);
     effects.extend(delayed(problem, data));
     effects.extend(unanswered(problem, data, options));
+    progress("comparing encoders", 0.88);
+    let encoders = two_encoders::found(problem, sessions, options);
+    merge(&mut effects, encoders.effects);
     progress("measuring the gap", 0.9);
-    let gaps =
-        if options.backlash { gaps(model, &sessions[..trained], problem) } else { vec![None; model.joints.len()] };
+    let gaps = if options.backlash {
+        gaps(model, &sessions[..trained], problem, &encoders.gaps)
+    } else {
+        vec![None; model.joints.len()]
+    };
+
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
     let nominal = nominal_friction(problem).unwrap_or_else(|| friction.clone());
     let baseline_model = extend::with_baseline(model, &nominal, &gap_values, &shares);
     let extended_model = extend::with_baseline(model, &friction, &gap_values, &shares);
-    let extended_model = extend::with_effects(model, &extended_model, &effects, &problem.catalogue);
-    let unexplained = unexplained::unexplained(problem, &terms, &options.rules);
+    let mut extended_model = extend::with_effects(model, &extended_model, &effects, &options.catalogue);
+    for (joint, gap) in &encoders.other_gaps {
+        extended_model.joints[*joint].backlash = Some(*gap);
+    }
+    let mut unexplained = match model.masses {
+        Masses::Known => unexplained::unexplained(problem, &terms, &options.rules),
+        Masses::Estimated => unexplained::unjudged(problem, &residuals),
+    };
+    unexplained.extend(encoders.unexplained);
     progress("drawing residuals", 0.95);
     let torque = torques(model, sessions);
     let floor = floor::floor(problem, sessions, &typical_inertia(model), &torque);
@@ -84,10 +98,11 @@ pub fn diagnosis(
         changes: None,
         candidates: records(problem, selection, options),
         effects,
-        fit: views::fit_errors(problem, &residuals, &floor),
+        fit: views::fit_errors(problem, &residuals, &floor).into_iter().chain(encoders.fit).collect(),
         replay: Vec::new(),
         baseline: baseline(problem, selection, &uncertainty, sessions, &gaps),
         unexplained,
+        two_encoders: encoders.joints,
         method: method(problem, sessions, trained, options),
         maps: views::maps(problem, &residuals),
         order_spectrum: views::order_spectrum(problem, &residuals),
@@ -197,6 +212,22 @@ fn unanswered(problem: &Problem, data: &Data, options: &Options) -> Vec<FoundEff
     data.model.joints.iter().enumerate().filter_map(of_joint).collect()
 }
 
+/// Adds what two encoders name: they see it more directly than torque does, and an effect of the measurement is one effect.
+fn merge(effects: &mut Vec<FoundEffect>, seen: Vec<FoundEffect>) {
+    for mut effect in seen {
+        if let Some(known) =
+            effects.iter().position(|known| known.effect == effect.effect && known.joints[0] == effect.joints[0])
+        {
+            let known = effects.remove(known);
+            for (name, measured) in known.parameters {
+                effect.parameters.entry(name).or_insert(measured);
+            }
+            effect.probability = effect.probability.max(known.probability);
+        }
+        effects.push(effect);
+    }
+}
+
 /// One entry for each term, strongest first.
 fn found(problem: &Problem, selection: &Selection, uncertainty: &Uncertainty, options: &Options) -> Vec<FoundEffect> {
     let terms = selection.terms();
@@ -267,10 +298,17 @@ fn gain(problem: &Problem, terms: &[&Term], index: usize, selection: &Selection)
 /// Gap and share of friction behind it, where the model file gives no gap and the data show one.
 type Gap = Option<(Measured, Option<f64>)>;
 
-fn gaps(model: &Model, sessions: &[&TimeSeries], problem: &Problem) -> Vec<Gap> {
+fn gaps(model: &Model, sessions: &[&TimeSeries], problem: &Problem, seen: &[Option<Measured>]) -> Vec<Gap> {
     let measure = |index: usize| {
         let joint = &model.joints[index];
         if joint.backlash.is_some() {
+            return None;
+        }
+        // Two encoders show a gap directly.
+        if let Some(gap) = &seen[index] {
+            return Some((Measured { value: gap.value.max(0.0), ..gap.clone() }, None));
+        }
+        if model.masses == Masses::Estimated {
             return None;
         }
         let law = problem.motion.joints[index].friction;

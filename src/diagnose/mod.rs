@@ -27,6 +27,7 @@ mod selection;
 pub mod separability;
 mod standstill;
 mod timing;
+mod two_encoders;
 mod uncertainty;
 mod unexplained;
 mod views;
@@ -35,14 +36,14 @@ mod zones;
 pub use compare::compare;
 pub use result::{
     Axis, BaselineEstimate, CandidateRecord, Change, Diagnosis, FitError, FoundEffect, Measured, Method, OrderSpectrum,
-    ReplayError, ResidualMap, ResidualSeries, Split, Unexplained, Verdict,
+    ReplayError, ResidualMap, ResidualSeries, Split, TwoEncoders, Unexplained, Verdict,
 };
 pub use selection::Rules;
 
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, Motion};
 use crate::error::{Error, Result};
-use crate::robot::Model;
+use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 use problem::{Part, Problem};
 
@@ -81,7 +82,7 @@ pub fn diagnose(
     progress("smoothing", 0.0);
     let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
     // A lag of the current is judged by the transients, and mended before anything else is judged.
-    let late = timing::late_current(model, &recorded);
+    let late = if model.masses == Masses::Known { timing::late_current(model, &recorded) } else { None };
     let mended: Vec<TimeSeries> = match late {
         Some(late) => recorded.iter().map(|session| timing::aligned(session, late.lag.value)).collect(),
         None => Vec::new(),
@@ -107,7 +108,8 @@ fn pose<'m>(model: &'m Model, sessions: &[&TimeSeries], trained: usize, options:
     let motion = observe::observe(model, sessions, &typical_inertia(model))?;
     let held_out = held_out_rows(&motion, trained, options.held_out_share);
     let mut problem = Problem::new(motion, held_out);
-    problem.catalogue = options.catalogue.clone();
+    // Where masses are a guess, no torque is evidence of anything.
+    problem.catalogue = if model.masses == Masses::Known { options.catalogue.clone() } else { Catalogue::empty() };
     problem.standstill = standstill::Standstill::of(&problem.motion, sessions);
     find_zones(&mut problem)?;
     Ok(problem)

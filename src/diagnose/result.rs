@@ -29,6 +29,9 @@ pub struct Diagnosis {
     pub replay: Vec<ReplayError>,
     /// Free parameters of the nominal model as fitted, by joint.
     pub baseline: BTreeMap<String, BaselineEstimate>,
+    /// What second encoders behind the gears say; empty where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub two_encoders: Vec<TwoEncoders>,
     /// Structure that remains and no effect of the catalogue explains.
     pub unexplained: Vec<Unexplained>,
     /// Every candidate that was tried, and what became of it.
@@ -129,12 +132,12 @@ pub enum Split {
     HeldOut,
 }
 
-/// RMS torque error of one joint over its rigid zone.
+/// RMS torque error of one joint over its rigid zone, or RMS error of its link's position where a second encoder shows it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitError {
     /// The joint.
     pub joint: String,
-    /// `torque` or `force`.
+    /// `torque`, `force` or `link_position`.
     pub quantity: &'static str,
     /// Unit of the errors.
     pub unit: &'static str,
@@ -146,9 +149,9 @@ pub struct FitError {
     pub after: f64,
     /// RMS error that sensor noise and quantisation alone would leave.
     pub floor: f64,
-    /// [%] `before` relative to the RMS of the measured torque.
+    /// [%] `before` relative to the RMS of the measured torque; of the difference of the two encoders for `link_position`.
     pub before_percent: f64,
-    /// [%] `after` relative to the RMS of the measured torque.
+    /// [%] `after` relative to the same.
     pub after_percent: f64,
     /// By how much `after` is below `before`, and whether that is more than chance.
     #[serde(flatten)]
@@ -186,6 +189,32 @@ pub struct BaselineEstimate {
     /// Constant of the torque channel per session, where a torque rather than a current was recorded.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub torque_offset: BTreeMap<String, Measured>,
+}
+
+/// What the encoders before and behind a gear say together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TwoEncoders {
+    /// The joint.
+    pub joint: String,
+    /// How late the second encoder is recorded, from this joint alone; negative where the first one is.
+    pub link_delay: Measured,
+    /// [%] of the square of their difference, a constant aside, that a delay alone explains.
+    pub explained_by_delay_percent: f64,
+    /// Wind-up per torque through the gear.
+    pub wind_up: Measured,
+    /// Its inverse, where the wind-up is more than twice its standard error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Measured>,
+    /// Total gap after the delay, unconstrained: less than 0 is noise. `None` where the load stays on one flank.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backlash: Option<Measured>,
+    /// What the encoders differ more after a turn of the motion than friction before the gear makes them, where masses are estimated: a gap
+    /// shows in it as far as the link follows the direction of motion and not the load.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lost_motion: Option<Measured>,
+    /// The gap that a fit without a delay would report.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backlash_without_delay: Option<Measured>,
 }
 
 /// Structure that no effect explains.

@@ -8,6 +8,7 @@ use super::problem::{Fitted, Part, Problem, Term};
 use super::regression::{NU, Score};
 use super::result::Unexplained;
 use super::selection::Rules;
+use super::views::Residual;
 
 /// Part of the RMS torque that a pattern has to have: less is what the law of an effect or of friction does not get right.
 const LEAST_AMPLITUDE: f64 = 0.01;
@@ -66,6 +67,21 @@ pub fn unexplained(problem: &Problem, terms: &[&Term], rules: &Rules) -> Vec<Une
         }
     }
     found
+}
+
+/// What a model whose masses are a guess leaves of the torque: no cause is sought in it.
+pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
+    let of_joint = |(joint, residual): (usize, &Residual)| {
+        let m = &problem.motion.joints[joint];
+        let power =
+            |values: &[f64]| problem.rows(joint, Part::Train).iter().map(|row| values[*row].powi(2)).sum::<f64>();
+        let share = 100.0 * (power(&residual.after) / power(&m.torque).max(1e-300)).sqrt();
+        let model = &problem.motion.model.joints[joint];
+        let pattern =
+            format!("{share:.0} % of the torque; the model's masses are estimated, so no cause is sought in it");
+        Unexplained { joint: model.name.clone(), pattern }
+    };
+    residuals.iter().enumerate().map(of_joint).collect()
 }
 
 /// RMS of the pattern's part in the residual times √2: the amplitude of a harmonic.

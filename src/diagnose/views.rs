@@ -81,7 +81,7 @@ pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>])
 }
 
 /// What the extended model gains over rows of one joint.
-fn gain(problem: &Problem, rows: &[usize], residual: &Residual) -> Gain {
+pub fn gain(problem: &Problem, rows: &[usize], residual: &Residual) -> Gain {
     let mut sessions: Vec<[Vec<f64>; 3]> = vec![<[Vec<f64>; 3]>::default(); problem.motion.sessions];
     for row in rows {
         let [time, before, after] = &mut sessions[problem.motion.session[*row]];

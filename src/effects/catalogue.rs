@@ -15,6 +15,11 @@ impl Default for Catalogue {
 }
 
 impl Catalogue {
+    /// Without any effect.
+    pub const fn empty() -> Self {
+        Self(Vec::new())
+    }
+
     /// With one more effect; it takes the place of one of the same name.
     #[must_use]
     pub fn with(mut self, effect: &'static dyn Effect) -> Self {

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -43,5 +43,28 @@ impl Effect for JointCompliance {
         joint.gear_damping *= k / joint.gear_stiffness;
         joint.gear_stiffness = k;
         Ok(Vec::new())
+    }
+
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+/// Told by two encoders alone: the motor's side of the gear sees next to nothing of the wind-up.
+impl Diagnosable for JointCompliance {
+    fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
+        false
+    }
+
+    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
+    fn of_stiffness(&self, k: f64) -> Option<Vec<f64>> {
+        Some(vec![k])
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> Vec<f64> {
+        Vec::new()
     }
 }

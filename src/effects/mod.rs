@@ -162,7 +162,7 @@ pub trait Diagnosable: Effect {
         None
     }
 
-    /// Its parameters where a joint's gear is seen to have the stiffness `k` [N·m/rad or N/m], if that is what it does.
+    /// Its parameters where two encoders see a joint's gear have the stiffness `k` [N·m/rad or N/m], if that is what it does.
     fn of_stiffness(&self, _k: f64) -> Option<Vec<f64>> {
         None
     }

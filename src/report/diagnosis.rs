@@ -16,6 +16,7 @@ use crate::units::JointKind;
 pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
     let mut sections: Vec<Section> = diagnosis.changes.as_deref().map(changes::section).into_iter().collect();
     sections.extend([found(diagnosis), errors(diagnosis)]);
+    sections.extend(super::two_encoders::section(diagnosis));
     let mut joints: Vec<(&str, JointKind)> = Vec::new();
     for series in &diagnosis.series {
         if !joints.iter().any(|(joint, _)| *joint == series.joint) {

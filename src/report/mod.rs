@@ -28,6 +28,7 @@ pub mod replay;
 pub mod svg;
 /// Tables.
 pub mod table;
+mod two_encoders;
 
 pub use document::{Document, Section};
 pub use files::Report;

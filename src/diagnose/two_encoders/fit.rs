@@ -1,0 +1,274 @@
+//! Delay, wind-up and gap of one joint from its two encoders: a robust regression whose errors may hang together for a second.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::difference::{Difference, difference};
+use crate::diagnose::problem::Problem;
+use crate::diagnose::regression::{Block, NU, System};
+use crate::timeseries::{Estimate, TimeSeries};
+
+/// [s] Length of the blocks within which errors may be anything, for standard errors.
+const BLOCK: f64 = 1.0;
+/// Steps of the lag and of the friction before the gear; each shrinks what is left to a few per cent.
+const STEPS: usize = 6;
+/// Share of the rows that has to lie on either flank for a gap to show.
+const LEAST_SHARE: f64 = 0.02;
+/// Changes of flank that a gap needs: one could be anything else that happened once.
+const LEAST_CHANGES: usize = 2;
+/// [1] Share of friction that acts before the gear where nothing is known of it, and how well that is known.
+const SHARE_BEFORE: [f64; 2] = [0.75, 0.25];
+
+/// What is known of the lag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lag {
+    /// Nothing: it is fitted.
+    Free,
+    /// [s]; friction before the gear may still grow with speed where the load contains it.
+    Known(f64),
+    /// It is taken as 0, and nothing else may grow with speed.
+    Ignored,
+}
+
+/// What the two encoders of a joint say.
+#[derive(Debug, Clone)]
+pub struct AxisFit {
+    /// Index of the joint.
+    pub joint: usize,
+    /// [s] how late the link's encoder is recorded.
+    pub lag: Estimate,
+    /// `1/k` [rad/(N·m) or m/N].
+    pub wind_up: Estimate,
+    /// Total gap [rad or m]; `None` where the load stays on one flank.
+    pub gap: Option<Estimate>,
+    /// [rad or m] by which the encoders differ more or less after a turn of the motion than friction before the gear makes them;
+    /// only where the load contains that friction.
+    pub lost: Option<Estimate>,
+    /// [1] share of the square of what the motor is ahead that a lag alone explains.
+    pub explained: f64,
+    /// Friction before the gear [N·m or N] that was found.
+    friction: f64,
+    /// Coefficients of lag (where it is free), load, side (where there is one), direction (where it counts).
+    coefficients: Vec<f64>,
+    layout: Layout,
+}
+
+/// Which columns stand before the mounting.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    speed: bool,
+    side: bool,
+    direction: bool,
+}
+
+impl Layout {
+    fn columns(self, rows: &Difference, friction: f64) -> Vec<Vec<f64>> {
+        let mut columns = Vec::new();
+        if self.speed {
+            columns.push(rows.v.clone());
+        }
+        columns.push(rows.load.clone());
+        if self.side {
+            columns.push(rows.side(friction).iter().map(|side| 0.5 * side).collect());
+        }
+        if self.direction {
+            columns.push(rows.direction.clone());
+        }
+        columns
+    }
+}
+
+/// Fits the training rows of a joint; `None` where its link was not recorded or does not move.
+pub fn fit(problem: &Problem, sessions: &[&TimeSeries], joint: usize, known: Lag) -> Option<AxisFit> {
+    let trained = |lag: f64| Some(difference(problem, sessions, joint, lag)?.filtered(|row| !problem.held_out[row]));
+    let mut lag = if let Lag::Known(lag) = known { lag } else { 0.0 };
+    let mut friction = 0.0;
+    let mut found = None;
+    for _ in 0..STEPS {
+        let rows = trained(lag)?;
+        let side = rows.side(friction);
+        let (changes, observable) = flanks(&side);
+        let speed = known == Lag::Free || (rows.motor_side && known != Lag::Ignored);
+        let layout = Layout { speed, side: observable, direction: rows.motor_side };
+        let mut columns = layout.columns(&rows, friction);
+        let first = columns.len();
+        columns.extend(rows.mounting(problem));
+        let solution = solve(&rows.ahead, &columns)?;
+        let c = solution.coefficients.clone();
+        let load = usize::from(layout.speed);
+        if known == Lag::Free {
+            lag += c[0];
+        }
+        if layout.direction {
+            let largest = rows.load.iter().fold(0.0_f64, |most, load| most.max(load.abs()));
+            let behind = load + 1 + usize::from(layout.side);
+            friction = if c[load] > 0.0 { (-c[behind] / c[load]).clamp(0.0, largest) } else { 0.0 };
+        }
+        found = Some((rows, columns, solution, layout, changes, first));
+    }
+    let (rows, columns, solution, layout, changes, first) = found?;
+    let variance = clustered(problem, &rows, &columns, &solution);
+    let at = usize::from(layout.speed);
+    let c = &solution.coefficients;
+    let wind_up = Estimate { value: c[at], std_error: variance[at].sqrt() };
+    let rms = solution.rms;
+    let gap = layout.side.then(|| {
+        // Each change of flank shows the gap once, as the difference of two errors.
+        let of_changes = (2.0 / changes as f64).sqrt() * rms;
+        Estimate { value: c[at + 1], std_error: variance[at + 1].sqrt().hypot(of_changes) }
+    });
+    let lag = match known {
+        Lag::Free => {
+            let [shift, doubt] = by_friction(problem, &rows, wind_up);
+            Estimate { value: lag + shift, std_error: variance[0].sqrt().hypot(doubt) }
+        }
+        _ => Estimate { value: lag, std_error: 0.0 },
+    };
+    let behind = at + 1 + usize::from(layout.side);
+    let lost = layout.direction.then(|| {
+        let step = Estimate { value: c[behind], std_error: variance[behind].sqrt() };
+        lost_motion(problem, &rows, step, wind_up, rms)
+    });
+    let explained = explained_by_lag(&trained(0.0)?, problem)?;
+    Some(AxisFit {
+        joint,
+        lag,
+        wind_up,
+        gap,
+        lost,
+        explained,
+        friction,
+        coefficients: c.as_slice()[..first].to_vec(),
+        layout,
+    })
+}
+
+impl AxisFit {
+    /// What is left of rows at the fit's lag, the mounting fitted anew.
+    pub fn residual(&self, problem: &Problem, rows: &Difference) -> Option<Vec<f64>> {
+        let mut left = rows.ahead.clone();
+        for (column, c) in self.layout.columns(rows, self.friction).iter().zip(&self.coefficients) {
+            left.iter_mut().zip(column).for_each(|(e, x)| *e -= c * x);
+        }
+        rest(problem, rows, &left)
+    }
+}
+
+/// [s] What viscous friction adds to the lag, and how sure that is: before the gear it is part of the motor's torque and winds nothing
+/// up, which looks like a lag of `−F_V/k`; where the load is the links', its part behind the gear is known no better.
+fn by_friction(problem: &Problem, rows: &Difference, wind_up: Estimate) -> [f64; 2] {
+    let known = problem.motion.joints[rows.joint].friction.viscous;
+    let viscous =
+        if rows.motor_side { measured_friction(problem, rows).map_or(0.0, |[viscous, _]| viscous) } else { known }
+            .max(0.0);
+    let [share, doubt] = SHARE_BEFORE.map(|share| share * viscous);
+    let c = wind_up.value.max(0.0);
+    if rows.motor_side { [share * c, (doubt * c).hypot(share * wind_up.std_error)] } else { [0.0, doubt * c] }
+}
+
+/// [rad or m] `2 (step + share · F_C/k)`: a step with the direction of motion, less what dry friction before the gear makes of it.
+fn lost_motion(problem: &Problem, rows: &Difference, step: Estimate, wind_up: Estimate, rms: f64) -> Estimate {
+    let coulomb = measured_friction(problem, rows).map_or(0.0, |[_, coulomb]| coulomb.max(0.0));
+    let [share, doubt] = SHARE_BEFORE.map(|share| share * coulomb);
+    let c = wind_up.value.max(0.0);
+    let (reversals, _) = flanks(&rows.direction);
+    let of_reversals = (2.0 / reversals.max(1) as f64).sqrt() * rms;
+    let std_error = [2.0 * doubt * c, 2.0 * share * wind_up.std_error, of_reversals]
+        .into_iter()
+        .fold(2.0 * step.std_error, f64::hypot);
+    Estimate { value: 2.0 * (step.value + share * c), std_error }
+}
+
+/// `F_V` [N·m·s/rad or N·s/m] and `F_C` [N·m or N] from the measured torque alone: beside inertia and what changes with the place.
+fn measured_friction(problem: &Problem, rows: &Difference) -> Option<[f64; 2]> {
+    let m = &problem.motion.joints[rows.joint];
+    let pick = |values: &[f64]| -> Vec<f64> { rows.rows.iter().map(|row| values[*row]).collect() };
+    let mut columns = vec![rows.v.clone(), rows.direction.clone(), pick(&m.a)];
+    columns.extend(rows.mounting(problem));
+    let c = solve(&pick(&m.torque), &columns)?.coefficients;
+    Some([c[0], c[1]])
+}
+
+/// What rows leave when only their mounting is fitted.
+pub fn rest(problem: &Problem, rows: &Difference, values: &[f64]) -> Option<Vec<f64>> {
+    Some(solve(values, &rows.mounting(problem))?.residual)
+}
+
+struct Solved {
+    coefficients: DVector<f64>,
+    residual: Vec<f64>,
+    weights: Vec<f64>,
+    rms: f64,
+}
+
+fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
+    let block = Block { y: y.to_vec(), columns: columns.iter().cloned().enumerate().collect() };
+    let system = System { blocks: vec![block], unknowns: columns.len(), priors: Vec::new() };
+    let mut solution = system.solve(NU)?;
+    let residual = solution.residual.swap_remove(0);
+    let rms = root_mean_square(&residual);
+    Some(Solved { coefficients: solution.coefficients, residual, weights: solution.weights.swap_remove(0), rms })
+}
+
+/// Root of the mean square.
+pub fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Changes from one flank to the other, and whether both are there for long enough.
+fn flanks(side: &[f64]) -> (usize, bool) {
+    let (mut last, mut changes) = (0.0, 0);
+    for side in side.iter().copied().filter(|side| side.abs() >= 1.0) {
+        changes += usize::from(side * last < 0.0);
+        last = side;
+    }
+    let positive = side.iter().filter(|side| **side >= 1.0).count();
+    let negative = side.iter().filter(|side| **side <= -1.0).count();
+    let enough = positive.min(negative) as f64 >= LEAST_SHARE * side.len() as f64;
+    (changes, enough && changes >= LEAST_CHANGES)
+}
+
+/// Variances of the coefficients where errors of one block of time may depend on each other in any way (sandwich of Liang and Zeger 1986).
+fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved: &Solved) -> Vec<f64> {
+    let n = columns.len();
+    let mut bread = DMatrix::zeros(n, n);
+    let mut meat = DMatrix::zeros(n, n);
+    let mut blocks = 0;
+    let mut sum: DVector<f64> = DVector::zeros(n);
+    let key = |index: usize| {
+        let row = rows.rows[index];
+        (problem.motion.session[row], (problem.motion.time[row] / BLOCK) as usize)
+    };
+    for index in 0..rows.rows.len() {
+        let x = DVector::from_iterator(n, columns.iter().map(|column| column[index]));
+        bread += solved.weights[index] * &x * x.transpose();
+        sum += solved.weights[index] * solved.residual[index] * x;
+        if index + 1 == rows.rows.len() || key(index + 1) != key(index) {
+            meat += &sum * sum.transpose();
+            sum.fill(0.0);
+            blocks += 1;
+        }
+    }
+    let scale = DVector::from_iterator(n, bread.diagonal().iter().map(|d: &f64| 1.0 / d.max(1e-300).sqrt()));
+    let scaled = DMatrix::from_fn(n, n, |i, j| bread[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 });
+    let Some(inverse) = scaled.try_inverse() else { return vec![f64::INFINITY; n] };
+    let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+    // Few blocks: what the fit took from them is given back.
+    let correction = f64::from(blocks) / f64::from(blocks - n.min(blocks as usize - 1) as i32).max(1.0);
+    (correction * &inverse * meat * &inverse).diagonal().iter().map(|v| v.max(0.0)).collect()
+}
+
+/// Share of what the motor is ahead, a constant a session aside, that a lag alone explains.
+fn explained_by_lag(rows: &Difference, problem: &Problem) -> Option<f64> {
+    let mounting = rows.mounting(problem);
+    let constants: Vec<Vec<f64>> =
+        mounting.iter().filter(|c| c.iter().all(|x| *x == 0.0 || *x == 1.0)).cloned().collect();
+    let plain = |columns: Vec<Vec<f64>>| -> Option<f64> {
+        let unknowns = columns.len();
+        let block = Block { y: rows.ahead.clone(), columns: columns.into_iter().enumerate().collect() };
+        let solution = System { blocks: vec![block], unknowns, priors: Vec::new() }.solve(f64::INFINITY)?;
+        Some(root_mean_square(&solution.residual[0]).powi(2))
+    };
+    let before = plain(constants.clone())?;
+    let after = plain(constants.into_iter().chain([rows.v.clone()]).collect())?;
+    Some(1.0 - after / before.max(1e-300))
+}
