@@ -6,7 +6,8 @@ use super::strengths::EFFECTS;
 
 pub const USAGE: &str = "usage: cargo bench --bench blind -- generate --out DIR [--effects all|none|pairs|NAME,...] [--machines N] [--skip N] [--strength S] [--seeds FIRST]
        cargo bench --bench blind -- judge SET...
-       cargo bench --bench blind -- separate SET...";
+       cargo bench --bench blind -- separate SET...
+       cargo bench --bench blind -- table [--effects all|NAME,...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--seeds FIRST]";
 
 /// What is to be done.
 #[derive(Debug)]
@@ -14,6 +15,7 @@ pub enum Command {
     Generate,
     Judge(Vec<PathBuf>),
     Separate(Vec<PathBuf>),
+    Table,
 }
 
 /// The command and its options.
@@ -27,6 +29,12 @@ pub struct Arguments {
     /// How many of each are left out before these.
     pub skip: u64,
     pub strength: f64,
+    /// How many of each effect and strength are diagnosed without the effect in the catalogue, and without it in the machine, too.
+    pub thorough: u64,
+    /// Machines that hide nothing.
+    pub clean: u64,
+    /// Machines that hide two effects.
+    pub pairs: u64,
     /// First seed: see [`super::orders`].
     pub seeds: u64,
     pub out: PathBuf,
@@ -40,6 +48,7 @@ impl Arguments {
             Some("generate") => Command::Generate,
             Some("judge") => Command::Judge(Vec::new()),
             Some("separate") => Command::Separate(Vec::new()),
+            Some("table") => Command::Table,
             // `cargo test --benches` passes options of its own.
             Some(word) if !word.starts_with("--") => return Err(format!("unknown command {word}")),
             _ => return Ok(None),
@@ -50,6 +59,9 @@ impl Arguments {
             machines: 4,
             skip: 0,
             strength: 1.0,
+            thorough: 5,
+            clean: 20,
+            pairs: 20,
             seeds: 1000,
             out: PathBuf::from("blind"),
         };
@@ -59,6 +71,9 @@ impl Arguments {
                 "--effects" => arguments.effects = effects(&value()?)?,
                 "--machines" => arguments.machines = number(&value()?)?,
                 "--skip" => arguments.skip = number(&value()?)?,
+                "--clean" => arguments.clean = number(&value()?)?,
+                "--pairs" => arguments.pairs = number(&value()?)?,
+                "--thorough" => arguments.thorough = number(&value()?)?,
                 "--strength" => arguments.strength = number(&value()?)?,
                 "--seeds" => arguments.seeds = number(&value()?)?,
                 "--out" => arguments.out = PathBuf::from(value()?),

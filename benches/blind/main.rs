@@ -4,9 +4,10 @@
 //! cargo bench --bench blind -- generate --out DIR [--effects all|NAME,...] [--machines N] [--skip N] [--strength 1|0.5] [--seeds FIRST]
 //! cargo bench --bench blind -- judge SET...
 //! cargo bench --bench blind -- separate SET...
+//! cargo bench --bench blind -- table [--effects ...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--seeds FIRST]
 //! ```
 //! A set is a folder with `model.toml`, `robot.urdf` and four recordings; what was hidden stands in `truth/<set>.json` beside it.
-//! It is drawn by the same modules as the sets of `tests/hidden_effects`. Seeds below 100000 are for tuning, those from 900000 for reports.
+//! It is drawn by the same modules as the sets of `tests/hidden_effects`. `table` keeps no data; see `docs/blind.md`. Seeds below 100000 are for tuning, those from 900000 for reports.
 
 #[path = "../../tests/hidden_effects/generate.rs"]
 mod generate;
@@ -24,17 +25,21 @@ mod strengths;
 mod verdict;
 
 mod arguments;
+mod case;
 mod orders;
 mod separate;
 mod side_by_side;
+mod table;
 
 use std::path::{Path, PathBuf};
 
 use arguments::{Arguments, Command};
+use case::Case;
 use generate::Set;
 use lostmotion::diagnose::Options;
 use orders::Plan;
 use side_by_side::side_by_side;
+use table::Table;
 
 fn main() {
     // What the generating process is started for.
@@ -53,6 +58,7 @@ fn main() {
         Command::Generate => generate(&arguments),
         Command::Judge(folders) => judge(folders),
         Command::Separate(folders) => separate(folders),
+        Command::Table => table(&arguments),
     }
 }
 
@@ -85,6 +91,35 @@ fn separate(folders: &[PathBuf]) {
         separate::line(&name, &effects, &separate::separabilities(&set, &effects, &hidden))
     };
     side_by_side(folders, separated, |_, line| println!("{line}"));
+}
+
+fn table(arguments: &Arguments) {
+    let plan = |effects: &[String], machines: u64, strength: f64| {
+        Plan { effects, machines: 0..machines, strength, seeds: arguments.seeds }.orders()
+    };
+    let Arguments { effects, machines, .. } = arguments;
+    let orders = [
+        plan(effects, *machines, 1.0),
+        plan(effects, *machines, 0.5),
+        plan(&["none".to_owned()], arguments.clean, 0.0),
+        plan(&["pairs".to_owned()], arguments.pairs, 1.0),
+    ]
+    .concat();
+    let thorough = |order: &hidden::Order| Plan::number(order) < arguments.thorough;
+    let cases = side_by_side(&orders, |order| Case::new(order, thorough(order)), |_, case| log(case));
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    println!("`cargo bench --bench blind -- {}`\n", words.join(" "));
+    println!("{}", Table { cases: &cases, nats: Options::default().rules.nats }.text());
+}
+
+fn log(case: &Case) {
+    eprintln!("{}", case.verdict.line());
+    eprintln!("      {}", separate::line("told", &case.order.effects, &case.told));
+    if let Some(left_out) = &case.left_out {
+        let named: Vec<&str> = left_out.found.iter().map(|found| found.effect.as_str()).collect();
+        let unexplained = if left_out.unexplained.is_empty() { "" } else { "; something unexplained" };
+        eprintln!("      out of the catalogue: named {}{unexplained}", named.join(", "));
+    }
 }
 
 fn set_of(folder: &Path) -> (String, Set) {

@@ -38,6 +38,11 @@ impl<'a> Plan<'a> {
             .collect()
     }
 
+    /// Number of a machine that hides one effect, among those of its effect and strength, whatever the first seed (a multiple of 100).
+    pub fn number(order: &Order) -> u64 {
+        order.seed % WEAKER
+    }
+
     fn order(&self, name: &str, machine: u64) -> Order {
         let within = |most: u64| {
             assert!(machine < most, "there are seeds for {most} machines of {name}");
