@@ -7,7 +7,7 @@ use super::strengths::EFFECTS;
 pub const USAGE: &str = "usage: cargo bench --bench blind -- generate --out DIR [--effects all|none|pairs|NAME,...] [--machines N] [--skip N] [--strength S] [--seeds FIRST]
        cargo bench --bench blind -- judge SET...
        cargo bench --bench blind -- separate SET...
-       cargo bench --bench blind -- table [--effects all|NAME,...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--seeds FIRST]";
+       cargo bench --bench blind -- table [--effects all|NAME,...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--changes N] [--seeds FIRST]";
 
 /// What is to be done.
 #[derive(Debug)]
@@ -35,6 +35,8 @@ pub struct Arguments {
     pub clean: u64,
     /// Machines that hide two effects.
     pub pairs: u64,
+    /// Machines compared with themselves, for each change and without one.
+    pub changes: u64,
     /// First seed: see [`super::orders`].
     pub seeds: u64,
     pub out: PathBuf,
@@ -62,6 +64,7 @@ impl Arguments {
             thorough: 5,
             clean: 20,
             pairs: 20,
+            changes: 5,
             seeds: 1000,
             out: PathBuf::from("blind"),
         };
@@ -72,6 +75,7 @@ impl Arguments {
                 "--machines" => arguments.machines = number(&value()?)?,
                 "--skip" => arguments.skip = number(&value()?)?,
                 "--clean" => arguments.clean = number(&value()?)?,
+                "--changes" => arguments.changes = number(&value()?)?,
                 "--pairs" => arguments.pairs = number(&value()?)?,
                 "--thorough" => arguments.thorough = number(&value()?)?,
                 "--strength" => arguments.strength = number(&value()?)?,

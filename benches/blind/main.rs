@@ -4,7 +4,7 @@
 //! cargo bench --bench blind -- generate --out DIR [--effects all|NAME,...] [--machines N] [--skip N] [--strength 1|0.5] [--seeds FIRST]
 //! cargo bench --bench blind -- judge SET...
 //! cargo bench --bench blind -- separate SET...
-//! cargo bench --bench blind -- table [--effects ...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--seeds FIRST]
+//! cargo bench --bench blind -- table [--effects ...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--changes N] [--seeds FIRST]
 //! ```
 //! A set is a folder with `model.toml`, `robot.urdf` and four recordings; what was hidden stands in `truth/<set>.json` beside it.
 //! It is drawn by the same modules as the sets of `tests/hidden_effects`. `table` keeps no data; see `docs/blind.md`. Seeds below 100000 are for tuning, those from 900000 for reports.
@@ -26,6 +26,7 @@ mod verdict;
 
 mod arguments;
 mod case;
+mod comparison;
 mod orders;
 mod separate;
 mod side_by_side;
@@ -35,6 +36,7 @@ use std::path::{Path, PathBuf};
 
 use arguments::{Arguments, Command};
 use case::Case;
+use comparison::Comparison;
 use generate::Set;
 use lostmotion::diagnose::Options;
 use orders::Plan;
@@ -107,9 +109,11 @@ fn table(arguments: &Arguments) {
     .concat();
     let thorough = |order: &hidden::Order| Plan::number(order) < arguments.thorough;
     let cases = side_by_side(&orders, |order| Case::new(order, thorough(order)), |_, case| log(case));
+    let later = orders::later(arguments.seeds, arguments.changes);
+    let comparisons = side_by_side(&later, Comparison::new, |_, comparison| eprintln!("{}", comparison.line()));
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     println!("`cargo bench --bench blind -- {}`\n", words.join(" "));
-    println!("{}", Table { cases: &cases, nats: Options::default().rules.nats }.text());
+    println!("{}", Table { cases: &cases, comparisons: &comparisons, nats: Options::default().rules.nats }.text());
 }
 
 fn log(case: &Case) {

@@ -1,18 +1,20 @@
 //! Which machines are drawn by which seeds: `FIRST + 0..400` hide nothing, `FIRST + 400..1000` two effects, and the effect of index `k`
-//! in alphabetical order has `FIRST + 1000 + 200 k + 0..100` at strength 1, `+ 100..200` at other strengths. No two machines share a seed.
+//! in alphabetical order has `FIRST + 1000 + 200 k + 0..100` at strength 1, `+ 100..200` at other strengths. Machines that are compared
+//! with themselves have `FIRST + 8000 + 100 k + 0..100`, `k` the index of what has changed, the last of them nothing. No two share a seed.
 
 use rand::SeedableRng;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::arguments::Arguments;
-use super::hidden::Order;
+use super::hidden::{CHANGED, CHANGES, Order};
 use super::strengths::EFFECTS;
 
 const PAIRS: u64 = 400;
 const SINGLE: u64 = 1000;
 const OF_EACH: u64 = 200;
 const WEAKER: u64 = 100;
+const LATER: u64 = 8000;
 /// A joint's friction remembers one thing at a time.
 const WITH_A_MEMORY: [&str; 2] = ["dwell_stiction", "presliding"];
 
@@ -63,6 +65,16 @@ impl<'a> Plan<'a> {
             }
         }
     }
+}
+
+/// Machines to be compared with themselves, `machines` for each change and as many without one.
+pub fn later(seeds: u64, machines: u64) -> Vec<Order> {
+    let quantities = CHANGES.iter().map(|(quantity, _)| *quantity).chain([""]);
+    let of = |(index, quantity): (usize, &'static str)| {
+        let seed = seeds + LATER + 100 * index as u64;
+        (0..machines).map(move |machine| Order::one(&format!("{CHANGED}{quantity}"), 1.0, seed + machine))
+    };
+    quantities.enumerate().flat_map(of).collect()
 }
 
 /// Two different effects that one machine can have at once.

@@ -3,12 +3,15 @@
 use std::fmt::Write as _;
 
 use super::case::Case;
+use super::comparison::Comparison;
+use super::hidden::CHANGES;
 use super::strengths::EFFECTS;
 use super::verdict::Size;
 
 /// What is counted over.
 pub struct Table<'a> {
     pub cases: &'a [Case],
+    pub comparisons: &'a [Comparison],
     /// [nats] evidence that a diagnosis asks of an effect: what is told by more is separable.
     pub nats: f64,
 }
@@ -104,6 +107,16 @@ impl<'a> Table<'a> {
         for (figure, asked, measured) in rows {
             let _ = writeln!(text, "| {figure} | {asked} | {measured} |");
         }
+        let of = |quantity: &str| {
+            let own = self.comparisons.iter().filter(|one| one.order.changed() == Some(quantity));
+            Share::of(own.map(Comparison::is_first)).text()
+        };
+        for (quantity, factor) in CHANGES {
+            let percent = 100.0 * (factor - 1.0);
+            let _ =
+                writeln!(text, "| change of `{quantity}` by {percent:.0} % named first | ≥ 95 % | {} |", of(quantity));
+        }
+        let _ = writeln!(text, "| no change, and none named | | {} |", of(""));
         text
     }
 

@@ -99,11 +99,13 @@ fn write_set(folder: &Path, order: &Order) {
 
     let truth = machine.truth(&entries);
     let model = Model::from_texts(&truth, &machine.urdf(), Path::new("truth.toml")).expect("a good model");
-    let mut moves = stream(order.seed, 2);
+    // Another day has other motions and other noise.
+    let later = u64::from(order.changed().is_some());
+    let mut moves = stream(order.seed, 2 + later);
     let kinds = [JointKind::Revolute; 2];
     for (index, name) in ["staircase", "fast_1", "fast_2", "fast_3"].into_iter().enumerate() {
         let motion = if index == 0 { motion::staircase(&mut moves) } else { motion::fast(&mut moves) };
-        let series = record(name, &model, &motion, 4 * order.seed + index as u64);
+        let series = record(name, &model, &motion, 4 * order.seed + index as u64 + (later << 40));
         write_csv(&data.join(name).with_extension("csv"), &series, &kinds).expect("a recording");
     }
     let entry =
