@@ -13,7 +13,7 @@ use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
-use super::{Options, command, extend, floor, observe, two_encoders, typical_inertia, unexplained};
+use super::{Options, command, extend, floor, observe, reversal, two_encoders, typical_inertia, unexplained};
 use crate::effects::SymmetricFriction;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
@@ -64,7 +64,7 @@ pub fn diagnosis(
     } else {
         vec![None; model.joints.len()]
     };
-
+    effects.extend(at_turns(data, problem, &residuals));
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
@@ -326,6 +326,12 @@ fn gaps(model: &Model, sessions: &[&TimeSeries], problem: &Problem, seen: &[Opti
         Some((Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit }, share))
     };
     (0..model.joints.len()).map(measure).collect()
+}
+
+/// The effects that the turns of the joints tell of. A gap that was measured as if there were none may stand for what they do.
+fn at_turns(data: &Data, problem: &Problem, residuals: &[Residual]) -> Vec<FoundEffect> {
+    let left: Vec<Vec<f64>> = residuals.iter().map(|residual| residual.after.clone()).collect();
+    reversal::found(problem, data.sessions, &left)
 }
 
 fn baseline(

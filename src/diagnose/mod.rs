@@ -22,6 +22,7 @@ mod problem;
 mod regression;
 /// What a diagnosis returns.
 pub mod result;
+mod reversal;
 mod selection;
 /// Which effects a recording can tell apart.
 pub mod separability;

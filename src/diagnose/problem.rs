@@ -108,15 +108,17 @@ impl<'m> Problem<'m> {
 
     /// Rows of a joint that take part.
     pub fn rows(&self, joint: usize, part: Part) -> Vec<usize> {
-        (0..self.motion.rows())
-            .filter(|row| self.zones[joint][*row])
-            .filter(|row| match part {
-                Part::Train => !self.held_out[*row],
-                Part::Without(fold) => !self.held_out[*row] && self.fold[*row] != fold,
-                Part::Fold(fold) => !self.held_out[*row] && self.fold[*row] == fold,
-                Part::HeldOut => self.held_out[*row],
-            })
-            .collect()
+        (0..self.motion.rows()).filter(|row| self.zones[joint][*row] && self.is_in(*row, part)).collect()
+    }
+
+    /// Whether a row belongs to a part, whatever its zone.
+    pub fn is_in(&self, row: usize, part: Part) -> bool {
+        match part {
+            Part::Train => !self.held_out[row],
+            Part::Without(fold) => !self.held_out[row] && self.fold[row] != fold,
+            Part::Fold(fold) => !self.held_out[row] && self.fold[row] == fold,
+            Part::HeldOut => self.held_out[row],
+        }
     }
 
     /// The blocks of a part with these terms, and where their coefficients stand.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{CATALOGUE, Diagnosable, Effect};
+use super::{AtTurns, CATALOGUE, Diagnosable, Effect};
 
 /// Effects by name, in alphabetical order. The default are those of this crate.
 #[derive(Clone)]
@@ -49,6 +49,11 @@ impl Catalogue {
     /// Those that a diagnosis can tell.
     pub fn diagnosable(&self) -> impl Iterator<Item = &'static dyn Diagnosable> + '_ {
         self.iter().filter_map(|effect| effect.diagnosable())
+    }
+
+    /// Those that a diagnosis can tell by the turns of a joint.
+    pub fn at_turns(&self) -> impl Iterator<Item = &'static dyn AtTurns> + '_ {
+        self.iter().filter_map(|effect| effect.at_turns())
     }
 }
 

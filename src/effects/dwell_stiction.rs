@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::{need_friction, need_joint};
-use super::{About, Action, Effect, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, AtTurns, Effect, Kind, ParameterSpec, Parameters, Scope, Trial, Turns};
 use crate::error::Result;
 use crate::gearhead::Memory;
 use crate::robot::Model;
@@ -54,5 +54,44 @@ impl Effect for DwellStiction {
             slip_distance: given.get("slip_distance"),
         };
         Ok(vec![Action::Friction(joint, memory)])
+    }
+
+    fn at_turns(&self) -> Option<&dyn AtTurns> {
+        Some(self)
+    }
+}
+
+/// [s] Times at rest that are tried.
+const TIMES: [f64; 4] = [0.03, 0.2, 1.0, 5.0];
+/// [rad or m] Distances over which sliding renews contacts that are tried, in counts of the encoder.
+const DISTANCES: [f64; 3] = [4.0, 12.0, 36.0];
+/// Part of Coulomb friction that is tried as growth.
+const TRIED: f64 = 0.3;
+/// Rests that are needed.
+const FEWEST: usize = 6;
+/// Ratio of a long rest (one in ten is longer) to a short one (one in ten is shorter) below which growth cannot be told from breakaway.
+const LEAST_SPREAD: f64 = 2.0;
+
+impl AtTurns for DwellStiction {
+    fn applies(&self, seen: &Turns) -> bool {
+        let mut rests = seen.rests.clone();
+        rests.sort_by(f64::total_cmp);
+        let at = |part: f64| rests[(part * (rests.len() - 1) as f64) as usize];
+        rests.len() >= FEWEST && at(0.9) > LEAST_SPREAD * at(0.1)
+    }
+
+    fn trials(&self, seen: &Turns) -> Vec<Trial> {
+        let growth = TRIED * seen.motion.joints[seen.joint].friction.coulomb;
+        let count = seen.motion.model.joints[seen.joint].encoder_step();
+        let pairs = TIMES.into_iter().flat_map(|time| DISTANCES.into_iter().map(move |counts| (time, counts * count)));
+        pairs
+            .filter(|(_, distance)| *distance > 0.0 && growth > 0.0)
+            .map(|(time, distance)| Trial {
+                values: vec![growth, time, distance],
+                scales: vec![growth, time, distance],
+                proportional: true,
+                session: None,
+            })
+            .collect()
     }
 }

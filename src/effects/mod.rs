@@ -8,6 +8,7 @@ mod action;
 mod catalogue;
 pub mod motion;
 mod parameters;
+pub mod turns;
 
 mod base_tilt;
 mod cable_spring;
@@ -43,6 +44,7 @@ pub use action::{
 pub use catalogue::Catalogue;
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
+pub use turns::{AtTurns, Jump, Trial, Turns};
 
 use std::collections::BTreeMap;
 
@@ -109,6 +111,11 @@ pub trait Effect: Sync {
 
     /// Its other face, where it has one: how a diagnosis tells it.
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        None
+    }
+
+    /// Its third face, where it has one: how a diagnosis tells it by the turns of a joint.
+    fn at_turns(&self) -> Option<&dyn AtTurns> {
         None
     }
 }

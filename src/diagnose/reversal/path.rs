@@ -1,0 +1,180 @@
+//! The smooth measured motion of one joint on an even grid of times, and the kernel that takes a torque on that grid back to rows.
+//!
+//! Smooth rows would blur the leap of a rotor through its gap. Its position is therefore what the encoder's edges say: at an edge the
+//! rotor is known to an instant of the recording, and between edges it runs straight. Velocity, load and inertia are those of the rows,
+//! straight between them. A torque on the grid is constant from one instant to the next, and a row averages it as it averages the
+//! recording.
+
+use nalgebra::DMatrix;
+
+use crate::dynamics::Dynamics;
+use crate::effects::Motion;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// Steps of the grid in the narrowest half width of a kernel.
+const STEPS: f64 = 4.0;
+/// [s] Finest and coarsest grid.
+const GRID: [f64; 2] = [5e-4, 2e-3];
+
+/// Motion of one joint on a grid; sessions follow each other.
+#[derive(Debug, Clone)]
+pub struct Path {
+    /// Index of the joint.
+    pub joint: usize,
+    /// `h` [s] between instants.
+    pub step: f64,
+    /// Sessions with their instants.
+    pub spans: Vec<Span>,
+    /// `t` [s] since the start of the session.
+    pub time: Vec<f64>,
+    /// `θ` [rad or m].
+    pub theta: Vec<f64>,
+    /// `θ̇` [rad/s or m/s].
+    pub v: Vec<f64>,
+    /// `L` [N·m or N] what the link needs of the gear without friction, if it follows the rotor.
+    pub load: Vec<f64>,
+    /// `I θ̈` [N·m or N], the part of it that is the link's own inertia.
+    pub inertial: Vec<f64>,
+    /// `I` [kg·m² or kg] inertia of all that the joint moves, the other joints held.
+    pub inertia: Vec<f64>,
+}
+
+/// Instants of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    /// Which session.
+    pub session: usize,
+    /// First instant.
+    pub start: usize,
+    /// One beyond the last.
+    pub end: usize,
+}
+
+impl Path {
+    /// The path of a joint in sessions, in the order of the motion's.
+    pub fn new(motion: &Motion, joint: usize, sessions: &[&TimeSeries]) -> Self {
+        let narrowest = motion.half_width.iter().copied().fold(f64::INFINITY, f64::min);
+        let step = (narrowest / STEPS).clamp(GRID[0], GRID[1]);
+        let (time, theta, v, load) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (inertial, inertia, spans) = (Vec::new(), Vec::new(), Vec::new());
+        let mut path = Self { joint, step, spans, time, theta, v, load, inertial, inertia };
+        let inertia = inertia_at_rows(motion, joint);
+        let mut first = 0;
+        while first < motion.rows() {
+            let session = motion.session[first];
+            let end = (first..motion.rows()).find(|row| motion.session[*row] != session).unwrap_or(motion.rows());
+            let name = &motion.model.joints[joint].name;
+            let recorded = sessions[session].joint(name).and_then(|series| series.get(Channel::Position));
+            let edges = recorded.map_or(Vec::new(), |position| edges(&sessions[session].time, position));
+            path.append(motion, session, first..end, &inertia, &edges);
+            first = end;
+        }
+        path
+    }
+
+    fn append(
+        &mut self,
+        motion: &Motion,
+        session: usize,
+        rows: std::ops::Range<usize>,
+        inertia: &[f64],
+        edges: &[[f64; 2]],
+    ) {
+        let m = &motion.joints[self.joint];
+        let start = self.time.len();
+        let (from, to) = (motion.time[rows.start], motion.time[rows.end - 1]);
+        let (mut row, mut edge) = (rows.start, 0);
+        for k in 0..=((to - from) / self.step) as usize {
+            let t = from + k as f64 * self.step;
+            while row + 2 < rows.end && motion.time[row + 1] <= t {
+                row += 1;
+            }
+            let next = (row + 1).min(rows.end - 1);
+            let span = (motion.time[next] - motion.time[row]).max(1e-12);
+            let x = ((t - motion.time[row]) / span).clamp(0.0, 1.0);
+            let between = |values: &[f64]| values[row] + x * (values[next] - values[row]);
+            self.time.push(t);
+            while edge + 2 < edges.len() && edges[edge + 1][0] <= t {
+                edge += 1;
+            }
+            self.theta.push(match edges.get(edge..edge + 2) {
+                Some([[t0, q0], [t1, q1]]) => q0 + (q1 - q0) * ((t - t0) / (t1 - t0)).clamp(0.0, 1.0),
+                _ => between(&m.q),
+            });
+            self.v.push(between(&m.v));
+            self.load.push(between(&m.link_torque));
+            let inertia = between(inertia);
+            self.inertia.push(inertia);
+            self.inertial.push(inertia * between(&m.a));
+        }
+        self.spans.push(Span { session, start, end: self.time.len() });
+    }
+
+    /// The windows through which rows see the grid.
+    pub fn windows(&self, motion: &Motion, rows: &[usize]) -> Windows {
+        let mut windows = Windows { first: Vec::new(), ends: Vec::new(), weights: Vec::new() };
+        for row in rows {
+            let (t, w) = (motion.time[*row], motion.half_width[*row]);
+            let span = self.spans.iter().find(|span| span.session == motion.session[*row]);
+            let (first, last) = span.map_or((0, 0), |span| {
+                let from = self.time[span.start];
+                let at =
+                    |t: f64| span.start + (((t - from) / self.step).max(0.0) as usize).min(span.end - span.start - 1);
+                (at(t - w), at(t + w))
+            });
+            windows.first.push(first);
+            let before = windows.weights.len();
+            for k in first..=last {
+                // The torque of an instant lasts for a step.
+                let s = (self.time[k] + 0.5 * self.step - t) / w;
+                windows.weights.push((1.0 - s * s).max(0.0).powi(2));
+            }
+            let sum: f64 = windows.weights[before..].iter().sum();
+            windows.weights[before..].iter_mut().for_each(|weight| *weight /= sum.max(1e-300));
+            windows.ends.push(windows.weights.len());
+        }
+        windows
+    }
+}
+
+/// The kernels of some rows on the grid.
+#[derive(Debug, Clone)]
+pub struct Windows {
+    first: Vec<usize>,
+    ends: Vec<usize>,
+    weights: Vec<f64>,
+}
+
+impl Windows {
+    /// What the rows see of a torque on the grid.
+    pub fn averages(&self, torque: &[f64]) -> Vec<f64> {
+        let mut start = 0;
+        self.first
+            .iter()
+            .zip(&self.ends)
+            .map(|(first, end)| {
+                let weights = &self.weights[start..*end];
+                start = *end;
+                weights.iter().zip(&torque[*first..]).map(|(weight, torque)| weight * torque).sum()
+            })
+            .collect()
+    }
+}
+
+/// Instants and positions at which a recorded position changes: half way between both readings.
+fn edges(time: &[f64], position: &[f64]) -> Vec<[f64; 2]> {
+    let pairs = time.windows(2).zip(position.windows(2));
+    pairs.filter(|(_, q)| q[0] != q[1]).map(|(t, q)| [0.5 * (t[0] + t[1]), 0.5 * (q[0] + q[1])]).collect()
+}
+
+fn inertia_at_rows(motion: &Motion, joint: usize) -> Vec<f64> {
+    let dof = motion.joints.len();
+    let mut dynamics = Dynamics::new(&motion.model.robot);
+    let (mut q, mut mass) = (vec![0.0; dof], DMatrix::zeros(dof, dof));
+    let at = |row: usize| {
+        motion.joints.iter().zip(&mut q).for_each(|(m, q)| *q = m.q[row]);
+        dynamics.mass_matrix(&q, &mut mass);
+        mass[(joint, joint)]
+    };
+    (0..motion.rows()).map(at).collect()
+}
