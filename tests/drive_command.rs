@@ -60,8 +60,11 @@ fn record(name: &str, model: &Model, seed: u64) -> TimeSeries {
     TimeSeries { name: name.to_owned(), time, joints: joints.into() }
 }
 
+/// What a recorder does to a current.
+type Alteration<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
+
 /// Two sessions, the second held out, with their currents altered.
-fn sessions(truth: &Model, alter: &dyn Fn(&[f64]) -> Vec<f64>) -> [TimeSeries; 2] {
+fn sessions(truth: &Model, alter: Alteration) -> [TimeSeries; 2] {
     [("one", 41), ("two", 42)].map(|(name, seed)| {
         let mut session = record(name, truth, seed);
         for joint in &mut session.joints {
@@ -122,7 +125,7 @@ fn property_a_drive_that_obeys_has_no_dead_band() {
         current.iter().map(follow).collect()
     };
     let offset = |current: &[f64]| current.iter().map(|i| i + 0.4).collect();
-    let alterations: [(&str, &dyn Fn(&[f64]) -> Vec<f64>); 4] =
+    let alterations: [(&str, Alteration); 4] =
         [("as it is", &same), ("late", &late), ("slow", &slow), ("offset", &offset)];
     for (name, alter) in alterations {
         let found = diagnosed(&sessions(&scara(), alter));
