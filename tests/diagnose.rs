@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use lostmotion::dataset;
-use lostmotion::diagnose::{Diagnosis, Options, Split, Verdict, diagnose};
+use lostmotion::diagnose::{Axis, Diagnosis, Options, Split, Verdict, diagnose};
 use lostmotion::dynamics::Dynamics;
 use lostmotion::effects::{self, Action, JointState};
 use lostmotion::error::Error;
 use lostmotion::gearhead::FrictionLaw;
+use lostmotion::report::diagnosis as rendering;
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
 use rand::{RngExt, SeedableRng};
@@ -248,11 +249,68 @@ fn property_the_report_has_the_keys_of_its_schema() {
     for key in ["value", "std_error", "unit"] {
         assert!(!effect["parameters"]["positive"][key].is_null(), "parameters.positive.{key} is missing");
     }
-    for key in ["joint", "quantity", "unit", "split", "before", "after", "floor"] {
+    for key in
+        ["joint", "quantity", "unit", "split", "before", "after", "floor", "gain_percent", "interval_percent", "shown"]
+    {
         assert!(!report["fit"][0][key].is_null(), "fit[0].{key} is missing");
     }
     assert!(report["baseline"]["joint1"]["friction"]["coulomb"]["value"].is_number());
     assert!(report["unexplained"].is_array() && report["replay"].is_array());
+}
+
+/// What an axis explains of the nominal error on joint 1: share, alike, opposed [%].
+fn share(found: &Diagnosis, axis: Axis) -> [f64; 3] {
+    let joint = found.shares.iter().find(|one| one.joint == "joint1").expect("joint1 moves");
+    let one = joint.axes.iter().find(|one| one.axis == axis).expect("an axis");
+    [one.share_percent, one.alike_percent.unwrap_or(f64::NAN), one.opposed_percent.unwrap_or(f64::NAN)]
+}
+
+#[test]
+fn recover_a_planted_error_has_the_whole_share_of_its_axis() {
+    // 0.1 N·m beside noise of 3 mN·m behind the filter. 40 bins leave (2π · 3 · 4 rad/2π/40)²/12 = 0.7 % of a wave of 3 rad⁻¹ over 4 rad, and
+    // the friction that is fitted beside it takes some per cent of what happens to run along with it.
+    let least = 90.0;
+    let found = |extra: &dyn Fn(usize, f64, f64) -> f64| diagnosis(&arm(true), 720, extra);
+    let on_first = |joint: usize, value: f64| if joint == 0 { value } else { 0.0 };
+    let position = found(&|joint, q, _| on_first(joint, 0.1 * (3.0 * q).sin()));
+    let [of_position, alike, opposed] = share(&position, Axis::Position);
+    assert!(of_position > least && alike > least && opposed < 10.0, "{:?}", position.shares[0]);
+    let friction = found(&|joint, q, v| on_first(joint, 0.1 * (3.0 * q).sin() * v.signum()));
+    let [of_position, alike, opposed] = share(&friction, Axis::Position);
+    assert!(of_position > least && opposed > least && alike < 10.0, "{:?}", friction.shares[0]);
+    // A ratio of 5: two periods a motor turn are ten a radian.
+    let motor = found(&|joint, q, _| on_first(joint, 0.1 * (10.0 * q).sin()));
+    assert!(share(&motor, Axis::MotorAngle)[1] > least, "{:?}", motor.shares[0]);
+    let velocity = found(&|joint, _, v| on_first(joint, 0.1 * (5.0 * v).cos()));
+    assert!(share(&velocity, Axis::Velocity)[0] > least, "{:?}", velocity.shares[0]);
+    for other in [Axis::Position, Axis::Time, Axis::Direction, Axis::Frequency] {
+        assert!(share(&velocity, other)[0] < 40.0, "{other:?}: {:?}", velocity.shares[0]);
+    }
+    for (found, words) in
+        [(&position, "depends on position, alike"), (&friction, "as friction does"), (&velocity, "depends on velocity")]
+    {
+        let text = rendering::document("arm", found).to_text();
+        let line = text.lines().find(|line| line.starts_with("joint1: ")).expect("a sentence");
+        assert!(line.contains(words) && line.contains("× its sensor floor"), "{line}");
+    }
+}
+
+#[test]
+fn property_a_clean_machine_is_said_to_be_at_its_floor_and_the_report_stays_small() {
+    let found = diagnosis(&arm(true), 730, &|_, _, _| 0.0);
+    assert_eq!(found.verdict, Verdict::NothingFound);
+    for joint in &found.shares {
+        assert!(joint.rms < 2.0 * joint.floor && joint.floor < 2.0 * joint.rms, "{joint:?}");
+    }
+    let text = rendering::document("arm", &found).to_text();
+    assert_eq!(text.matches("at the floor").count(), 2, "{text}");
+    assert!(found.fit.iter().all(|one| !one.gain.shown), "{:?}", found.fit);
+    for map in &found.maps {
+        assert_eq!((map.before.len(), map.floor.len()), (map.centre.len(), map.centre.len()));
+        assert!(map.floor.iter().all(|floor| *floor > 0.0), "{map:?}");
+    }
+    let bytes = serde_json::to_string_pretty(&found).expect("JSON").len();
+    assert!(bytes < 300_000, "{bytes}");
 }
 
 #[test]

@@ -130,6 +130,8 @@ fn recover_an_effect_of_another_crate() {
         let found = diagnose(&nominal, &train, &held_out, &options, &mut |_, _| {}).expect("a diagnosis");
         let names: Vec<&str> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
         assert_eq!(names, if brake { vec!["eddy_brake"] } else { vec![] });
+        let text = lostmotion::report::diagnosis::document("turntable", &found).to_text();
+        assert_eq!(text.contains(ABOUT.summary), brake, "{text}");
         if brake {
             let estimate = &found.effects[0].parameters["most"];
             println!("{estimate:?}");

@@ -246,7 +246,7 @@ fn recover_the_right_model_gains_beside_the_wrong_one() {
     let session = Session { controllers: vec![None, None], ..session };
     let mut wrong = machine.clone();
     wrong.joints[0].friction = Some(friction(0.3, 0.3, 0.0603, 0.407, 0.4));
-    let channels = replay::compare_models(&wrong, &machine, &[session], &Options::default()).expect("replays");
+    let (channels, _) = replay::compare_models(&wrong, &machine, &[session], &Options::default()).expect("replays");
     assert_eq!(channels.len(), 6);
     let of =
         |quantity| channels.iter().find(|one| one.joint == "joint1" && one.quantity == quantity).expect("a channel");

@@ -6,9 +6,9 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::dataset::Session;
-use crate::diagnose::{self as diagnosis, Diagnosis, Options, ReplayError, Split, Verdict};
+use crate::diagnose::{self as diagnosis, Diagnosis, Options, ReplayError, ResidualSeries, Split, Verdict, ZoneShares};
 use crate::error::Result;
-use crate::replay::{self, Compared, Quantity};
+use crate::replay::{self, Compared, Quantity, Replay};
 use crate::report::files::envelope;
 use crate::report::recording::Motion;
 use crate::report::{Report, diagnosis as rendering};
@@ -84,7 +84,7 @@ impl Findings {
     pub fn new(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
         let mut findings = Self::without_replay(model, train, hold_out, progress)?;
         let share = Options::default().held_out_share;
-        findings.diagnosis.replay = Self::replay(&findings.diagnosis, train, hold_out, share, progress)?;
+        Self::replay(&mut findings.diagnosis, train, hold_out, share, progress)?;
         Ok(findings)
     }
 
@@ -105,7 +105,7 @@ impl Findings {
         let mut diagnosis = diagnosis::compare(model, &before, &after, &judged, &options, &mut |doing, share| {
             progress.show(doing, share);
         })?;
-        diagnosis.replay = Self::replay(&diagnosis, now, hold_out, options.held_out_share, progress)?;
+        Self::replay(&mut diagnosis, now, hold_out, options.held_out_share, progress)?;
         Ok(Self { diagnosis, sessions: before.into_iter().chain(after).chain(judged).collect() })
     }
 
@@ -126,22 +126,25 @@ impl Findings {
 
     /// Both models in simulation beside the data held out.
     fn replay(
-        diagnosis: &Diagnosis,
+        diagnosis: &mut Diagnosis,
         train: &[Session],
         hold_out: &[Session],
         share: f64,
         progress: &Progress,
-    ) -> Result<Vec<ReplayError>> {
+    ) -> Result<()> {
         let judged: Vec<Session> = if hold_out.is_empty() {
             train.iter().map(|session| tail(session, share)).collect()
         } else {
             hold_out.to_vec()
         };
         progress.next("replaying");
-        let (before, after) = (&diagnosis.baseline_model, &diagnosis.extended_model);
-        let model = after;
-        let compared = replay::compare_models(before, after, &judged, &replay::Options::default())?;
-        Ok(compared.into_iter().map(|one| replay_error(one, model)).collect())
+        let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
+        let (compared, replays) = replay::compare_models(nominal, extended, &judged, &replay::Options::default())?;
+        diagnosis.replay = compared.into_iter().map(|one| replay_error(one, nominal)).collect();
+        for joint in &mut diagnosis.shares {
+            joint.zones = zone_shares(&joint.joint, &diagnosis.series, &replays);
+        }
+        Ok(())
     }
 
     /// The report: first the recordings with their residuals, then the extended model beside the data held out.
@@ -185,6 +188,32 @@ fn tail(session: &Session, share: f64) -> Session {
         });
     }
     session
+}
+
+/// Parts of the squared torque error of replays that lie in each zone of a joint.
+fn zone_shares(joint: &str, series: &[ResidualSeries], replays: &[Replay]) -> Option<ZoneShares> {
+    let (mut sums, mut times) = ([0.0; 3], [0.0; 3]);
+    for replay in replays {
+        let error = replay.errors.iter().find(|error| error.joint == joint && error.quantity == Quantity::Torque)?;
+        for series in series.iter().filter(|one| one.joint == joint && one.session == replay.recorded.name) {
+            let (Some(first), Some(last)) = (series.time.first(), series.time.last()) else { continue };
+            for (time, e) in replay.recorded.time.iter().zip(&error.difference) {
+                if (first..=last).contains(&time) {
+                    let row = series.time.partition_point(|row| row <= time).saturating_sub(1);
+                    let zone = series.zone[row] as usize;
+                    sums[zone] += e * e;
+                    times[zone] += 1.0;
+                }
+            }
+        }
+    }
+    let percent = |parts: [f64; 3]| {
+        let total: f64 = parts.iter().sum();
+        parts.map(|part| 100.0 * part / total.max(f64::MIN_POSITIVE))
+    };
+    let [rigid_percent, reversal_percent, rest_percent] = percent(sums);
+    let zones = ZoneShares { rigid_percent, reversal_percent, rest_percent, time_percent: percent(times) };
+    sums.iter().any(|sum| *sum > 0.0).then_some(zones)
 }
 
 /// One channel of the report.

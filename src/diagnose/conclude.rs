@@ -13,7 +13,10 @@ use super::selection::{Selection, Taken, evidence_beside};
 use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
-use super::{Options, command, extend, floor, observe, reversal, two_encoders, typical_inertia, unexplained};
+use super::{
+    Options, command, extend, floor, maps, observe, reversal, shares, spectra, two_encoders, typical_inertia,
+    unexplained,
+};
 use crate::effects::SymmetricFriction;
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
@@ -68,7 +71,8 @@ pub fn diagnosis(
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
-    let nominal = nominal_friction(problem).unwrap_or_else(|| friction.clone());
+    let nominal = if effects.is_empty() { None } else { nominal_friction(problem) };
+    let nominal = nominal.unwrap_or_else(|| friction.clone());
     let baseline_model = extend::with_baseline(model, &nominal, &gap_values, &shares);
     let extended_model = extend::with_baseline(model, &friction, &gap_values, &shares);
     let mut extended_model = extend::with_effects(model, &extended_model, &effects, &options.catalogue);
@@ -104,8 +108,10 @@ pub fn diagnosis(
         unexplained,
         two_encoders: encoders.joints,
         method: method(problem, sessions, trained, options),
-        maps: views::maps(problem, &residuals),
-        order_spectrum: views::order_spectrum(problem, &residuals),
+        shares: shares::shares(problem, &residuals, &floor),
+        maps: maps::maps(problem, &residuals, &floor),
+        order_spectrum: spectra::by_order(problem, &residuals, &floor),
+        frequency_spectrum: spectra::by_frequency(problem, &residuals, &floor),
         extended_model,
         baseline_model,
         catalogue: problem.catalogue.clone(),

@@ -8,6 +8,7 @@
 //!                                  views ◀─────────────── estimate, extend, unexplained ◀───────┘
 //! ```
 
+mod axes;
 mod baseline;
 mod candidates;
 mod command;
@@ -17,6 +18,7 @@ mod estimate;
 mod extend;
 mod floor;
 mod kernel;
+mod maps;
 mod observe;
 mod problem;
 mod regression;
@@ -26,6 +28,8 @@ mod reversal;
 mod selection;
 /// Which effects a recording can tell apart.
 pub mod separability;
+mod shares;
+mod spectra;
 mod standstill;
 mod timing;
 mod two_encoders;
@@ -36,8 +40,9 @@ mod zones;
 
 pub use compare::compare;
 pub use result::{
-    Axis, BaselineEstimate, CandidateRecord, Change, Diagnosis, FitError, FoundEffect, Measured, Method, OrderSpectrum,
-    ReplayError, ResidualMap, ResidualSeries, Split, TwoEncoders, Unexplained, Verdict,
+    Axis, AxisShare, BaselineEstimate, CandidateRecord, Change, Diagnosis, FitError, FoundEffect, FrequencySpectrum,
+    JointShares, Measured, Method, OrderSpectrum, ReplayError, ResidualMap, ResidualSeries, Split, TwoEncoders,
+    Unexplained, Verdict, Zone, ZoneShares,
 };
 pub use selection::Rules;
 

@@ -38,10 +38,14 @@ pub struct Diagnosis {
     pub candidates: Vec<CandidateRecord>,
     /// How the data were read: filter, zones, held-out part.
     pub method: Method,
+    /// Where the error of the nominal model lies, and what it depends on, per joint.
+    pub shares: Vec<JointShares>,
     /// Maps of the residual against what may explain it, per joint.
     pub maps: Vec<ResidualMap>,
     /// Amplitude of the residual against the order of the motor angle, per joint.
     pub order_spectrum: Vec<OrderSpectrum>,
+    /// Amplitude of the residual against frequency, per joint.
+    pub frequency_spectrum: Vec<FrequencySpectrum>,
     /// The nominal model with the fitted baseline and the effects found: every command accepts it.
     #[serde(skip)]
     pub extended_model: Model,
@@ -258,18 +262,94 @@ pub struct Method {
     pub held_out: String,
 }
 
-/// What a residual is plotted against.
+/// What the simulation gets wrong on one joint, before any cause is looked for: the nominal model with its free parameters fitted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JointShares {
+    /// The joint.
+    pub joint: String,
+    /// `torque` or `force`.
+    pub quantity: &'static str,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// RMS error over the rigid zone of what is held out.
+    pub rms: f64,
+    /// [%] the same relative to the RMS of the measured torque.
+    pub torque_percent: f64,
+    /// RMS error that sensor noise and quantisation alone would leave there.
+    pub floor: f64,
+    /// Where the squared torque error of the nominal model in simulation lies; `None` until it has been replayed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zones: Option<ZoneShares>,
+    /// What one quantity alone explains of the squared error over the rigid zone of all data, the simplest first.
+    pub axes: Vec<AxisShare>,
+}
+
+/// What a joint does in a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Zone {
+    /// The link is known to follow the rotor.
+    Rigid,
+    /// From shortly before to 0.4 s after a reversal.
+    Reversal,
+    /// A change of flank, a reversal of another joint, standstill.
+    Rest,
+}
+
+/// Parts of a squared error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ZoneShares {
+    /// [%] where the link is known to follow the rotor.
+    pub rigid_percent: f64,
+    /// [%] from shortly before to 0.4 s after reversals.
+    pub reversal_percent: f64,
+    /// [%] elsewhere: changes of flank, reversals of other joints, standstill.
+    pub rest_percent: f64,
+    /// [%] of the time that each of the three takes, in this order.
+    pub time_percent: [f64; 3],
+}
+
+/// What one quantity alone explains of the squared error, beyond chance: its binned mean on data that it was not made from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AxisShare {
+    /// The quantity.
+    pub axis: Axis,
+    /// [%] explained, both directions of motion apart.
+    pub share_percent: f64,
+    /// [%] explained by what does not care about direction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alike_percent: Option<f64>,
+    /// [%] explained by what changes its sign with direction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub opposed_percent: Option<f64>,
+    /// [Hz] of the strongest line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<f64>,
+}
+
+/// What a residual may depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
+    /// Nothing: the same everywhere.
+    Constant,
+    /// Sign of the velocity: −1 or 1.
+    Direction,
     /// [rad/s or m/s]
     Velocity,
     /// [rad or m]
     Position,
-    /// [rad] angle of the motor shaft within a turn.
-    MotorAngle,
     /// [N·m or N] torque through the gear.
     Load,
+    /// [rad] angle of the motor shaft within a turn.
+    MotorAngle,
+    /// [rad/s² or m/s²]
+    Acceleration,
+    /// [s] since the last reversal, or before the next one.
+    ReversalPhase,
+    /// [s] since the start of a session.
+    Time,
+    /// [Hz]
+    Frequency,
 }
 
 /// Mean residual in bins of one quantity.
@@ -279,14 +359,26 @@ pub struct ResidualMap {
     pub joint: String,
     /// What the bins are of.
     pub axis: Axis,
-    /// Centre of each bin.
+    /// Centre of each bin; bins without samples are left out.
+    #[serde(serialize_with = "rounded")]
     pub centre: Vec<f64>,
     /// Samples in each bin.
     pub count: Vec<usize>,
-    /// Mean residual of the nominal model, motion in the positive direction; NaN-free: bins without samples are left out.
+    /// Mean residual of the nominal model.
+    #[serde(serialize_with = "rounded")]
     pub before: Vec<f64>,
     /// Mean residual of the extended model.
+    #[serde(serialize_with = "rounded")]
     pub after: Vec<f64>,
+    /// Nominal model: half the sum of the means of both directions of motion; NaN (`null`) where one of them is missing.
+    #[serde(serialize_with = "rounded", skip_serializing_if = "Vec::is_empty")]
+    pub alike: Vec<f64>,
+    /// Half their difference, positive less negative direction.
+    #[serde(serialize_with = "rounded", skip_serializing_if = "Vec::is_empty")]
+    pub opposed: Vec<f64>,
+    /// RMS that sensor noise and quantisation alone would leave in a sample of the bin.
+    #[serde(serialize_with = "rounded")]
+    pub floor: Vec<f64>,
 }
 
 /// Amplitude against the order of the motor angle.
@@ -297,9 +389,35 @@ pub struct OrderSpectrum {
     /// Periods per turn of the motor.
     pub order: Vec<f64>,
     /// [N·m or N] amplitude in the residual of the nominal model.
+    #[serde(serialize_with = "rounded")]
     pub before: Vec<f64>,
     /// [N·m or N] amplitude in the residual of the extended model.
+    #[serde(serialize_with = "rounded")]
     pub after: Vec<f64>,
+    /// [N·m or N] amplitude that sensor noise and quantisation alone would show.
+    pub floor: f64,
+}
+
+/// Amplitude against frequency in time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FrequencySpectrum {
+    /// The joint.
+    pub joint: String,
+    /// [Hz]
+    pub frequency: Vec<f64>,
+    /// [N·m or N] amplitude in the residual of the nominal model.
+    #[serde(serialize_with = "rounded")]
+    pub before: Vec<f64>,
+    /// [N·m or N] amplitude in the residual of the extended model.
+    #[serde(serialize_with = "rounded")]
+    pub after: Vec<f64>,
+    /// [N·m or N] amplitude that sensor noise and quantisation alone would show.
+    pub floor: f64,
+}
+
+/// Five significant digits: what a plot can show, in half the bytes. NaN becomes `null`.
+fn rounded<S: serde::Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(values.iter().map(|value| format!("{value:.4e}").parse::<f64>().unwrap_or(f64::NAN)))
 }
 
 /// Residual of one joint in one session, one value a row.
@@ -331,4 +449,6 @@ pub struct ResidualSeries {
     pub after: Vec<f64>,
     /// Whether the row lies in the rigid zone, where the errors are judged.
     pub rigid: Vec<bool>,
+    /// The zone of the row.
+    pub zone: Vec<Zone>,
 }

@@ -1,17 +1,11 @@
-//! Residuals before and after, in the forms that a reader looks at: errors, series, maps, order spectrum.
-
-use std::f64::consts::TAU;
+//! Residuals before and after: error figures, and sample by sample. Maps, shares and spectra of them have files of their own.
 
 use super::problem::{Fitted, Problem, Term};
-use super::result::{Axis, FitError, OrderSpectrum, ResidualMap, ResidualSeries, Split};
+use super::result::{FitError, ResidualSeries, Split};
+use super::shares;
 use crate::replay::{Gain, Pairs};
 use crate::timeseries::TimeSeries;
 use crate::units::JointKind;
-
-/// Bins of a map.
-const BINS: usize = 40;
-/// Orders of the motor angle in the spectrum.
-const ORDERS: usize = 48;
 
 /// Residuals of all rows of one joint.
 pub struct Residual {
@@ -95,6 +89,7 @@ pub fn gain(problem: &Problem, rows: &[usize], residual: &Residual) -> Gain {
 
 /// Residuals sample by sample.
 pub fn series(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Residual]) -> Vec<ResidualSeries> {
+    let zones: Vec<_> = (0..residuals.len()).map(|joint| shares::zones(problem, joint)).collect();
     let mut all = Vec::new();
     for (number, session) in sessions.iter().enumerate() {
         for (split, held) in [(Split::Train, false), (Split::HeldOut, true)] {
@@ -120,91 +115,11 @@ pub fn series(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Residual
                     torque: pick(&m.torque),
                     before: pick(&residual.before),
                     after: pick(&residual.after),
+                    zone: rows.iter().map(|row| zones[joint][*row]).collect(),
                     rigid: rows.iter().map(|row| problem.zones[joint][*row]).collect(),
                 });
             }
         }
     }
     all
-}
-
-/// Mean residual of the rigid zone against velocity, position, motor angle and load.
-pub fn maps(problem: &Problem, residuals: &[Residual]) -> Vec<ResidualMap> {
-    let mut maps = Vec::new();
-    for (joint, residual) in residuals.iter().enumerate() {
-        let (m, model) = (&problem.motion.joints[joint], &problem.motion.model.joints[joint]);
-        for axis in [Axis::Velocity, Axis::Position, Axis::MotorAngle, Axis::Load] {
-            let value = |row: usize| match axis {
-                Axis::Velocity => m.v[row],
-                Axis::Position => m.q[row],
-                Axis::MotorAngle => (model.gear_ratio * m.q[row]).rem_euclid(TAU),
-                Axis::Load => m.link_torque[row],
-            };
-            let rows: Vec<usize> = (0..problem.motion.rows()).filter(|row| problem.zones[joint][*row]).collect();
-            maps.push(map(&model.name, axis, &rows, value, residual));
-        }
-    }
-    maps
-}
-
-fn map(joint: &str, axis: Axis, rows: &[usize], value: impl Fn(usize) -> f64, residual: &Residual) -> ResidualMap {
-    let bounds = rows
-        .iter()
-        .map(|row| value(*row))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-    let width = ((bounds.1 - bounds.0) / BINS as f64).max(1e-300);
-    let mut sums = vec![(0_usize, 0.0, 0.0); BINS];
-    for row in rows {
-        let bin = (((value(*row) - bounds.0) / width) as usize).min(BINS - 1);
-        sums[bin].0 += 1;
-        sums[bin].1 += residual.before[*row];
-        sums[bin].2 += residual.after[*row];
-    }
-    let mut map = ResidualMap {
-        joint: joint.to_owned(),
-        axis,
-        centre: Vec::new(),
-        count: Vec::new(),
-        before: Vec::new(),
-        after: Vec::new(),
-    };
-    for (bin, (count, before, after)) in sums.into_iter().enumerate().filter(|(_, (count, _, _))| *count > 0) {
-        map.centre.push(bounds.0 + (bin as f64 + 0.5) * width);
-        map.count.push(count);
-        map.before.push(before / count as f64);
-        map.after.push(after / count as f64);
-    }
-    map
-}
-
-/// Amplitude of the residual of the rigid zone at whole orders of the motor angle, corrected for the kernel's gain.
-pub fn order_spectrum(problem: &Problem, residuals: &[Residual]) -> Vec<OrderSpectrum> {
-    let spectrum = |(joint, residual): (usize, &Residual)| {
-        let model = &problem.motion.model.joints[joint];
-        let rows: Vec<usize> = (0..problem.motion.rows()).filter(|row| problem.zones[joint][*row]).collect();
-        let amplitude = |values: &[f64], order: usize| {
-            let [cos, sin] = problem.motion.harmonic(joint, order as f64 * model.gear_ratio, |_, _| 1.0);
-            let sums = rows.iter().fold([0.0; 5], |mut s, row| {
-                let (c, d, e) = (cos[*row], sin[*row], values[*row]);
-                for (sum, term) in s.iter_mut().zip([c * c, c * d, d * d, c * e, d * e]) {
-                    *sum += term;
-                }
-                s
-            });
-            let determinant = sums[0] * sums[2] - sums[1] * sums[1];
-            if determinant <= 1e-12 * sums[0] * sums[2] || rows.is_empty() {
-                return 0.0;
-            }
-            let a = (sums[2] * sums[3] - sums[1] * sums[4]) / determinant;
-            let b = (sums[0] * sums[4] - sums[1] * sums[3]) / determinant;
-            a.hypot(b)
-        };
-        OrderSpectrum {
-            joint: model.name.clone(),
-            order: (1..=ORDERS).map(|order| order as f64).collect(),
-            before: (1..=ORDERS).map(|order| amplitude(&residual.before, order)).collect(),
-            after: (1..=ORDERS).map(|order| amplitude(&residual.after, order)).collect(),
-        }
-    };
-    residuals.iter().enumerate().map(spectrum).collect()
 }

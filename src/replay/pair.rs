@@ -26,17 +26,24 @@ pub struct Compared {
 }
 
 /// Simulates both models under the inputs of each session, all at once where there are cores for it; a model equal to the first is
-/// not simulated again.
+/// not simulated again. Returns the comparison and the replays of the first model.
 ///
 /// # Errors
 /// As [`replay`].
-pub fn compare_models(before: &Model, after: &Model, sessions: &[Session], options: &Options) -> Result<Vec<Compared>> {
+pub fn compare_models(
+    before: &Model,
+    after: &Model,
+    sessions: &[Session],
+    options: &Options,
+) -> Result<(Vec<Compared>, Vec<Replay>)> {
     let models: &[&Model] = if before == after { &[before] } else { &[before, after] };
     let work: Vec<(&Model, &Session)> =
         models.iter().flat_map(|model| sessions.iter().map(|session| (*model, session))).collect();
-    let replays: Vec<Replay> =
+    let mut replays: Vec<Replay> =
         work.into_par_iter().map(|(model, session)| replay(model, session, options)).collect::<Result<_>>()?;
-    Ok(compared(&replays[..sessions.len()], &replays[replays.len() - sessions.len()..]))
+    let compared = compared(&replays[..sessions.len()], &replays[replays.len() - sessions.len()..]);
+    replays.truncate(sessions.len());
+    Ok((compared, replays))
 }
 
 /// Errors of two models, recording by recording in the same order.

@@ -1,13 +1,14 @@
 //! A diagnosis as a reader meets it: what was found, how sure, what it gains, what is left.
 
 use super::changes;
-use super::display::{self, shown, velocity_unit};
+use super::display::{self, shown};
 use super::document::{Document, Section};
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::Trace;
+use super::shortfall;
 use super::table::Table;
-use crate::diagnose::{Axis, Diagnosis, FoundEffect, OrderSpectrum, ResidualMap, ResidualSeries, Split, Verdict};
+use crate::diagnose::{Diagnosis, FoundEffect, ResidualSeries, Split, Verdict};
 use crate::effects;
 use crate::replay::Gain;
 use crate::units::JointKind;
@@ -15,7 +16,7 @@ use crate::units::JointKind;
 /// The document of a diagnosis of the machine of that name.
 pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
     let mut sections: Vec<Section> = diagnosis.changes.as_deref().map(changes::section).into_iter().collect();
-    sections.extend([found(diagnosis), errors(diagnosis)]);
+    sections.extend([shortfall::section(diagnosis), found(diagnosis), errors(diagnosis)]);
     sections.extend(super::two_encoders::section(diagnosis));
     let mut joints: Vec<(&str, JointKind)> = Vec::new();
     for series in &diagnosis.series {
@@ -23,7 +24,8 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
             joints.push((&series.joint, series.kind));
         }
     }
-    sections.extend(joints.into_iter().map(|(joint, kind)| residuals(diagnosis, joint, kind)));
+    sections.extend(joints.iter().map(|(joint, kind)| shortfall::multiples(diagnosis, joint, *kind)));
+    sections.extend(joints.iter().map(|(joint, kind)| residuals(diagnosis, joint, *kind)));
     sections.push(candidates(diagnosis));
     sections.push(method(diagnosis));
     Document {
@@ -72,45 +74,58 @@ fn parameters(found: &FoundEffect) -> String {
     found.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
+/// Effects of the machine, then effects of the measurement, then what has no name.
 fn found(diagnosis: &Diagnosis) -> Section {
     let mut section = Section::new("What was found");
-    let mut table = Table::new("", &["effect", "joints", "kind", "parameter", "value", "probability", "gain held out"]);
-    for found in &diagnosis.effects {
-        let kind = match found.kind {
-            effects::Kind::Physics => "physics",
-            effects::Kind::Measurement => "measurement",
-        };
-        let mut head = [
-            found.effect.clone(),
-            found.joints.join(", "),
-            kind.to_owned(),
-            format!("{:.2}", found.probability),
-            format!("{:.0} %", found.gain_percent),
-        ];
-        for (name, value) in &found.parameters {
-            // Only the first of an effect's rows names it.
-            let [effect, joints, kind, probability, gain] = std::mem::take(&mut head);
-            let value = display::estimate(value.value, value.std_error, value.unit);
-            table.row([effect, joints, kind, name.clone(), value, probability, gain]);
+    for (title, kind) in
+        [("In the machine", effects::Kind::Physics), ("In the measurement", effects::Kind::Measurement)]
+    {
+        let mut table = Table::new(title, &["effect", "joints", "parameter", "value", "probability", "gain held out"]);
+        for found in diagnosis.effects.iter().filter(|found| found.kind == kind) {
+            section.text.extend(about(found, diagnosis));
+            rows(found, &mut table);
         }
-        if let Some(effect) = effects::find(&found.effect) {
-            section.text.push(format!("{}: {}", found.effect, effect.about().summary));
+        if !table.rows.is_empty() {
+            section.tables.push(table);
         }
-        if !found.confusable_with.is_empty() {
-            let others = found.confusable_with.join(", ");
-            section.text.push(format!(
-                "{} looks like {others} in these data. To separate them: {}",
-                found.effect, found.separate_by
-            ));
-        }
-    }
-    if !table.rows.is_empty() {
-        section.tables.push(table);
     }
     for unexplained in &diagnosis.unexplained {
         section.text.push(format!("Unexplained on {}: {}", unexplained.joint, unexplained.pattern));
     }
     section
+}
+
+/// What an effect is, and what it could be taken for.
+fn about(found: &FoundEffect, diagnosis: &Diagnosis) -> Vec<String> {
+    let place = match found.kind {
+        effects::Kind::Physics => "the machine",
+        effects::Kind::Measurement => "the measurement, not the machine",
+    };
+    let summary = diagnosis.catalogue.find(&found.effect).map_or("", |effect| effect.about().summary);
+    let mut text = vec![format!("{} ({place}): {summary}", found.effect)];
+    if !found.confusable_with.is_empty() {
+        let others = found.confusable_with.join(", ");
+        text.push(format!(
+            "{} looks like {others} in these data. To separate them: {}",
+            found.effect, found.separate_by
+        ));
+    }
+    text
+}
+
+fn rows(found: &FoundEffect, table: &mut Table) {
+    let mut head = [
+        found.effect.clone(),
+        found.joints.join(", "),
+        format!("{:.2}", found.probability),
+        format!("{:.0} %", found.gain_percent),
+    ];
+    for (name, value) in &found.parameters {
+        // Only the first of an effect's rows names it.
+        let [effect, joints, probability, gain] = std::mem::take(&mut head);
+        let value = display::estimate(value.value, value.std_error, value.unit);
+        table.row([effect, joints, name.clone(), value, probability, gain]);
+    }
 }
 
 const fn split(split: Split) -> &'static str {
@@ -169,7 +184,7 @@ fn gain(gain: Gain) -> String {
     let [low, high] = gain.interval_percent;
     if gain.shown {
         format!("{:.0} % ({low:.0} to {high:.0})", gain.gain_percent)
-    } else if high < 0.0 {
+    } else if high < -0.5 {
         format!("worse by {:.0} % ({:.0} to {:.0})", -gain.gain_percent, -high, -low)
     } else {
         "no gain shown".to_owned()
@@ -193,10 +208,6 @@ fn residuals(diagnosis: &Diagnosis, joint: &str, kind: JointKind) -> Section {
     }
     let of_joint = |series: &&ResidualSeries| series.joint == joint;
     section.plots.extend(diagnosis.series.iter().filter(of_joint).map(|series| over_time(series, kind)));
-    section.plots.extend(diagnosis.maps.iter().filter(|map| map.joint == joint).map(|map| over_axis(map, kind)));
-    section.plots.extend(
-        diagnosis.order_spectrum.iter().filter(|found| found.joint == joint).map(|found| over_order(found, kind)),
-    );
     section
 }
 
@@ -214,35 +225,6 @@ fn over_time(series: &ResidualSeries, kind: JointKind) -> Plot {
     )
     .with(Layer::new("nominal", Mark::Line, Role::Before, judged(series, &series.before)))
     .with(Layer::new("extended", Mark::Line, Role::After, judged(series, &series.after)))
-}
-
-fn over_axis(map: &ResidualMap, kind: JointKind) -> Plot {
-    let (name, si) = match map.axis {
-        Axis::Velocity => ("velocity", velocity_unit(kind)),
-        Axis::Position => ("position", kind.position_unit()),
-        Axis::MotorAngle => ("motor angle", "rad"),
-        Axis::Load => ("gear torque", kind.effort_unit()),
-    };
-    let (unit, factor) = shown(si);
-    let points = |values: &[f64]| map.centre.iter().zip(values).map(|(x, y)| [x * factor, *y]).collect();
-    Plot::new(
-        format!("{}: mean residual against {name}", map.joint),
-        format!("{name} [{unit}]"),
-        format!("measured − model [{}]", kind.effort_unit()),
-    )
-    .with(Layer::new("nominal", Mark::Points, Role::Before, points(&map.before)))
-    .with(Layer::new("extended", Mark::Points, Role::After, points(&map.after)))
-}
-
-fn over_order(spectrum: &OrderSpectrum, kind: JointKind) -> Plot {
-    let points = |values: &[f64]| spectrum.order.iter().zip(values).map(|(x, y)| [*x, *y]).collect();
-    Plot::new(
-        format!("{}: residual by order of the motor", spectrum.joint),
-        "periods per motor turn",
-        format!("amplitude [{}]", kind.effort_unit()),
-    )
-    .with(Layer::new("nominal", Mark::Line, Role::Before, points(&spectrum.before)))
-    .with(Layer::new("extended", Mark::Line, Role::After, points(&spectrum.after)))
 }
 
 fn candidates(diagnosis: &Diagnosis) -> Section {

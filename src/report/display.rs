@@ -9,10 +9,12 @@ pub fn shown(unit: &str) -> (&str, f64) {
     match unit {
         "rad" => ("deg", 1.0 / DEG),
         "rad/s" => ("deg/s", 1.0 / DEG),
+        "rad/s²" => ("deg/s²", 1.0 / DEG),
         "N·m·s/rad" => ("N·m·s/deg", DEG),
         "N·m/rad" => ("N·m/deg", DEG),
         "m" => ("mm", 1000.0),
         "m/s" => ("mm/s", 1000.0),
+        "m/s²" => ("mm/s²", 1000.0),
         other => (other, 1.0),
     }
 }

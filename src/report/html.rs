@@ -15,8 +15,9 @@ caption{text-align:left;font-weight:600;padding:.2rem 0}\
 th,td{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #e4e4e4}.word{text-align:left}th:first-child,td:first-child{padding-left:0}\
 th{border-bottom:2px solid #333}\
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,560px),1fr));gap:1rem}\
+.small{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,400px),1fr));gap:1rem;margin:1rem 0}\
 figure{margin:0;break-inside:avoid}svg{width:100%;height:auto}footer{margin-top:3rem;color:#666;font-size:.85rem}\
-@media print{body{margin:0;max-width:none;font-size:11px}.plots{grid-template-columns:1fr 1fr}}";
+@media print{body{margin:0;max-width:none;font-size:11px}.plots{grid-template-columns:1fr 1fr}.small{grid-template-columns:1fr 1fr 1fr}}";
 
 /// The page.
 pub fn page(document: &Document, footer: &str) -> String {
@@ -40,10 +41,12 @@ fn section(section: &Section) -> String {
         let _ = writeln!(html, "<p>{}</p>", escape(paragraph));
     }
     section.tables.iter().for_each(|table| html += &table.to_html());
-    let drawn: Vec<String> = section.plots.iter().filter(|plot| !plot.is_empty()).map(svg::draw).collect();
-    if !drawn.is_empty() {
-        let figures = drawn.iter().fold(String::new(), |all, plot| all + "<figure>\n" + plot + "</figure>\n");
-        let _ = writeln!(html, "<div class=\"plots\">\n{figures}</div>");
+    for (class, small) in [("small", true), ("plots", false)] {
+        let plots = section.plots.iter().filter(|plot| plot.small == small && !plot.is_empty());
+        let figures = plots.fold(String::new(), |all, plot| all + "<figure>\n" + &svg::draw(plot) + "</figure>\n");
+        if !figures.is_empty() {
+            let _ = writeln!(html, "<div class=\"{class}\">\n{figures}</div>");
+        }
     }
     html + "</section>\n"
 }

@@ -24,6 +24,8 @@ pub mod plot;
 pub mod recording;
 /// A replay for readers.
 pub mod replay;
+/// What a simulation gets wrong, for readers.
+pub mod shortfall;
 /// Plots as SVG.
 pub mod svg;
 /// Tables.

@@ -11,6 +11,8 @@ pub struct Plot {
     pub y: String,
     /// Drawn in this order.
     pub layers: Vec<Layer>,
+    /// Whether it is one of many beside each other.
+    pub small: bool,
 }
 
 /// One curve or cloud of points.
@@ -37,6 +39,8 @@ pub enum Mark {
     Dots,
     /// A large dot at each point.
     Points,
+    /// An area: the points are its outline.
+    Band,
 }
 
 /// What a layer is. Colours stay apart for readers who do not see all of them (palette of Okabe and Ito).
@@ -83,7 +87,7 @@ impl Layer {
 impl Plot {
     /// A plot without layers.
     pub fn new(title: impl Into<String>, x: impl Into<String>, y: impl Into<String>) -> Self {
-        Self { title: title.into(), x: x.into(), y: y.into(), layers: Vec::new() }
+        Self { title: title.into(), x: x.into(), y: y.into(), layers: Vec::new(), small: false }
     }
 
     /// With one more layer.
@@ -93,9 +97,17 @@ impl Plot {
         self
     }
 
+    /// As one of many beside each other.
+    #[must_use]
+    pub const fn small(mut self) -> Self {
+        self.small = true;
+        self
+    }
+
     /// Whether there is nothing to draw.
     pub fn is_empty(&self) -> bool {
-        !self.layers.iter().any(|layer| layer.points.iter().any(|point| finite(*point)))
+        let drawn = |layer: &&Layer| layer.mark != Mark::Band;
+        !self.layers.iter().filter(drawn).any(|layer| layer.points.iter().any(|point| finite(*point)))
     }
 
     /// Smallest and largest finite value of coordinate `axis` (0 or 1), widened by a twentieth; `[0, 1]` where there is none.

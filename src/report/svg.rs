@@ -7,23 +7,31 @@ use super::plot::{Frame, Layer, Mark, Plot, ticks};
 
 /// Width and height of a plot [px].
 const SIZE: [f64; 2] = [680.0, 360.0];
+/// The same of one of many beside each other.
+const SMALL: [f64; 2] = [440.0, 270.0];
 /// Most dots of a layer: more cannot be told apart.
 const MOST_DOTS: usize = 1200;
 /// Mean width of a letter at the font size of the legend [px].
 const LETTER: f64 = 6.6;
 
+/// Width and height of a plot.
+const fn size(plot: &Plot) -> [f64; 2] {
+    if plot.small { SMALL } else { SIZE }
+}
+
 /// An SVG element of the plot.
 pub fn draw(plot: &Plot) -> String {
     let rows = legend_rows(plot);
     let top = 34.0 + 18.0 * count(rows.len());
-    let frame = Frame::new(plot, [76.0, SIZE[0] - 14.0], [top, SIZE[1] - 46.0]);
+    let [width, height] = size(plot);
+    let frame = Frame::new(plot, [76.0, width - 14.0], [top, height - 46.0]);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\">\n",
-        SIZE[0],
-        SIZE[1],
+        width,
+        height,
         escape(&plot.title)
     );
-    let _ = writeln!(svg, "<rect width=\"{}\" height=\"{}\" fill=\"#fff\"/>", SIZE[0], SIZE[1]);
+    let _ = writeln!(svg, "<rect width=\"{}\" height=\"{}\" fill=\"#fff\"/>", width, height);
     let _ = writeln!(
         svg,
         "<text x=\"{:.0}\" y=\"20\" font-size=\"14\" font-weight=\"600\">{}</text>",
@@ -48,7 +56,7 @@ fn axes(plot: &Plot, frame: &Frame) -> String {
     let [left, right] = frame.horizontal;
     let [top, bottom] = frame.vertical;
     let mut svg = String::new();
-    let (across, decimals) = ticks(frame.x, 8);
+    let (across, decimals) = ticks(frame.x, if plot.small { 5 } else { 8 });
     for value in across {
         let [x, _] = frame.place([value, frame.y[0]]);
         let colour = if value == 0.0 { "#999" } else { "#e4e4e4" };
@@ -58,7 +66,7 @@ fn axes(plot: &Plot, frame: &Frame) -> String {
             bottom + 17.0
         );
     }
-    let (upwards, decimals) = ticks(frame.y, 6);
+    let (upwards, decimals) = ticks(frame.y, if plot.small { 4 } else { 6 });
     for value in upwards {
         let [_, y] = frame.place([frame.x[0], value]);
         let colour = if value == 0.0 { "#999" } else { "#e4e4e4" };
@@ -74,7 +82,7 @@ fn axes(plot: &Plot, frame: &Frame) -> String {
         svg,
         "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
         0.5 * (left + right),
-        SIZE[1] - 10.0,
+        size(plot)[1] - 10.0,
         escape(&plot.x)
     );
     let middle = 0.5 * (top + bottom);
@@ -101,6 +109,10 @@ fn draw_layer(layer: &Layer, frame: &Frame) -> String {
             format!(
                 "<path d=\"{path}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.4\" stroke-linejoin=\"round\"{dash}/>\n"
             )
+        }
+        Mark::Band => {
+            let path = frame.lines(&layer.points).iter().map(|run| path(run) + "Z").collect::<String>();
+            format!("<path d=\"{path}\" fill=\"{colour}\" fill-opacity=\"0.3\"/>\n")
         }
         Mark::Dots | Mark::Points => {
             // A path of zero-length strokes with round caps: a dot costs a few bytes.
@@ -133,7 +145,7 @@ fn legend_rows(plot: &Plot) -> Vec<Vec<&Layer>> {
         let needed = entry_width(layer);
         if rows.is_empty() || needed > room {
             rows.push(Vec::new());
-            room = SIZE[0] - 90.0;
+            room = size(plot)[0] - 90.0;
         }
         room -= needed;
         if let Some(row) = rows.last_mut() {
@@ -160,6 +172,10 @@ fn legend(entries: &[&Layer], left: f64, y: f64) -> String {
                 svg,
                 "<path d=\"M{x:.1} {middle:.1}h22\" stroke=\"{colour}\" stroke-width=\"2.4\" stroke-dasharray=\"6 4\"/>"
             ),
+            Mark::Band => {
+                let upper = middle - 4.0;
+                write!(svg, "<path d=\"M{x:.1} {upper:.1}h22v8h-22Z\" fill=\"{colour}\" fill-opacity=\"0.3\"/>")
+            }
             Mark::Dots | Mark::Points => {
                 write!(svg, "<circle cx=\"{:.1}\" cy=\"{middle:.1}\" r=\"3\" fill=\"{colour}\"/>", x + 11.0)
             }

@@ -124,7 +124,7 @@ pub fn failed(entity: &str, source: impl Into<Box<dyn std::error::Error + Send +
 
 /// Whether a plot's layer is a line.
 pub const fn is_line(mark: Mark) -> bool {
-    matches!(mark, Mark::Line | Mark::Dashed)
+    matches!(mark, Mark::Line | Mark::Dashed | Mark::Band)
 }
 
 /// Unused layers are not logged.
