@@ -296,14 +296,9 @@ fn recover_a_planted_error_has_the_whole_share_of_its_axis() {
 }
 
 #[test]
-fn property_a_clean_machine_is_said_to_be_at_its_floor_and_the_report_stays_small() {
+fn property_a_clean_machine_shows_no_gain_and_its_maps_hold_the_floor_in_a_small_report() {
     let found = diagnosis(&arm(true), 730, &|_, _, _| 0.0);
     assert_eq!(found.verdict, Verdict::NothingFound);
-    for joint in &found.shares {
-        assert!(joint.rms < 2.0 * joint.floor && joint.floor < 2.0 * joint.rms, "{joint:?}");
-    }
-    let text = rendering::document("arm", &found).to_text();
-    assert_eq!(text.matches("at the floor").count(), 2, "{text}");
     assert!(found.fit.iter().all(|one| !one.gain.shown), "{:?}", found.fit);
     for map in &found.maps {
         assert_eq!((map.before.len(), map.floor.len()), (map.centre.len(), map.centre.len()));

@@ -43,9 +43,6 @@ fn sentence(joint: &JointShares, verdict: Verdict) -> String {
     if times < AT_FLOOR {
         return format!("{size}: at the floor, what noise and quantisation of the sensors leave.");
     }
-    if verdict == Verdict::NothingFound {
-        return format!("{size}, without a pattern that the evidence supports.");
-    }
     let mut sentence = format!("{size}; {}", dependence(&joint.axes));
     // Worth a word where it is more than the time that reversals take.
     let at_reversals = |zones: &ZoneShares| zones.reversal_percent > WORTH_SAYING.max(2.0 * zones.time_percent[1]);
@@ -54,6 +51,9 @@ fn sentence(joint: &JointShares, verdict: Verdict) -> String {
             "; in simulation {:.0} % of it lies around reversals, where the link crosses its gap",
             zones.reversal_percent
         );
+    }
+    if verdict == Verdict::NothingFound {
+        sentence += "; no effect of the catalogue is supported by the evidence";
     }
     sentence + "."
 }
@@ -65,7 +65,12 @@ fn dependence(axes: &[AxisShare]) -> String {
     let best = axes.iter().map(claim).fold(0.0, f64::max);
     let simplest = axes.iter().find(|axis| claim(axis) > best - AS_GOOD);
     match simplest.filter(|axis| axis.share_percent >= WORTH_SAYING) {
-        Some(axis) => format!("{:.0} % of it {}", axis.share_percent, words(axis)),
+        Some(axis) => {
+            let as_good = |other: &&AxisShare| other.axis != axis.axis && claim(other) >= claim(axis);
+            let others: Vec<&str> = axes.iter().filter(as_good).map(|other| name(other.axis)).collect();
+            let or = if others.is_empty() { String::new() } else { format!(" (or {})", others.join(", ")) };
+            format!("{:.0} % of it {}{or}", axis.share_percent, words(axis))
+        }
         None => format!("no single quantity explains more than {best:.0} % of it"),
     }
 }
