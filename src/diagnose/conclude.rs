@@ -114,7 +114,7 @@ pub fn diagnosis(
         frequency_spectrum: spectra::by_frequency(problem, &residuals, &floor),
         extended_model,
         baseline_model,
-        catalogue: problem.catalogue.clone(),
+        catalogue: options.catalogue.clone(),
         series: views::series(problem, sessions, &residuals),
     })
 }
