@@ -81,7 +81,7 @@ impl Diagnosable for Changed {
         let mut columns = self.effect.columns(motion, joint, shape);
         for column in &mut columns {
             let cells = column.iter_mut().zip(&motion.session);
-            cells.filter(|(_, session)| !self.sessions.contains(session)).for_each(|(value, _)| *value = 0.0);
+            cells.filter(|(_, session)| !self.sessions.contains(*session)).for_each(|(value, _)| *value = 0.0);
         }
         columns
     }
