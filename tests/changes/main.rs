@@ -12,7 +12,14 @@ mod record;
 
 mod pair;
 
+use std::path::PathBuf;
+use std::process::Command;
+
+use lostmotion::dataset;
 use lostmotion::diagnose::{Diagnosis, Verdict};
+use lostmotion::robot::Model;
+use lostmotion::timeseries::TimeSeries;
+use lostmotion::units::JointKind;
 use pair::{Alteration, Pair};
 
 /// One line for the log.
@@ -69,6 +76,51 @@ fn recover_a_change_of_viscous_friction_alone_with_its_size() {
         // The model is that of now; 2 % is far from the 20 % of the change.
         assert!((side.viscous / truth - 1.0).abs() < 0.02, "{side:?} instead of {truth}");
     }
+}
+
+/// The command names the change in `report.json`, and its model is the machine of now.
+#[test]
+fn scenario_the_command_compares_two_recordings() {
+    let seed = 900_020;
+    let mut alteration = Alteration::none();
+    alteration.viscous[1] = 1.2;
+    let pair = Pair { alteration, ..Pair::draw(seed) };
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("robot.urdf"), pair.machine.urdf()).expect("the robot");
+    std::fs::write(at("model.toml"), pair.machine.nominal()).expect("the model");
+    let written = |side: &str, sessions: Vec<TimeSeries>| -> Vec<PathBuf> {
+        let write = |session: TimeSeries| {
+            let file = at(&format!("{side}_{}.csv", session.name));
+            dataset::write_csv(&file, &session, &[JointKind::Revolute; 2]).expect("a recording");
+            file
+        };
+        sessions.into_iter().map(write).collect()
+    };
+    let (reference, now) = (written("then", pair.reference(seed)), written("now", pair.now(seed)));
+    let output = Command::new(env!("CARGO_BIN_EXE_lostmotion"))
+        .args(["diagnose", "--json", "--fail-on-gap", "--model"])
+        .arg(at("model.toml"))
+        .arg("--reference")
+        .args(reference)
+        .arg("--data")
+        .args(now)
+        .arg("--out")
+        .arg(at("out"))
+        .output()
+        .expect("the program starts");
+    // Something has changed, and that fails the command where it is told to.
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["schema"], "lostmotion/diagnosis/1");
+    let change = &report["changes"][0];
+    assert_eq!((change["quantity"].as_str(), change["joint"].as_str()), (Some("viscous"), Some("joint2")), "{change}");
+    for key in ["reference", "now", "change_percent"] {
+        assert!(change[key]["value"].is_number() && change[key]["std_error"].is_number(), "{key}: {change}");
+    }
+    assert!(std::fs::read_to_string(at("out/report.html")).expect("a page").contains("What has changed"));
+    let now = Model::load(&at("out/model.toml")).expect("the model of now");
+    assert!(now.joints.iter().all(|joint| joint.friction.is_some()));
 }
 
 /// For tuning: `CHANGES_TUNE=1..5 cargo test --release --test changes tune -- --ignored --nocapture`.

@@ -28,7 +28,14 @@ pub struct Gap {
     pub link_share: Option<f64>,
 }
 
-/// `gaps[side][joint]`; `None` where the data do not tell.
+/// A gap with the reversals that agree on it.
+struct Candidate {
+    gap: Gap,
+    agreeing: usize,
+}
+
+/// `gaps[side][joint]`; `None` where the data do not tell. Each side is sought anywhere and near what the other side shows, and what
+/// more reversals agree on is taken: a search of one side alone now and then ends at a gap that few of them share.
 pub fn both_sides(
     model: &Model,
     sessions: [&[&TimeSeries]; 2],
@@ -36,24 +43,48 @@ pub fn both_sides(
 ) -> [Vec<Option<Gap>>; 2] {
     let dof = model.joints.len();
     let places: Vec<(usize, usize)> = (0..2).flat_map(|side| (0..dof).map(move |joint| (side, joint))).collect();
-    let measure = |(side, joint): (usize, usize)| {
-        let law = friction[side][joint];
-        let direction = Exponential {
-            coulomb: law.coulomb,
-            breakaway: law.breakaway,
-            stribeck_velocity: law.stribeck_velocity,
-            viscous: law.viscous,
-        };
-        let friction = Friction { law: FrictionLaw::Exponential([direction; 2]), link_share: 0.0 };
-        let found = backlash::identify(model, joint, &gentlest(model, joint, sessions[side]), &friction).ok()?;
-        let mean = &found.best.mean;
-        let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
-        let known = mean.std_error.is_finite() && mean.value.is_finite();
-        known.then_some(Gap { value: mean.value.max(0.0), std_error: mean.std_error, link_share })
+    let measure = |side: usize, joint: usize, near: Option<f64>| {
+        measured(model, joint, &gentlest(model, joint, sessions[side]), friction[side][joint], near)
     };
-    let mut found = places.into_par_iter().map(measure).collect::<Vec<_>>();
+    let first: Vec<Option<Candidate>> = places.par_iter().map(|(side, joint)| measure(*side, *joint, None)).collect();
+    let second = |(side, joint): &(usize, usize)| {
+        let own = first[side * dof + joint].as_ref();
+        let other = first[(1 - side) * dof + joint].as_ref();
+        let again = other.and_then(|other| measure(*side, *joint, Some(other.gap.value)));
+        match (own, again) {
+            (Some(own), Some(again)) if again.agreeing > own.agreeing => Some(again.gap),
+            (Some(own), _) => Some(own.gap),
+            (None, again) => again.map(|again| again.gap),
+        }
+    };
+    let mut found: Vec<Option<Gap>> = places.par_iter().map(second).collect();
     let now = found.split_off(dof);
     [found, now]
+}
+
+fn measured(
+    model: &Model,
+    joint: usize,
+    sessions: &[&TimeSeries],
+    law: SymmetricFriction,
+    near: Option<f64>,
+) -> Option<Candidate> {
+    let side = Exponential {
+        coulomb: law.coulomb,
+        breakaway: law.breakaway,
+        stribeck_velocity: law.stribeck_velocity,
+        viscous: law.viscous,
+    };
+    let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
+    let found = match near {
+        None => backlash::identify(model, joint, sessions, &friction).ok()?,
+        Some(near) => backlash::identify_near(model, joint, sessions, &friction, near).ok()?,
+    };
+    let mean = &found.best.mean;
+    let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
+    let gap = Gap { value: mean.value.max(0.0), std_error: mean.std_error, link_share };
+    let known = mean.std_error.is_finite() && mean.value.is_finite();
+    known.then_some(Candidate { gap, agreeing: found.best.values.len() })
 }
 
 /// The sessions in which a joint turns around most gently. Where a motor brakes harder than the link's own friction does, the link

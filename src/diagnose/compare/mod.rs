@@ -69,6 +69,8 @@ pub fn compare(
     let standings = judge::keep_significant(&mut problem, &mut changes, &options.catalogue, &sides)
         .ok_or_else(|| nothing_moves(model))?;
 
+    changes.estimates =
+        select::estimates_beside_companions(&problem, &changes, &sides).ok_or_else(|| nothing_moves(model))?;
     let mut found = outcome::of_regression(&problem, &changes, &standings);
     progress("measuring the gap on both sides", 0.85);
     let friction =

@@ -96,6 +96,11 @@ pub fn find(name: &str) -> Option<&'static Quantity> {
     QUANTITIES.iter().find(|quantity| quantity.about.name == name)
 }
 
+/// The linear terms of friction.
+pub fn levels() -> impl Iterator<Item = &'static Quantity> {
+    QUANTITIES.iter().filter(|quantity| matches!(quantity.what, What::Coulomb | What::Breakaway | What::Viscous))
+}
+
 /// The inertia of a rotor: its shared error is freed on both sides, so that a wrong nominal value is no change.
 pub fn rotor_inertia() -> &'static Quantity {
     &QUANTITIES[4]

@@ -142,6 +142,31 @@ pub fn resettle(problem: &mut Problem, shared: &mut [Term], taken: &mut [Taken])
     fitted
 }
 
+/// Estimates with what else friction may have done where it has changed: a change is named alone only where the rest is too small to see,
+/// and its size must not carry that rest.
+pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<Estimates> {
+    let terms = changes.terms();
+    let taken = &terms[changes.shared.len()..];
+    let is_friction =
+        |term: &&&Term| quantity::find(plain_name(term.effect.name())).is_some_and(|q| q.is_of_baseline());
+    let mut companions: Vec<Term> = Vec::new();
+    for joint in 0..problem.baseline.len() {
+        let of_joint: Vec<&str> = taken
+            .iter()
+            .filter(is_friction)
+            .filter(|term| term.joints[0] == joint)
+            .map(|term| term.effect.name())
+            .collect();
+        if of_joint.is_empty() {
+            continue;
+        }
+        let missing = quantity::levels().map(|quantity| within(quantity, sides.now.clone()));
+        let missing = missing.filter(|effect| !of_joint.contains(&effect.name()));
+        companions.extend(missing.map(|effect| Term::new(&problem.motion, effect, &[joint], Vec::new())));
+    }
+    Estimates::new(problem, &terms.into_iter().chain(&companions).collect::<Vec<_>>())
+}
+
 /// Drops changes that are superfluous beside the others, the weakest first.
 fn prune(problem: &mut Problem, shared: &mut [Term], taken: &mut Vec<Taken>, rules: &Rules) -> Option<()> {
     while taken.len() > 1 {

@@ -12,6 +12,10 @@ use super::changed::within;
 use super::robust::Estimates;
 use crate::effects::Diagnosable;
 
+/// Standard errors of the session that tells most within which another has a say: a staircase tells next to nothing of an inertia, and
+/// what it tells is the friction law's fault.
+const AS_TELLING: f64 = 3.0;
+
 /// `τ²` of the first coefficient of an effect on its joints; 0 where a single session tells nothing of it.
 pub fn between_sessions(
     problem: &Problem,
@@ -34,7 +38,9 @@ pub fn between_sessions(
         let known = std_error.is_finite() && std_error > 0.0;
         known.then(|| (estimates.fitted.solution.coefficients[at], std_error))
     };
-    let found: Vec<(f64, f64)> = sessions.filter_map(deviation).collect();
+    let mut found: Vec<(f64, f64)> = sessions.filter_map(deviation).collect();
+    let least = found.iter().map(|(_, s)| *s).fold(f64::INFINITY, f64::min);
+    found.retain(|(_, s)| *s <= AS_TELLING * least);
     excess(&found)
 }
 

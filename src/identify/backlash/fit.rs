@@ -15,6 +15,8 @@ use crate::robot::JointModel;
 
 /// Reversals that the coarse scan looks at.
 const COARSE_SITES: usize = 5;
+/// Counts to either side of a gap that is known about.
+const NEAR: f64 = 8.0;
 /// Range in counts that the coarse scan looks at first.
 const FIRST_RANGE: f64 = 30.0;
 /// A reversal one of whose samples is less likely than this is not explained: six standard deviations.
@@ -54,8 +56,8 @@ struct Profile {
     scores: Vec<f64>,
 }
 
-/// Fits the gap to all reversals of the sessions; `None` where no reversal tells of it.
-pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction) -> Option<Fit> {
+/// Fits the gap to all reversals of the sessions, sought anywhere or `near` a gap; `None` where no reversal tells of it.
+pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction, near: Option<f64>) -> Option<Fit> {
     let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
     let reaching = |travel: f64| -> (Vec<Site>, Vec<Site>) {
         let all = sessions.iter().flat_map(|session| sites(session, joint, friction, travel));
@@ -63,8 +65,18 @@ pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction)
     };
     let mut spread =
         Spread { members: 16, share: [0.3, 0.2], level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
-    let (mut gap, share_found, count) = coarse(&|travel| reaching(travel).0, largest_gap(sessions), &spread)?;
-    spread.share = [share_found, 0.1];
+    let start = near.and_then(|gap| Some((gap, reaching(0.0).0.first()?.window.count)));
+    let (mut gap, count) = if let Some((gap, count)) = start {
+        spread.members = 32;
+        let gaps = grid(gap - NEAR * count, gap + NEAR * count, count);
+        let profiles = scan(&reaching(gap.max(0.0) + (NEAR + 4.0) * count).0, &gaps, &spread);
+        spread.share = [share(&profiles)?.0, 0.1];
+        (gaps[pooled_best(&profiles)?], count)
+    } else {
+        let (gap, share_found, count) = coarse(&|travel| reaching(travel).0, largest_gap(sessions), &spread)?;
+        spread.share = [share_found, 0.1];
+        (gap, count)
+    };
 
     for (width, step, factor) in [(4.0, 1.0, 2.0), (2.5, 0.25, 1.0)] {
         (spread.torque, spread.level, spread.blur) = (factor * noise, 0.08, 0.2);

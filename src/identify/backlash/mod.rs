@@ -46,10 +46,34 @@ pub fn identify(
     data: &[&TimeSeries],
     friction: &Friction,
 ) -> Result<BacklashIdentification> {
+    identify_from(model, joint, data, friction, None)
+}
+
+/// As [`identify`], for a gap that is known to be within some counts of `near` [rad or m]: another recording of the same machine said so.
+///
+/// # Errors
+/// As [`identify`].
+pub fn identify_near(
+    model: &Model,
+    joint: usize,
+    data: &[&TimeSeries],
+    friction: &Friction,
+    near: f64,
+) -> Result<BacklashIdentification> {
+    identify_from(model, joint, data, friction, Some(near))
+}
+
+fn identify_from(
+    model: &Model,
+    joint: usize,
+    data: &[&TimeSeries],
+    friction: &Friction,
+    near: Option<f64>,
+) -> Result<BacklashIdentification> {
     let sessions: Vec<Session> = data.iter().filter_map(|series| Session::of(model, joint, series)).collect();
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
-    let fit = fit::fit(&sessions, &model.joints[joint], friction).ok_or_else(|| reversal::uninformative(name))?;
+    let fit = fit::fit(&sessions, &model.joints[joint], friction, near).ok_or_else(|| reversal::uninformative(name))?;
     Ok(BacklashIdentification {
         joint: name.clone(),
         best: fit.gap,
