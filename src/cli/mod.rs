@@ -15,6 +15,7 @@ pub mod folder;
 
 mod check;
 mod data;
+mod design;
 mod diagnose;
 mod explain;
 mod identify;
@@ -37,6 +38,7 @@ enum Verb {
     Check(check::Check),
     Data(data::Data),
     List(list::List),
+    Design(design::Design),
     Diagnose(diagnose::Diagnose),
     Explain(explain::Explain),
     Identify(identify::Identify),
@@ -76,6 +78,7 @@ pub fn run() -> Result<Outcome> {
         Verb::Check(verb) => verb.run(),
         Verb::Data(verb) => verb.run(),
         Verb::List(verb) => verb.run(),
+        Verb::Design(verb) => verb.run(),
         Verb::Diagnose(verb) => verb.run(),
         Verb::Explain(verb) => verb.run(),
         Verb::Identify(verb) => verb.run(),

@@ -33,6 +33,7 @@ mod spectra;
 mod standstill;
 mod timing;
 mod two_encoders;
+mod typical;
 mod uncertainty;
 mod unexplained;
 mod views;
@@ -45,6 +46,7 @@ pub use result::{
     Unexplained, Verdict, Zone, ZoneShares,
 };
 pub use selection::Rules;
+pub use typical::typical;
 
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, Motion};

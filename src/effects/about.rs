@@ -103,3 +103,19 @@ pub struct About {
     /// Where it is described.
     pub reference: &'static str,
 }
+
+/// A kind of experiment that can tell effects apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Experiment {
+    /// All joints at once, quickly, from place to place.
+    Fast,
+    /// One joint accelerates while the others rest.
+    OneByOne,
+    /// Constant speeds from slow to medium, both directions, after a rest.
+    SlowSteps,
+    /// Slow ways through the whole range, to and fro.
+    WideRange,
+    /// Fast, with a known mass on the tool.
+    AddedMass,
+}

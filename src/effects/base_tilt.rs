@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
-use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -56,6 +56,10 @@ impl Effect for BaseTilt {
         let k = Unit::new_normalize(Vector3::new(-sin, cos, 0.0));
         model.robot.gravity = Rotation3::from_axis_angle(&k, -given.get("tilt")) * model.robot.gravity;
         Ok(Vec::new())
+    }
+
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[Experiment::WideRange]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
 use super::{
-    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+    About, Action, Diagnosable, Effect, Experiment, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters,
+    Scope,
 };
 use crate::error::Result;
 use crate::robot::Model;
@@ -54,6 +55,10 @@ impl Effect for CableSpring {
         let given = Parameters::check(&ABOUT, model, given)?;
         let cable = Cable { c: given.get("stiffness"), q0: given.get("rest_position") };
         Ok(vec![Action::Joint(need_joint(&ABOUT, model, joint)?, Box::new(cable))])
+    }
+
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[Experiment::WideRange]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::{need_friction, need_joint};
-use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::gearhead::FrictionLaw;
 use crate::robot::Model;
@@ -61,6 +61,10 @@ impl Effect for CoulombAsymmetry {
             }
         }
         Ok(Vec::new())
+    }
+
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[Experiment::SlowSteps]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
 use super::{
-    About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Reading, Scope, SensorAction,
+    About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Reading, Scope,
+    SensorAction,
 };
 use crate::error::Result;
 use crate::robot::Model;
@@ -45,6 +46,10 @@ impl Effect for CurrentOffset {
     fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
         let i0 = Parameters::check(&ABOUT, model, given)?.get("offset");
         Ok(vec![Action::Sensor(need_joint(&ABOUT, model, joint)?, Box::new(Offset(i0)))])
+    }
+
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[Experiment::SlowSteps]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

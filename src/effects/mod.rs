@@ -37,7 +37,7 @@ mod torque_ripple;
 mod transmission_error;
 mod viscous_asymmetry;
 
-pub use about::{About, Kind, ParameterSpec, Scope};
+pub use about::{About, Experiment, Kind, ParameterSpec, Scope};
 pub use action::{
     Action, DriveAction, EncoderAction, GearAction, JointAction, JointState, Reading, SensorAction, Stop,
 };
@@ -108,6 +108,11 @@ pub trait Effect: Sync {
         joint: Option<usize>,
         parameters: &BTreeMap<String, f64>,
     ) -> Result<Vec<Action>>;
+
+    /// Experiments that show it best; none: any may.
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[]
+    }
 
     /// Its other face, where it has one: how a diagnosis tells it.
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::{Inertia, Model, Robot};
 use crate::units::JointKind;
@@ -76,6 +76,10 @@ impl Effect for Payload {
             body.inertia = body.inertia.joined(&point(given.get("mass"), position));
         }
         Ok(Vec::new())
+    }
+
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[Experiment::Fast, Experiment::OneByOne]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -39,6 +39,10 @@ impl Effect for RotorInertia {
         let joint = need_joint(&ABOUT, model, joint)?;
         model.joints[joint].rotor_inertia *= 1.0 + a;
         Ok(Vec::new())
+    }
+
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[Experiment::OneByOne]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

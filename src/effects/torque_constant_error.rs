@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -41,6 +41,10 @@ impl Effect for TorqueConstantError {
         let joint = need_joint(&ABOUT, model, joint)?;
         model.joints[joint].motor.torque_constant *= 1.0 + a;
         Ok(Vec::new())
+    }
+
+    fn shown_by(&self) -> &'static [Experiment] {
+        &[Experiment::OneByOne, Experiment::AddedMass]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -101,7 +101,7 @@ impl JointModel {
 }
 
 /// An entry of the list `[[effects]]`: a name of the catalogue, where it acts, how large it is.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EffectEntry {
     /// Name of the catalogue.
     pub effect: String,

@@ -10,6 +10,7 @@
 
 mod closed_loop;
 mod contact;
+mod design;
 mod expect;
 mod read;
 mod read_controller;
@@ -20,6 +21,7 @@ mod regulator;
 
 pub use closed_loop::{Timing, closed_loop, simulate};
 pub use contact::{Contact, ContactExpectation, UnmetContact};
+pub use design::{DECIDES, Design, Prediction, Question, Trial, design};
 pub use expect::{Expectation, Unmet};
 pub use record::Recorder;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};

@@ -10,6 +10,7 @@
 //! control_period = 0.001                       # [s]
 //! procedure = "identify"                       # "diagnose", "none"
 //! seed = 1
+//! [added_mass]                                 # a known mass [kg] at x, y, z [m] of the last body, in the nominal model too
 //! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps, evaluations
 //! [controller]                                 # law, velocity, a table of gains for every joint
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
@@ -20,13 +21,15 @@
 
 use std::path::Path;
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
 use super::{ContactExpectation, Expectation, Procedure, Scenario, Session};
 use super::{read_controller, read_obstacles, read_reference};
 use crate::error::Result;
 use crate::plant::{Engine, Evaluations, Options};
-use crate::robot::Model;
+use crate::robot::{Inertia, Model};
 use crate::toml_input::{Document, Range, Table};
 
 /// The schema that this reader understands.
@@ -95,11 +98,26 @@ fn read_model(root: &Table<'_>, assignments: &[&str]) -> Result<Model> {
         return Err(root.error("robot", "a model file that exists"));
     }
     let mut document = Document::read(&file)?;
+    let added = read_added_mass(root)?;
     let own = root.optional_texts("model")?.unwrap_or_default();
     for assignment in own.iter().chain(assignments) {
         document.set(assignment)?;
     }
-    Model::from_changed(&document)
+    let mut model = Model::from_changed(&document)?;
+    if let (Some(added), Some(body)) = (added, model.robot.bodies.last_mut()) {
+        body.inertia = body.inertia.joined(&added);
+    }
+    Ok(model)
+}
+
+/// `[added_mass]`: a known mass at a point of the last body. The machine carries it, and its nominal model knows of it.
+fn read_added_mass(root: &Table<'_>) -> Result<Option<Inertia>> {
+    let Some(table) = root.optional_table("added_mass")? else { return Ok(None) };
+    let mass = table.number("mass", &Range::positive("kg"))?;
+    let coordinate = |axis: &str| table.number_or(axis, &Range::any("m"), 0.0);
+    let com = Vector3::new(coordinate("x")?, coordinate("y")?, coordinate("z")?);
+    table.finish()?;
+    Ok(Some(Inertia { mass, com, tensor: Matrix3::zeros() }))
 }
 
 fn read_options(root: &Table<'_>) -> Result<Options> {

@@ -1,0 +1,89 @@
+//! `lostmotion design --model M --question "A|B"`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::json;
+
+use crate::effects::Catalogue;
+use crate::error::Result;
+use crate::report::files::envelope;
+use crate::report::{Document, Report, Section, Table};
+use crate::scenario::{Design as Designed, Question, Trial, design};
+
+use super::console::{OutputOptions, Progress};
+use super::folder::Folder;
+use super::{Outcome, console, input};
+
+/// Design the experiment that separates two causes, or measures one best, as a scenario file
+#[derive(Debug, Args)]
+pub struct Design {
+    /// Model with friction: a file, or the name of a robot of the catalogue
+    #[arg(long, value_name = "MODEL")]
+    model: PathBuf,
+    /// Two effects of the catalogue with a | between them, or one
+    #[arg(long, value_name = "\"A|B\"")]
+    question: String,
+    /// Longest experiment [s]
+    #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
+    budget: f64,
+    #[command(flatten)]
+    output: OutputOptions,
+}
+
+impl Design {
+    /// Simulates experiments and writes the best.
+    pub fn run(self) -> Result<Outcome> {
+        let model = input::model(&self.model)?;
+        let question = Question::parse(&self.question, &Catalogue::default())?;
+        let folder = Folder::reserve(self.output.out.as_deref(), "design")?;
+        let progress = Progress::start("designing", self.output.quiet);
+        let found = design(&model, &question, self.budget, &mut |doing, share| progress.show(doing, share))?;
+        drop(progress);
+        let name = &model.name;
+        let mut json = serde_json::to_value(&found).unwrap_or_default();
+        json["question"] = json!(question.causes());
+        let report = Report {
+            document: document(name, &question, &found),
+            json: envelope("lostmotion/design/1", name, json),
+            motions: Vec::new(),
+            model: None,
+            extra: vec![("scenario.toml".to_owned(), found.best.scenario.clone().into_bytes())],
+        };
+        console::finish(&report, &folder, &self.output)
+    }
+}
+
+fn parts(trial: &Trial) -> String {
+    let names = trial.experiment.iter().map(|part| json!(part).as_str().unwrap_or_default().replace('_', " "));
+    names.collect::<Vec<_>>().join(", then ")
+}
+
+fn document(name: &str, question: &Question, found: &Designed) -> Document {
+    let causes = question.causes().join(" or ");
+    let verdict = if found.decides {
+        format!("{} for {:.0} s answers it: {causes}.", parts(&found.best), found.best.duration)
+    } else {
+        format!("No experiment within the budget answers it ({causes}); the best is {}.", parts(&found.best))
+    };
+    let mut table = Table::new("", &["experiment", "length", "cause", "named with", "standard error"]);
+    for trial in &found.tried {
+        for one in &trial.predictions {
+            table.row([
+                parts(trial),
+                format!("{:.0} s", trial.duration),
+                one.cause.clone(),
+                format!("{:.2}", one.probability),
+                one.relative_error.map_or_else(String::new, |error| format!("{:.1} %", 100.0 * error)),
+            ]);
+        }
+    }
+    let mut section = Section::new("What was simulated");
+    section.text.push(
+        "Each cause was put into the simulated machine, a tenth of the torque strong, and the recording diagnosed."
+            .to_owned(),
+    );
+    section.tables.push(table);
+    let title = format!("{name}: an experiment for {causes}");
+    Document { title, verdict, warnings: Vec::new(), sections: vec![section] }
+}

@@ -1,0 +1,172 @@
+//! Experiments that a machine can carry out, as texts of scenario files.
+//!
+//! Every joint keeps to the middle of its range (80 % of it, 1.2 rad or 0.3 m to either side at most), to 60 % of its speed limit
+//! (2 rad/s or 0.3 m/s at most) and to what a third of its effort limit can accelerate, at full speed after a third of a second at best.
+
+use std::fmt::Write as _;
+
+use nalgebra::DMatrix;
+
+use crate::dynamics::Dynamics;
+use crate::effects::Experiment;
+use crate::robot::Model;
+use crate::units::JointKind;
+
+/// A kind of experiment, several of them one after the other, with a length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// What is done.
+    pub parts: Vec<Experiment>,
+    /// [1] How long, in units of the shorter.
+    pub length: f64,
+}
+
+/// What may be tried, roughly from short to long.
+pub fn plans() -> Vec<Plan> {
+    use Experiment::{AddedMass, Fast, OneByOne, SlowSteps, WideRange};
+    let kinds: [&[Experiment]; 8] = [
+        &[Fast],
+        &[WideRange],
+        &[OneByOne],
+        &[SlowSteps],
+        &[Fast, WideRange],
+        &[Fast, SlowSteps],
+        &[AddedMass, SlowSteps],
+        &[Fast, OneByOne, WideRange, SlowSteps],
+    ];
+    let of_length = |length: f64| kinds.iter().map(move |parts| Plan { parts: parts.to_vec(), length });
+    of_length(1.0).chain(of_length(2.0)).collect()
+}
+
+/// What one joint may do, SI.
+struct Reach {
+    name: String,
+    middle: f64,
+    half: f64,
+    speed: f64,
+    acceleration: f64,
+    /// [N·m·s/rad or N·s/m], [N·m/rad or N/m] of its velocity controller.
+    gains: [f64; 2],
+}
+
+fn reaches(model: &Model) -> Vec<Reach> {
+    let dof = model.joints.len();
+    let mut mass = DMatrix::zeros(dof, dof);
+    Dynamics::new(&model.robot).mass_matrix(&vec![0.0; dof], &mut mass);
+    let reach = |index: usize| {
+        let joint = &model.joints[index];
+        let limits = model.robot.bodies[index].joint.limits;
+        let (most_half, most_speed) = match joint.kind {
+            JointKind::Revolute => (1.2, 2.0),
+            JointKind::Prismatic => (0.3, 0.3),
+        };
+        let bounded = limits.lower.is_finite() && limits.upper.is_finite() && limits.upper > limits.lower;
+        let (middle, half) = if bounded {
+            (0.5 * (limits.lower + limits.upper), 0.4 * (limits.upper - limits.lower))
+        } else {
+            (0.0, most_half)
+        };
+        let speed = (0.6 * limits.velocity).min(most_speed);
+        let inertia = mass[(index, index)] + joint.reflected_inertia();
+        let acceleration = (limits.effort / 3.0 / inertia).min(3.0 * speed);
+        // A loop of 17 rad/s with its integral a third as fast: well below the filter of a velocity sensor of 20 ms.
+        let gains = [17.0 * inertia, 100.0 * inertia];
+        Reach { name: joint.name.clone(), middle, half: half.min(most_half), speed, acceleration, gains }
+    };
+    (0..dof).map(reach).collect()
+}
+
+/// The scenario file of a plan; `robot` is the path of the model file.
+pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, question: &str) -> String {
+    let reaches = reaches(model);
+    let mut text = format!(
+        "# Written by `lostmotion design`.\nschema = \"lostmotion/scenario/1\"\nname = {name:?}\nquestion = {question:?}\n\
+         robot = {robot:?}\nsensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n"
+    );
+    if plan.parts.contains(&Experiment::AddedMass)
+        && let Some(body) = model.robot.bodies.last()
+    {
+        // As much as the last body has itself, at its own centre of mass.
+        let (mass, com) = (body.inertia.mass, body.inertia.com);
+        let _ = writeln!(text, "\n[added_mass]\nmass = {mass}\nx = {}\ny = {}\nz = {}", com.x, com.y, com.z);
+    }
+    for part in &plan.parts {
+        match part {
+            Experiment::Fast | Experiment::AddedMass => {
+                for run in 1..=2 {
+                    fast(&mut text, &reaches, &format!("fast_{run}"), run, 30.0 * plan.length, None);
+                }
+            }
+            Experiment::OneByOne => {
+                for (index, reach) in reaches.iter().enumerate() {
+                    let alone = format!("alone_{}", reach.name);
+                    fast(&mut text, &reaches, &alone, 11 + index, 20.0 * plan.length, Some(index));
+                }
+            }
+            Experiment::SlowSteps => slow_steps(&mut text, &reaches, plan.length),
+            Experiment::WideRange => wide_range(&mut text, &reaches, plan.length),
+        }
+    }
+    text += "\n[controller]\nlaw = \"pi\"\nvelocity = \"sensor\"\n";
+    for Reach { name, gains: [proportional, integral], .. } in &reaches {
+        let _ = writeln!(text, "[controller.joints.{name}]\nproportional = {proportional}\nintegral = {integral}");
+    }
+    text
+}
+
+fn head(text: &mut String, reaches: &[Reach], name: &str, kind: &str) {
+    let _ = writeln!(text, "\n[[session]]\nname = {name:?}\nkind = {kind:?}\nrest = 1.0");
+    for reach in reaches {
+        let _ = writeln!(text, "start.{} = {}", reach.name, reach.middle);
+    }
+}
+
+fn fast(text: &mut String, reaches: &[Reach], name: &str, seed: usize, duration: f64, alone: Option<usize>) {
+    head(text, reaches, name, "fast");
+    let _ = writeln!(text, "duration = {duration}\nlongest_rest = 0.2\nseed = {seed}");
+    for (_, reach) in reaches.iter().enumerate().filter(|(index, _)| alone.is_none_or(|alone| alone == *index)) {
+        let Reach { name, middle, half, speed, acceleration, .. } = reach;
+        let _ = writeln!(
+            text,
+            "[session.joints.{name}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}",
+            middle - half,
+            middle + half
+        );
+    }
+}
+
+fn slow_steps(text: &mut String, reaches: &[Reach], length: f64) {
+    for reach in reaches {
+        let Reach { name, speed, acceleration, .. } = reach;
+        head(text, reaches, &format!("steps_{name}"), "staircase");
+        let step = speed / 40.0;
+        let _ = writeln!(
+            text,
+            "[session.joints.{name}]\nfirst = {step}\nlast = {}\nincrement = {step}\nacceleration = {}\ndeceleration = {}\n\
+             steady_time = {}",
+            5.0 * step,
+            0.2 * acceleration,
+            0.05 * acceleration,
+            1.5 * length
+        );
+    }
+}
+
+fn wide_range(text: &mut String, reaches: &[Reach], length: f64) {
+    for (run, part) in [0.25, 0.5].into_iter().enumerate() {
+        head(text, reaches, &format!("sweep_{}", run + 1), "waypoints");
+        for (index, reach) in reaches.iter().enumerate() {
+            let Reach { name, middle, half, speed, acceleration, .. } = reach;
+            let (low, high) = (middle - half, middle + half);
+            // Joints differ in speed, so that all poses of one meet all poses of another.
+            let own = part * speed * (1.0 - 0.3 * index as f64 / reaches.len() as f64);
+            let ways: Vec<String> = (0..(2.0 * length) as usize).map(|_| format!("{high}, {low}")).collect();
+            let _ = writeln!(
+                text,
+                "[session.joints.{name}]\npositions = [{}, {middle}]\nspeed = {own}\nacceleration = {}",
+                ways.join(", "),
+                0.2 * acceleration
+            );
+        }
+    }
+}
