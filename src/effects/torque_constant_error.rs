@@ -44,7 +44,7 @@ impl Effect for TorqueConstantError {
     }
 
     fn shown_by(&self) -> &'static [Experiment] {
-        &[Experiment::OneByOne, Experiment::AddedMass]
+        &[Experiment::Fast, Experiment::OneByOne, Experiment::AddedMass]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

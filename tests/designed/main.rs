@@ -74,18 +74,8 @@ fn separates(question: &str, seed: u64) {
 }
 
 #[test]
-fn recover_which_of_asymmetry_and_offset_it_is() {
-    separates("coulomb_asymmetry|current_offset", 910_000);
-}
-
-#[test]
 fn recover_which_of_cable_and_tilt_it_is() {
     separates("cable_spring|base_tilt", 910_100);
-}
-
-#[test]
-fn recover_which_of_payload_and_torque_constant_it_is() {
-    separates("payload|torque_constant_error", 910_200);
 }
 
 #[test]

@@ -26,6 +26,24 @@ pub struct Gap {
     pub std_error: f64,
     /// [1] part of the friction on the link.
     pub link_share: Option<f64>,
+    /// [1] part of its reversals that agree on it.
+    pub agreement: f64,
+}
+
+/// [1] Part of the reversals that has to agree on a gap before it is compared: where they scatter, some cross it by themselves.
+const LEAST_AGREEMENT: f64 = 0.75;
+/// [1] How far the link shares of both sides may be apart: it is one machine, and what a fit puts into the share it takes from the gap.
+const SAME_SHARE: f64 = 0.1;
+
+impl Gap {
+    /// Whether two gaps may be compared.
+    pub fn compares(&self, other: &Self) -> bool {
+        let same_share = match (self.link_share, other.link_share) {
+            (Some(own), Some(other)) => (own - other).abs() < SAME_SHARE,
+            _ => false,
+        };
+        same_share && self.agreement.min(other.agreement) >= LEAST_AGREEMENT
+    }
 }
 
 /// A gap with the reversals that agree on it.
@@ -82,9 +100,11 @@ fn measured(
     };
     let mean = &found.best.mean;
     let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
-    let gap = Gap { value: mean.value.max(0.0), std_error: mean.std_error, link_share };
+    let (agreeing, left_out) = (found.best.values.len(), found.best.left_out.len());
+    let agreement = agreeing as f64 / (agreeing + left_out).max(1) as f64;
+    let gap = Gap { value: mean.value.max(0.0), std_error: mean.std_error, link_share, agreement };
     let known = mean.std_error.is_finite() && mean.value.is_finite();
-    known.then_some(Candidate { gap, agreeing: found.best.values.len() })
+    known.then_some(Candidate { gap, agreeing })
 }
 
 /// The sessions in which a joint turns around most gently. Where a motor brakes harder than the link's own friction does, the link

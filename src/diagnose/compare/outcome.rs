@@ -107,7 +107,7 @@ pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<Gap>>; 2]) -> Vec<Chan
         let least = 0.25 * model.encoder_step();
         let base = before.value.max(least).max(1e-12);
         let ratio = now.value / base;
-        (standing > SURE && delta.abs() > least).then(|| Change {
+        (standing > SURE && delta.abs() > least && before.compares(&now)).then(|| Change {
             quantity: "backlash".to_owned(),
             joint: model.name.clone(),
             reference: Measured { value: before.value, std_error: before.std_error, unit },
