@@ -41,7 +41,7 @@ impl Default for Rules {
             tie: 0.02,
             residue: 0.06,
             alike_residue: 0.2,
-            least_torque: 0.005,
+            least_torque: 0.0025,
             held_out_part: 0.3,
             most: 6,
         }

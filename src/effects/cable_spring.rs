@@ -24,7 +24,14 @@ static ABOUT: About = About {
     parameters: &[
         ParameterSpec::new("stiffness", "c", "N·m/rad", "torque per displacement, positive towards the rest position")
             .at_least(0.0),
-        ParameterSpec::new("rest_position", "q0", "rad (joint)", "position at which the cable does not pull").or(0.0),
+        ParameterSpec::new(
+            "rest_position",
+            "q0",
+            "rad (joint)",
+            "position at which the cable does not pull: beyond a few turns it would be a constant torque",
+        )
+        .between(-10.0, 10.0)
+        .or(0.0),
     ],
     signature: "a torque linear in the position of one joint, whatever direction and speed",
     look_alikes: &["base_tilt", "current_offset", "coulomb_asymmetry"],
