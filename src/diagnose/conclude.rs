@@ -235,7 +235,12 @@ fn merge(effects: &mut Vec<FoundEffect>, seen: Vec<FoundEffect>) {
 }
 
 /// One entry for each term, strongest first.
-fn found(problem: &Problem, selection: &Selection, uncertainty: &Uncertainty, options: &Options) -> Vec<FoundEffect> {
+pub fn found(
+    problem: &Problem,
+    selection: &Selection,
+    uncertainty: &Uncertainty,
+    options: &Options,
+) -> Vec<FoundEffect> {
     let terms = selection.terms();
     let mut entries: Vec<(f64, FoundEffect)> = Vec::new();
     let mut position = 0;

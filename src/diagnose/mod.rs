@@ -25,6 +25,7 @@ mod regression;
 /// What a diagnosis returns.
 pub mod result;
 mod reversal;
+mod ripple;
 mod selection;
 /// Which effects a recording can tell apart.
 pub mod separability;
@@ -95,29 +96,45 @@ pub fn diagnose(
         Some(late) => recorded.iter().map(|session| timing::aligned(session, late.lag.value)).collect(),
         None => Vec::new(),
     };
-    let sessions: Vec<&TimeSeries> = if late.is_some() { mended.iter().collect() } else { recorded.clone() };
+    let mut sessions: Vec<&TimeSeries> = if late.is_some() { mended.iter().collect() } else { recorded.clone() };
+    // Fast ripple is seen in narrow rows, and taken out before the wide ones are judged, where it is noise.
+    let ripple = match model.masses {
+        Masses::Known => ripple::find(model, &sessions, train.len(), options),
+        Masses::Estimated => None,
+    };
+    if let Some(ripple) = &ripple {
+        sessions = ripple.mended.iter().collect();
+    }
     let mut problem = pose(model, &sessions, train.len(), options)?;
     progress("fitting the baseline", 0.1);
-    let as_recorded = match late {
-        Some(_) => {
-            let mut problem = pose(model, &recorded, train.len(), options)?;
-            problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
-            Some(conclude::nominal_residuals(&problem).ok_or_else(|| nothing_moves(model))?)
-        }
-        None => None,
+    let as_recorded = if late.is_some() || ripple.is_some() {
+        let mut recorded = pose(model, &recorded, train.len(), options)?;
+        // The RMS torque chooses the kernels: without its ripple a recording may ask for others, and rows do not correspond.
+        let before = if recorded.motion.time == problem.motion.time { &mut recorded } else { &mut problem };
+        before.settle(&[]).ok_or_else(|| nothing_moves(model))?;
+        Some(conclude::nominal_residuals(before).ok_or_else(|| nothing_moves(model))?)
+    } else {
+        None
     };
     let selection = selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions: &sessions, trained: train.len(), late, as_recorded };
-    conclude::diagnosis(&data, &problem, &selection, options, progress)
+    let mut diagnosis = conclude::diagnosis(&data, &problem, &selection, options, progress)?;
+    if let Some(ripple) = ripple {
+        ripple.add_to(&mut diagnosis, model, options);
+    }
+    Ok(diagnosis)
 }
 
 /// Rows, zones and splits of sessions, the first `trained` of them for training.
 fn pose<'m>(model: &'m Model, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Result<Problem<'m>> {
-    let motion = observe::observe(model, sessions, &typical_inertia(model))?;
+    let motion = observe::observe(model, sessions, &typical_inertia(model), observe::NOISE_SHARE)?;
     let held_out = held_out_rows(&motion, trained, options.held_out_share);
     let mut problem = Problem::new(motion, held_out);
     // Where masses are a guess, no torque is evidence of anything.
-    problem.catalogue = if model.masses == Masses::Known { options.catalogue.clone() } else { Catalogue::empty() };
+    problem.catalogue = match model.masses {
+        Masses::Known => ripple::of_wide_rows(&options.catalogue),
+        Masses::Estimated => Catalogue::empty(),
+    };
     problem.standstill = standstill::Standstill::of(&problem.motion, sessions);
     find_zones(&mut problem)?;
     Ok(problem)

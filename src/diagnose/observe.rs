@@ -16,7 +16,7 @@ const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
 /// Neighbouring half widths differ by this factor.
 const WIDTH_STEP: f64 = 1.3;
 /// Noise of the acceleration may make this share of the RMS torque.
-const NOISE_SHARE: f64 = 0.015;
+pub const NOISE_SHARE: f64 = 0.015;
 /// Rows are this share of the narrowest half width apart.
 const ROW_SPACING: f64 = 0.6;
 /// Rows that a recording is reduced to at most, so that time grows slowly with length.
@@ -87,11 +87,17 @@ fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Reads sessions into rows; `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
+/// Reads sessions into rows; `noise_share` is the share of the RMS torque that noise of the acceleration may make, [`NOISE_SHARE`]
+/// where a row has to speak for itself; `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
 ///
 /// # Errors
 /// A session lacks a channel of a joint, or is too short.
-pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64]) -> Result<Motion<'a>> {
+pub fn observe<'a>(
+    model: &'a Model,
+    sessions: &[&TimeSeries],
+    inertia: &[f64],
+    noise_share: f64,
+) -> Result<Motion<'a>> {
     let dof = model.joints.len();
     let mut motion = Motion {
         model,
@@ -117,7 +123,7 @@ pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64]) 
                 advice: "record at least a second at a constant sample interval",
             });
         }
-        append(&mut motion, &signals, session, number, dt, inertia, total / MOST_ROWS as f64);
+        append(&mut motion, &signals, session, number, inertia, noise_share, total / MOST_ROWS as f64);
     }
     for (joint, motion) in motion.joints.iter_mut().enumerate() {
         let reflected = model.joints[joint].reflected_inertia();
@@ -129,6 +135,8 @@ pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64]) 
         joint.rigid.iter_mut().zip(&torque).for_each(|(rigid, link)| *rigid += link);
         joint.link_torque = torque;
     }
+    let inertias = motion.link_inertias(&model.robot);
+    motion.joints.iter_mut().zip(inertias).for_each(|(joint, inertia)| joint.link_inertia = inertia);
     Ok(motion)
 }
 
@@ -137,11 +145,12 @@ fn append(
     signals: &Signals,
     session: &TimeSeries,
     number: usize,
-    dt: f64,
     inertia: &[f64],
+    noise_share: f64,
     shortest_step: f64,
 ) {
     let dof = motion.joints.len();
+    let dt = session.sample_interval();
     let reach = |width: f64| ((width / dt).round() as usize).max(3);
     let mut ladder: Vec<Kernel> = Vec::new();
     let mut width = HALF_WIDTHS[0];
@@ -150,7 +159,7 @@ fn append(
         width *= WIDTH_STEP;
     }
     let rough = Kernel::new(reach(0.03), dt);
-    let noise: Vec<f64> = signals.torque.iter().map(|torque| NOISE_SHARE * root_mean_square(torque)).collect();
+    let noise: Vec<f64> = signals.torque.iter().map(|torque| noise_share * root_mean_square(torque)).collect();
     let edge = ladder.last().map_or(rough.reach, |kernel| kernel.reach) + 1;
     let fastest: Vec<f64> = signals
         .position

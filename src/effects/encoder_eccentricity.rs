@@ -3,14 +3,17 @@
 //! The encoder sees `θ + e sin(θ_m + φ)`, `θ_m = ratio · θ` the angle of the motor shaft, and counts that: position and velocity
 //! are read with it, by the controller too. At a constant speed the velocity read ripples by `e · ratio · θ̇`; a controller that
 //! believes it makes the motor follow. A link encoder is not touched.
-//! Left out: other harmonics, such as two a turn of a tilted disc.
+//!
+//! Who takes the reading for the motion asks for the torque of the ripple as well, which nobody applied: with `s = sin(θ_m + φ)` the
+//! motor torque lacks `e ((J + M) s̈ + F_V ṡ)`, `J` the rotor's and `M` the links' inertia at the joint.
+//! Left out: what that ripple asks of other joints; other harmonics, such as two a turn of a tilted disc.
 //! Reference: R. C. Kavanagh (2001), Performance analysis and compensation of M/T-type digital tachometers.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::parameters::{misfit, need_joint};
-use super::{About, Action, Effect, EncoderAction, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, EncoderAction, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -67,5 +70,38 @@ impl Effect for EncoderEccentricity {
             return Err(misfit(&ABOUT, model, "amplitude", amplitude, expected));
         }
         Ok(vec![Action::Encoder(joint, Box::new(RunOut { amplitude, gear_ratio, phase: given.get("phase") }))])
+    }
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for EncoderEccentricity {
+    fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        motion.range(joint) * motion.model.joints[joint].gear_ratio > TAU
+    }
+
+    fn needs_narrow_rows(&self) -> bool {
+        true
+    }
+
+    fn phase_per_session(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
+        let missing = |row: usize| {
+            let inertia = model.reflected_inertia() + m.link_inertia[row];
+            let [rate, curvature] = motion.harmonic_rates(joint, row, model.gear_ratio);
+            [0, 1].map(|k| -inertia * curvature[k] - m.friction.viscous * rate[k])
+        };
+        let rows: Vec<[f64; 2]> = (0..motion.rows()).map(missing).collect();
+        [0, 1].map(|k| rows.iter().map(|row| row[k]).collect()).into()
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        // e sin(x + φ) = e sin φ · cos x + e cos φ · sin x
+        vec![coefficients[0].hypot(coefficients[1]), coefficients[0].atan2(coefficients[1])]
     }
 }

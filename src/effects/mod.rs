@@ -145,6 +145,11 @@ pub trait Diagnosable: Effect {
         true
     }
 
+    /// Whether it shows in acceleration at an order that wide kernels do not pass, so that narrow rows are needed to see it.
+    fn needs_narrow_rows(&self) -> bool {
+        false
+    }
+
     /// Whether a joint can have several of it, told apart by their shapes.
     fn repeats(&self) -> bool {
         false

@@ -46,6 +46,8 @@ pub struct JointMotion {
     pub rigid: Vec<f64>,
     /// [N·m or N] torque that the nominal links need of the gear, without any friction.
     pub link_torque: Vec<f64>,
+    /// `M` [kg·m² or kg] inertia of the nominal links about this joint, the others held; without the rotor.
+    pub link_inertia: Vec<f64>,
     /// Symmetric friction of the baseline, as fitted so far.
     pub friction: SymmetricFriction,
     /// Whether a current was measured, rather than a torque.
@@ -101,6 +103,7 @@ impl Motion<'_> {
             torque_rate: pick(&m.torque_rate),
             rigid: pick(&m.rigid),
             link_torque: pick(&m.link_torque),
+            link_inertia: pick(&m.link_inertia),
             friction: m.friction,
             has_current: m.has_current,
         };
@@ -139,6 +142,16 @@ impl Motion<'_> {
         columns
     }
 
+    /// First and second derivative in time of `cos(order · q)` and `sin(order · q)`, as the kernel passes them:
+    /// `[[d cos, d sin], [d² cos, d² sin]]` of a row.
+    pub fn harmonic_rates(&self, joint: usize, row: usize, order: f64) -> [[f64; 2]; 2] {
+        let m = &self.joints[joint];
+        let (v, a) = (order * m.v[row], order * m.a[row]);
+        let (sin, cos) = (order * m.q[row]).sin_cos();
+        let gain = self.gain(joint, row, order);
+        [[-v * sin, v * cos], [-a * sin - v * v * cos, a * cos - v * v * sin]].map(|pair| pair.map(|x| gain * x))
+    }
+
     /// Distance that a joint covers, largest of its sessions [rad or m].
     pub fn range(&self, joint: usize) -> f64 {
         let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); self.sessions];
@@ -148,6 +161,20 @@ impl Motion<'_> {
             *high = high.max(*q);
         }
         bounds.iter().map(|(low, high)| high - low).fold(0.0, f64::max)
+    }
+
+    /// Inertia of a robot's links about each joint along the measured motion, the other joints held: `inertias[joint][row]`.
+    pub fn link_inertias(&self, robot: &Robot) -> Vec<Vec<f64>> {
+        let dof = self.joints.len();
+        let mut dynamics = Dynamics::new(robot);
+        let mut mass = nalgebra::DMatrix::zeros(dof, dof);
+        let mut inertias = vec![Vec::with_capacity(self.rows()); dof];
+        for row in 0..self.rows() {
+            let q: Vec<f64> = self.joints.iter().map(|motion| motion.q[row]).collect();
+            dynamics.mass_matrix(&q, &mut mass);
+            inertias.iter_mut().enumerate().for_each(|(joint, inertia)| inertia.push(mass[(joint, joint)]));
+        }
+        inertias
     }
 
     /// Torque of all joints that a robot needs along the measured motion, `torques[joint][row]`;

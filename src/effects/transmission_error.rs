@@ -3,7 +3,10 @@
 //! `q = θ + e sin(z θ + φ)` for a gear without torque, `z` periods a turn of the joint. At a constant rotor speed `ω` the link's velocity
 //! ripples by `e z ω` and its acceleration by `e z² ω²`: the torque at tooth order grows with the square of speed. The torque `T` on
 //! the link takes `T (1 + e z cos(z θ + φ))` of the rotor: no work is lost.
-//! Left out: other harmonics (each is an effect of its own), tooth stiffness that varies with the same order.
+//!
+//! On the motor's side, with `s = sin(z θ + φ)`: the links need `e M s̈` more, and the lever of the flank `e T ∂s/∂θ`.
+//! It does not matter whether the motor or the link gives way, as the motor's ripple is measured.
+//! Left out: what the ripple asks of other joints, and of friction behind the gear; other harmonics (each is an effect of its own), tooth stiffness that varies with the same order.
 //! Reference: J. D. Smith (2003), Gear Noise and Vibration; F. H. Ghorbel, P. S. Gandhi, F. Alpeter (2001), On the kinematic error in
 //! harmonic drive gears.
 
@@ -11,7 +14,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::parameters::{misfit, need_joint};
-use super::{About, Action, Effect, GearAction, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, GearAction, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::gearhead::Mesh;
 use crate::robot::Model;
@@ -32,6 +35,13 @@ static ABOUT: About = About {
     separate_by: "several speeds: the torque of cogging stays, that of the teeth grows with the square of speed",
     reference: "J. D. Smith (2003), Gear Noise and Vibration",
 };
+
+/// Fewest periods per turn of the joint that are looked for: fewer look like gravity.
+const LEAST_TEETH: usize = 3;
+/// Most periods per turn of the joint that are looked for.
+const MOST_TEETH: usize = 400;
+/// `z |θ̇| w` beyond which the kernel of the rows passes less than a tenth.
+const LAST_PASSED: f64 = 5.0;
 
 /// The link leads and lags the rotor.
 pub struct TransmissionError;
@@ -68,5 +78,53 @@ impl Effect for TransmissionError {
             return Err(misfit(&ABOUT, model, "amplitude", amplitude, expected));
         }
         Ok(vec![Action::Gear(joint, Box::new(Teeth { amplitude, teeth, phase: given.get("phase") }))])
+    }
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for TransmissionError {
+    fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
+        let m = &motion.joints[joint];
+        let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let narrowest = motion.half_width.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = (LAST_PASSED / (fastest * narrowest).max(1e-12)).min(MOST_TEETH as f64) as usize;
+        // Periods per turn mean nothing where a joint slides.
+        let turns = motion.model.joints[joint].kind == crate::units::JointKind::Revolute;
+        (LEAST_TEETH..=if turns { most } else { 0 }).map(|teeth| vec![teeth as f64]).collect()
+    }
+
+    fn refines(&self) -> bool {
+        false
+    }
+
+    fn repeats(&self) -> bool {
+        true
+    }
+
+    fn needs_narrow_rows(&self) -> bool {
+        true
+    }
+
+    fn phase_per_session(&self) -> bool {
+        true
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        let (m, z) = (&motion.joints[joint], shape[0]);
+        let added = |row: usize| {
+            let [_, curvature] = motion.harmonic_rates(joint, row, z);
+            let (sin, cos) = (z * m.q[row]).sin_cos();
+            let lever = m.link_torque[row] * z * motion.gain(joint, row, z);
+            [m.link_inertia[row] * curvature[0] - lever * sin, m.link_inertia[row] * curvature[1] + lever * cos]
+        };
+        let rows: Vec<[f64; 2]> = (0..motion.rows()).map(added).collect();
+        [0, 1].map(|k| rows.iter().map(|row| row[k]).collect()).into()
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        // e sin(x + φ) = e sin φ · cos x + e cos φ · sin x
+        vec![coefficients[0].hypot(coefficients[1]), shape[0], coefficients[0].atan2(coefficients[1])]
     }
 }

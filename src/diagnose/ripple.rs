@@ -1,0 +1,167 @@
+//! Ripple that shows in the acceleration at many periods a turn: rows of narrow kernels, and recordings without it.
+//!
+//! A row that has to speak for itself averages until the encoder's noise is small ([`observe`](super::observe)), over 20 to 80 ms, and
+//! `K̂(n θ̇ w)` of a fast ripple is nothing by then. A ripple of known order needs no such row: half the width has `2^2.5` times the noise,
+//! and thousands of rows average it. So there is a second set of rows, a few encoder counts wide, while the joint moves on and away from
+//! its reversals; effects that need it are judged there, beside those that repeat with an angle as well and could be taken for them.
+//! What they added to the torque is then taken off the recorded one, sample by sample, and the wide rows do not see it any more.
+//! Left out: phases of held-out sessions that differ from the trained ones, in the recordings without it.
+
+use super::conclude;
+use super::observe;
+use super::problem::Problem;
+use super::result::{Diagnosis, FoundEffect, Verdict};
+use super::selection::{Rules, Selection, select};
+use super::uncertainty::Uncertainty;
+use super::{Options, extend, held_out_rows, typical_inertia};
+use crate::effects::{Catalogue, Diagnosable, JointMotion, Motion};
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// Share of the RMS torque that noise of the acceleration may make: thirteen times that of wide rows make kernels of a third.
+const NOISE_SHARE: f64 = 0.2;
+/// Counts of the encoder that a row has to pass, so that its velocity and phase are known.
+const COUNTS: f64 = 4.0;
+/// Share of a joint's fastest motion below which its acceleration says too little.
+const LEAST_SPEED: f64 = 0.1;
+/// [s] Around a reversal, where the link crosses its gap.
+const REVERSAL: f64 = 0.1;
+/// Fewest rows of a joint.
+const FEWEST: usize = 200;
+
+/// Ripple that was found, and what is left without it.
+pub struct Ripple {
+    /// The effects.
+    effects: Vec<FoundEffect>,
+    /// The sessions without what it added to the torque.
+    pub mended: Vec<TimeSeries>,
+}
+
+/// The effects of a catalogue that wide rows show.
+pub fn of_wide_rows(catalogue: &Catalogue) -> Catalogue {
+    catalogue.iter().filter(|effect| effect.diagnosable().is_none_or(|effect| !effect.needs_narrow_rows())).collect()
+}
+
+/// Those that need narrow ones, and those that repeat with an angle.
+fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
+    let takes_part = |effect: &dyn Diagnosable| effect.needs_narrow_rows() || effect.repeats();
+    catalogue.iter().filter(|effect| effect.diagnosable().is_some_and(takes_part)).collect()
+}
+
+/// Looks for ripple; the first `trained` sessions are for training.
+pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Option<Ripple> {
+    let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE_SHARE).ok()?;
+    let held_out = held_out_rows(&motion, trained, options.held_out_share);
+    let mut problem = Problem::new(motion, held_out);
+    problem.catalogue = of_narrow_rows(&options.catalogue);
+    problem.zones = (0..model.joints.len()).map(|joint| moving(&problem.motion, joint)).collect();
+    if problem.zones.iter().any(|zone| zone.iter().filter(|takes_part| **takes_part).count() < FEWEST) {
+        return None;
+    }
+    let selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
+    let names: Vec<&str> =
+        selection.terms().iter().filter(|t| t.effect.needs_narrow_rows()).map(|t| t.effect.name()).collect();
+    if names.is_empty() {
+        return None;
+    }
+    let uncertainty = Uncertainty::new(&problem, &selection.terms(), &selection.fitted)?;
+    let mut effects = conclude::found(&problem, &selection, &uncertainty, options);
+    effects.retain(|found| names.contains(&found.effect.as_str()));
+    let mended = (0..sessions.len()).map(|number| mended(&problem, &selection, number, sessions[number])).collect();
+    Some(Ripple { effects, mended })
+}
+
+/// Rows in which a joint moves on, away from its reversals.
+fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
+    let v = &motion.joints[joint].v;
+    let fastest = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let count = motion.model.joints[joint].encoder_step();
+    let slow = |row: usize| v[row].abs() < (LEAST_SPEED * fastest).max(COUNTS * count / (2.0 * motion.half_width[row]));
+    let mut moving: Vec<bool> = (0..motion.rows()).map(|row| !slow(row)).collect();
+    for row in 1..motion.rows() {
+        let same = motion.session[row] == motion.session[row - 1];
+        if same && v[row].signum() != v[row - 1].signum() {
+            let near = |other: &usize| {
+                motion.session[*other] == motion.session[row]
+                    && (motion.time[*other] - motion.time[row]).abs() < REVERSAL
+            };
+            (0..row).rev().take_while(near).for_each(|other| moving[other] = false);
+            (row..motion.rows()).take_while(near).for_each(|other| moving[other] = false);
+        }
+    }
+    moving
+}
+
+/// A session without the torque of the terms that need narrow rows.
+fn mended(problem: &Problem, selection: &Selection, number: usize, session: &TimeSeries) -> TimeSeries {
+    let mut mended = session.clone();
+    let motion = at_samples(&problem.motion, number, &session.time);
+    let coefficients = &selection.fitted.solution.coefficients;
+    for (term, at) in selection.terms().iter().zip(&selection.fitted.term_at) {
+        let joint = term.joints[0];
+        let model = &motion.model.joints[joint];
+        let Some(series) = mended.joints.iter_mut().find(|series| series.name == model.name) else { continue };
+        let absolute = model.current_sensor.is_some_and(|s| s.sensing == crate::drive::Sensing::Absolute);
+        if !term.effect.needs_narrow_rows() {
+            continue;
+        }
+        for (k, column) in term.effect.columns(&motion, joint, &term.shape).iter().enumerate() {
+            let c = coefficients[at + k];
+            for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, model.torque_per_ampere())] {
+                for (row, sample) in series.channels.get_mut(&channel).into_iter().flatten().enumerate() {
+                    let sign = if absolute { motion.joints[joint].v[row].signum() } else { 1.0 };
+                    *sample -= sign * c * column[row] / scale;
+                }
+            }
+        }
+    }
+    mended
+}
+
+/// The motion of one session at other times: straight between its rows, and without a kernel.
+fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Motion<'m> {
+    let first = motion.session.partition_point(|session| *session < number);
+    let last = motion.session.partition_point(|session| *session <= number);
+    let known = &motion.time[first..last];
+    let place = |t: &f64| {
+        let next = known.partition_point(|row| row <= t).clamp(1, known.len() - 1);
+        let part = ((t - known[next - 1]) / (known[next] - known[next - 1])).clamp(0.0, 1.0);
+        (first + next - 1, part)
+    };
+    let places: Vec<(usize, f64)> = time.iter().map(place).collect();
+    let between = |values: &[f64]| -> Vec<f64> {
+        places.iter().map(|(row, part)| values[*row] + part * (values[row + 1] - values[*row])).collect()
+    };
+    let joint = |m: &JointMotion| JointMotion {
+        q: between(&m.q),
+        v: between(&m.v),
+        a: between(&m.a),
+        direction: between(&m.direction),
+        torque: between(&m.torque),
+        torque_rate: between(&m.torque_rate),
+        rigid: between(&m.rigid),
+        link_torque: between(&m.link_torque),
+        link_inertia: between(&m.link_inertia),
+        friction: m.friction,
+        has_current: m.has_current,
+    };
+    Motion {
+        model: motion.model,
+        sessions: motion.sessions,
+        session: vec![number; time.len()],
+        time: time.to_vec(),
+        start: motion.start.clone(),
+        half_width: vec![0.0; time.len()],
+        joints: motion.joints.iter().map(joint).collect(),
+    }
+}
+
+impl Ripple {
+    /// Puts the effects first into a diagnosis of the sessions without them.
+    pub fn add_to(self, diagnosis: &mut Diagnosis, model: &Model, options: &Options) {
+        diagnosis.extended_model =
+            extend::with_effects(model, &diagnosis.extended_model, &self.effects, &options.catalogue);
+        diagnosis.effects.splice(0..0, self.effects);
+        diagnosis.verdict = Verdict::EffectsFound;
+    }
+}
