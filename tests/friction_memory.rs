@@ -199,5 +199,5 @@ fn property_a_joint_has_one_memory() {
         Err(Error::Input(error)) => assert_eq!((error.key.as_str(), error.value.as_str()), ("effects", "joint1")),
         _ => panic!("two memories were taken"),
     }
-    assert!(find("presliding").is_some_and(|effect| effect.diagnosable().is_none()));
+    assert!(find("presliding").is_some_and(|effect| effect.can_be_told()));
 }

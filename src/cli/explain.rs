@@ -43,7 +43,7 @@ fn render(effect: &dyn Effect) -> String {
         Scope::Joint => "one joint",
         Scope::Machine => "the whole machine",
     };
-    let diagnosed = if effect.diagnosable().is_some() { "yes" } else { "not yet: it can be simulated" };
+    let diagnosed = if effect.can_be_told() { "yes" } else { "not yet: it can be simulated" };
     let mut text = format!("{}: {}\n\n  {}\n\n", about.name, about.summary, about.equation);
     let mut table = Table::new("", &["parameter", "symbol", "unit", "range", "meaning"]);
     for parameter in about.parameters {

@@ -30,7 +30,7 @@ impl List {
             What::Effects => effects::CATALOGUE
                 .iter()
                 .map(|effect| {
-                    let note = if effect.diagnosable().is_some() { "" } else { " (simulated, not yet diagnosed)" };
+                    let note = if effect.can_be_told() { "" } else { " (simulated, not yet diagnosed)" };
                     (effect.name().to_owned(), format!("{}{note}", effect.about().summary))
                 })
                 .collect(),

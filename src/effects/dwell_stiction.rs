@@ -90,7 +90,6 @@ impl AtTurns for DwellStiction {
                 values: vec![growth, time, distance],
                 scales: vec![growth, time, distance],
                 proportional: true,
-                session: None,
             })
             .collect()
     }

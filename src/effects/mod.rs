@@ -44,7 +44,7 @@ pub use action::{
 pub use catalogue::Catalogue;
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
-pub use turns::{AtTurns, Jump, Trial, Turns};
+pub use turns::{AtTurns, Trial, Turns};
 
 use std::collections::BTreeMap;
 
@@ -122,6 +122,11 @@ pub trait Effect: Sync {
     /// Its third face, where it has one: how a diagnosis tells it by the turns of a joint.
     fn at_turns(&self) -> Option<&dyn AtTurns> {
         None
+    }
+
+    /// Whether a diagnosis can tell it, one way or another.
+    fn can_be_told(&self) -> bool {
+        self.diagnosable().is_some() || self.at_turns().is_some()
     }
 }
 

@@ -90,7 +90,6 @@ impl AtTurns for Presliding {
                 // Smooth motion blurs the damping: it comes out up to twice too large.
                 scales: vec![0.5 * stiffness, 3.0 * damping],
                 proportional: false,
-                session: None,
             }
         };
         if count > 0.0 && dry > 0.0 { BENDS.into_iter().map(trial).collect() } else { Vec::new() }

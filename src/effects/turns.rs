@@ -14,17 +14,6 @@ pub struct Turns<'a> {
     pub gap: f64,
     /// [s] How long the rotor rested before each start.
     pub rests: Vec<f64>,
-    /// Instants at which the torque does what neither the motion nor a turn explains, the most striking first.
-    pub jumps: Vec<Jump>,
-}
-
-/// An instant of a session.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Jump {
-    /// Index of the session.
-    pub session: usize,
-    /// `t` [s] since the start of the session.
-    pub time: f64,
 }
 
 /// Parameters to start from.
@@ -36,8 +25,6 @@ pub struct Trial {
     pub scales: Vec<f64>,
     /// Whether what it does to the torque is proportional to the first of them.
     pub proportional: bool,
-    /// The only session in which it acts; `None`: all.
-    pub session: Option<usize>,
 }
 
 /// An effect that shows where a joint turns around, by the actions that [`Effect::install`] returns for gear and friction.

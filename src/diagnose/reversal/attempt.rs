@@ -33,14 +33,12 @@ pub struct Planted {
     pub values: Vec<f64>,
     /// How far each may be off.
     pub scales: Vec<f64>,
-    /// The only session in which it acts.
-    pub session: Option<usize>,
 }
 
 impl Planted {
     /// An effect at a trial.
     pub fn new(effect: &'static dyn AtTurns, trial: Trial) -> Self {
-        Self { effect, values: trial.values, scales: trial.scales, session: trial.session }
+        Self { effect, values: trial.values, scales: trial.scales }
     }
 }
 
@@ -101,16 +99,7 @@ impl Channel<'_, '_> {
     pub fn simulate(&self, setting: &Setting) -> Option<[Vec<f64>; 2]> {
         let friction = self.problem.motion.joints[self.joint].friction;
         let gear = Gear { gap: setting.gap, share: setting.share, friction };
-        let all: Vec<&Planted> = setting.planted.iter().collect();
-        let mut lack = self.torque(&gear, &all)?;
-        // An effect of one session: the others are simulated without it.
-        if let Some(session) = setting.planted.iter().find_map(|one| one.session) {
-            let others: Vec<&Planted> = all.iter().copied().filter(|one| one.session.is_none()).collect();
-            let without = self.torque(&gear, &others)?;
-            for span in self.path.spans.iter().filter(|span| span.session != session) {
-                lack[span.start..span.end].copy_from_slice(&without[span.start..span.end]);
-            }
-        }
+        let lack = self.torque(&gear, &setting.planted)?;
         let step = self.path.step;
         let rate: Vec<f64> = (0..lack.len())
             .map(|k| (lack[(k + 1).min(lack.len() - 1)] - lack[k.saturating_sub(1)]) / (2.0 * step))
@@ -118,7 +107,7 @@ impl Channel<'_, '_> {
         Some([self.windows.averages(&lack), self.windows.averages(&rate)])
     }
 
-    fn torque(&self, gear: &Gear, planted: &[&Planted]) -> Option<Vec<f64>> {
+    fn torque(&self, gear: &Gear, planted: &[Planted]) -> Option<Vec<f64>> {
         if planted.is_empty() {
             return Some(super::gear::lack(&self.path, gear, &Altered::default()));
         }

@@ -83,13 +83,8 @@ fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual:
     }
     let Some(nominal) = nominal(&channel, gap, count) else { return Vec::new() };
     let Some((before, without)) = channel.predict(&nominal) else { return Vec::new() };
-    let turns = Turns {
-        motion: &problem.motion,
-        joint,
-        gap: nominal.setting.gap,
-        rests: rests(&problem.motion, joint),
-        jumps: Vec::new(),
-    };
+    let turns =
+        Turns { motion: &problem.motion, joint, gap: nominal.setting.gap, rests: rests(&problem.motion, joint) };
     let effects: Vec<&'static dyn AtTurns> =
         problem.catalogue.at_turns().filter(|effect| effect.applies(&turns)).collect();
     effects
