@@ -14,14 +14,14 @@ use crate::report::files::envelope;
 use crate::report::recording::Motion;
 use crate::report::{Report, contacts};
 use crate::robot::Model;
-use crate::scenario::{self, Procedure, Scenario, Unmet};
+use crate::scenario::{self, Procedure, Recorded, Scenario, Unmet};
 use crate::timeseries::TimeSeries;
 
 use super::catalogue::Source;
 use super::console::{self, OutputOptions, Progress};
 use super::diagnose::Findings;
 use super::folder::Folder;
-use super::{Outcome, identify};
+use super::{Outcome, identify, input};
 
 /// Scenario of the catalogue that `demo` carries out.
 const DEMO: &str = "02_name_the_cause";
@@ -73,6 +73,9 @@ impl Demo {
 
 fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     let source = Source::find(given, "scenarios", "scenario.toml")?;
+    if let Some(recorded) = Recorded::load(&source.path, set)? {
+        return on_recordings(&recorded, common);
+    }
     let scenario = Scenario::load(&source.path, set)?;
     let seed = common.seed.unwrap_or(scenario.seed);
     let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
@@ -99,6 +102,31 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     }
     unmet.iter().for_each(|unmet| eprintln!("expectation failed: {unmet}"));
     Ok(Outcome::Failed)
+}
+
+/// Diagnoses recordings, and checks what is named.
+fn on_recordings(scenario: &Recorded, common: &Common) -> Result<Outcome> {
+    let model = Model::load(&scenario.robot)?;
+    let train = input::sessions(&scenario.data, &model)?;
+    let hold_out = input::sessions(&scenario.hold_out, &model)?;
+    let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
+    let progress = Progress::start("diagnosing", common.output.quiet);
+    let findings = Findings::new(&model, &train, &hold_out, &progress)?;
+    drop(progress);
+    let unmet = scenario.check(&findings.diagnosis);
+    let mut report = findings.report(&scenario.name);
+    report.document.title = format!("{}: {}", scenario.name, scenario.question);
+    if let Value::Object(content) = &mut report.json {
+        content.insert("failed_expectations".into(), unmet.iter().cloned().collect());
+    }
+    let outcome = console::finish(&report, &folder, &common.output)?;
+    match unmet {
+        None => Ok(outcome),
+        Some(unmet) => {
+            eprintln!("expectation failed: {unmet}");
+            Ok(Outcome::Failed)
+        }
+    }
 }
 
 /// The report of a run that was only simulated.

@@ -2,7 +2,9 @@
 //!
 //! `F → F + μ |T| sgn v`, `T` the torque through the gear, on rotor and link in the shares of the friction law.
 //! In the data `T` is what the links need for the measured motion, with the part of friction that acts behind the gear;
-//! that share is scanned, because it is not known beforehand.
+//! that share `s` is scanned, because it is not known beforehand. What load adds behind the gear loads it again: with the link torque `L` and
+//! the other friction `F`, `T sgn v = L sgn v + s (F + μ |T|)`, so while the motor drives the link `|T| = |L + s F sgn v|/(1 − s μ)`, and the
+//! coefficient of `|L + s F sgn v|` is `c = μ/(1 − s μ)`. Where the link drives the motor it is `μ/(1 + s μ)`, which is left out.
 //! Left out: a coefficient that differs between driving and being driven.
 //! Reference: A. C. Bittencourt, S. Gunnarsson (2012), Static friction in a robot joint: modeling and identification of load and temperature effects.
 
@@ -74,7 +76,8 @@ impl Diagnosable for LoadDependentFriction {
         })]
     }
 
-    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
-        vec![coefficients[0]]
+    fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        let (c, link_share) = (coefficients[0], shape[0]);
+        vec![c / (1.0 + link_share * c)]
     }
 }

@@ -17,6 +17,7 @@ mod read_controller;
 mod read_obstacles;
 mod read_reference;
 mod record;
+mod recorded;
 mod regulator;
 
 pub use closed_loop::{Timing, closed_loop, simulate};
@@ -24,6 +25,7 @@ pub use contact::{Contact, ContactExpectation, UnmetContact};
 pub use design::{DECIDES, Design, Prediction, Question, Trial, design};
 pub use expect::{Expectation, Unmet};
 pub use record::Recorder;
+pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
 
 use std::path::PathBuf;
@@ -34,6 +36,9 @@ use crate::error::{Error, Place, Result};
 use crate::plant::{Options, Plant};
 use crate::robot::Model;
 use crate::timeseries::{JointSeries, TimeSeries};
+
+/// The schema of a scenario file.
+const SCHEMA: &str = "lostmotion/scenario/1";
 
 /// [s] Interval at which a planned motion is looked at; between two looks it is taken as straight.
 const PLAN_INTERVAL: f64 = 0.01;

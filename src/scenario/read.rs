@@ -14,6 +14,7 @@
 //! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps, evaluations
 //! [controller]                                 # law, velocity, a table of gains for every joint
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
+//! # a scenario on recordings has `data` instead of all that follows, see `recorded`
 //! [[obstacles]]                                # what stands in the way, see `read_obstacles`
 //! [expect.joint1]                              # largest errors in per cent, see `expect`
 //! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
@@ -25,15 +26,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
-use super::{ContactExpectation, Expectation, Procedure, Scenario, Session};
+use super::{ContactExpectation, Expectation, Procedure, SCHEMA, Scenario, Session};
 use super::{read_controller, read_obstacles, read_reference};
 use crate::error::Result;
 use crate::plant::{Engine, Evaluations, Options};
 use crate::robot::{Inertia, Model};
 use crate::toml_input::{Document, Range, Table};
-
-/// The schema that this reader understands.
-const SCHEMA: &str = "lostmotion/scenario/1";
 
 impl Scenario {
     /// Reads a scenario file and the model that it names. `assignments` (`KEY=VALUE`) change its values first; those whose

@@ -23,6 +23,7 @@ use super::result::{FitError, FoundEffect, Measured, Split, TwoEncoders, Unexpla
 use super::views::{self, Residual};
 use crate::effects::Diagnosable;
 use crate::timeseries::{Estimate, TimeSeries};
+use crate::units::JointKind;
 use difference::{Difference, difference};
 use fit::{AxisFit, Lag, fit, rest, root_mean_square};
 
@@ -183,6 +184,7 @@ fn surely(value: f64, least: f64, std_error: f64) -> f64 {
 fn effect(
     effect: &dyn Diagnosable,
     joints: Vec<String>,
+    kind: JointKind,
     values: &[f64],
     std_error: f64,
     probability: f64,
@@ -195,7 +197,9 @@ fn effect(
         joints,
         kind: about.kind,
         parameters: parameters
-            .map(|(spec, value)| (spec.name.to_owned(), Measured { value: *value, std_error, unit: spec.unit }))
+            .map(|(spec, value)| {
+                (spec.name.to_owned(), Measured { value: *value, std_error, unit: spec.unit_for(kind) })
+            })
             .collect(),
         probability,
         gain_percent: gain(errors),
@@ -214,7 +218,15 @@ fn delay(
     let mut all = options.catalogue.diagnosable();
     let (known, values) = all.find_map(|effect| Some((effect, effect.of_link_lag(lag.value)?)))?;
     let joints = fits.iter().map(|fit| problem.motion.model.joints[fit.joint].name.clone()).collect();
-    Some(effect(known, joints, &values, lag.std_error, surely(lag.value.abs(), NOTICEABLE, lag.std_error), errors))
+    Some(effect(
+        known,
+        joints,
+        JointKind::Revolute,
+        &values,
+        lag.std_error,
+        surely(lag.value.abs(), NOTICEABLE, lag.std_error),
+        errors,
+    ))
 }
 
 fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError], options: &Options) -> Option<FoundEffect> {
@@ -226,5 +238,13 @@ fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError], options: &Options
     let mut all = options.catalogue.diagnosable();
     let (known, values) = all.find_map(|effect| Some((effect, effect.of_stiffness(1.0 / c.value)?)))?;
     let std_error = c.std_error / c.value.powi(2);
-    Some(effect(known, vec![model.name.clone()], &values, std_error, surely(c.value, soft, c.std_error), errors))
+    Some(effect(
+        known,
+        vec![model.name.clone()],
+        model.kind,
+        &values,
+        std_error,
+        surely(c.value, soft, c.std_error),
+        errors,
+    ))
 }

@@ -1,0 +1,109 @@
+//! A scenario about a machine that was recorded, not simulated: which recordings of which model are diagnosed, and what must be named.
+//!
+//! ```toml
+//! schema = "lostmotion/scenario/1"
+//! name = "kr300_two_encoders"
+//! question = "Is it a gap?"
+//! procedure = "diagnose"
+//! robot = "../../robots/kr300/model.toml"      # relative to this file, else to the folder named by LOSTMOTION_DATA; so are the next two
+//! data = ["../../robots/kr300/datasets/trajectory_a.toml"]
+//! hold_out = ["../../robots/kr300/datasets/trajectory_b.toml"]
+//! [expect]
+//! effects = ["sensor_delay"]                   # all that is named, in any order
+//! ```
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::SCHEMA;
+use crate::diagnose::Diagnosis;
+use crate::error::Result;
+use crate::toml_input::{Document, Table};
+
+/// Environment variable that names the folder of recordings.
+const DATA_FOLDER: &str = "LOSTMOTION_DATA";
+
+/// A scenario on recordings.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Recorded {
+    /// Its name.
+    pub name: String,
+    /// The question that it answers.
+    pub question: String,
+    /// Nominal model.
+    pub robot: PathBuf,
+    /// Recordings, or their manifests.
+    pub data: Vec<PathBuf>,
+    /// Recordings to judge on.
+    pub hold_out: Vec<PathBuf>,
+    /// Effects that must be named, and no others.
+    pub effects: Vec<String>,
+}
+
+impl Recorded {
+    /// Reads a scenario file; `None` where it has no `data`, which is a scenario to be simulated.
+    ///
+    /// # Errors
+    /// The file cannot be read, a key is missing or unknown, or a file that it names is nowhere.
+    pub fn load(file: &Path, assignments: &[String]) -> Result<Option<Self>> {
+        let mut document = Document::read(file)?;
+        if !document.root().has("data") {
+            return Ok(None);
+        }
+        for assignment in assignments {
+            document.set(assignment)?;
+        }
+        let root = document.root();
+        root.optional_choice("schema", &[(SCHEMA, ())])?
+            .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
+        root.optional_choice("procedure", &[("diagnose", ())])?
+            .ok_or_else(|| root.error("procedure", "\"diagnose\" (missing)"))?;
+        let all = |key: &str| -> Result<Vec<PathBuf>> {
+            root.optional_texts(key)?.unwrap_or_default().iter().map(|name| find(&root, key, name)).collect()
+        };
+        let expect = root.table("expect")?;
+        let effects = expect.optional_texts("effects")?.unwrap_or_default();
+        let scenario = Self {
+            name: root.text("name")?.to_owned(),
+            question: root.optional_text("question")?.unwrap_or_default().to_owned(),
+            robot: find(&root, "robot", root.text("robot")?)?,
+            data: all("data")?,
+            hold_out: all("hold_out")?,
+            effects: effects.iter().map(|effect| (*effect).to_owned()).collect(),
+        };
+        expect.finish()?;
+        root.finish()?;
+        Ok(Some(scenario))
+    }
+
+    /// What fails of what is expected, in words.
+    pub fn check(&self, found: &Diagnosis) -> Option<String> {
+        let named: BTreeSet<&str> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
+        let expected: BTreeSet<&str> = self.effects.iter().map(String::as_str).collect();
+        let list = |names: &BTreeSet<&str>| match names.is_empty() {
+            true => "nothing".to_owned(),
+            false => names.iter().copied().collect::<Vec<_>>().join(", "),
+        };
+        (named != expected).then(|| format!("named: {}, expected: {}", list(&named), list(&expected)))
+    }
+}
+
+/// A file beside the scenario, or in the folder of recordings.
+fn find(root: &Table<'_>, key: &str, name: &str) -> Result<PathBuf> {
+    let beside = root.file().parent().unwrap_or(Path::new("")).join(name);
+    if beside.is_file() {
+        return Ok(beside);
+    }
+    let there = std::env::var_os(DATA_FOLDER).map(|folder| Path::new(&folder).join(name));
+    match there {
+        Some(there) if there.is_file() => Ok(there),
+        Some(there) => Err(root.error(key, format!("a file {} or {}", beside.display(), there.display()))),
+        None => Err(root.error(
+            key,
+            format!(
+                "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings",
+                beside.display()
+            ),
+        )),
+    }
+}
