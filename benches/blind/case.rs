@@ -13,7 +13,7 @@ use super::verdict::{Verdict, verdict};
 pub struct Case {
     pub order: Order,
     pub verdict: Verdict,
-    /// One for each hidden effect; `None` where no diagnosis knows how to tell it.
+    /// One for each hidden effect; `None` where a diagnosis does not tell it by torque against motion.
     pub told: Vec<Option<Separability>>,
     /// With the hidden effect taken out of the catalogue.
     pub left_out: Option<Verdict>,

@@ -11,7 +11,7 @@ use lostmotion::timeseries::TimeSeries;
 use super::generate::Set;
 use super::verdict::Hidden;
 
-/// For each hidden effect beside the others; `None` where a diagnosis does not know how to tell it.
+/// For each hidden effect beside the others; `None` where a diagnosis does not tell it by torque against motion.
 pub fn separabilities(set: &Set, effects: &[String], hidden: &[Hidden]) -> Vec<Option<Separability>> {
     let model = Model::load(&set.model).expect("the nominal model");
     let read = |file: &Path| dataset::load(file, &dataset::joints_of(&model)).expect("a recording").series;
@@ -32,7 +32,7 @@ pub fn separabilities(set: &Set, effects: &[String], hidden: &[Hidden]) -> Vec<O
 /// One line for the log.
 pub fn line(name: &str, effects: &[String], separabilities: &[Option<Separability>]) -> String {
     let one = |(effect, found): (&String, &Option<Separability>)| match found {
-        None => format!("{effect}: no diagnosis knows how to tell it"),
+        None => format!("{effect}: not told by torque against motion"),
         Some(found) => {
             let closest = found.rivals.iter().take(4).map(|rival| format!("{} {:.1}", rival.effect, rival.nats));
             let closest: Vec<String> = closest.collect();

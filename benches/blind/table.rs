@@ -126,8 +126,8 @@ impl<'a> Table<'a> {
 
     fn by_effect(&self) -> String {
         let mut text = String::from(
-            "| effect | shows, 1 / less | separable, 1 / less | closest stand-in: loss [nats], median | first of separable, 1 / less | first or listed | out of the catalogue | size in interval | error ratio |\n\
-             |---|---|---|---|---|---|---|---|---|\n",
+            "| effect | shows, 1 / less | separable, 1 / less | closest stand-in: loss [nats], median | first of separable, 1 / less | first of all, 1 / less | first or listed | out of the catalogue | size in interval | error ratio |\n\
+             |---|---|---|---|---|---|---|---|---|---|\n",
         );
         for effect in EFFECTS {
             let of = |full: bool| self.of_strength(full).filter(|case| case.single() == Some(effect));
@@ -140,13 +140,14 @@ impl<'a> Table<'a> {
             let sizes = all().filter(|case| case.verdict.is_first()).flat_map(|case| case.verdict.sizes());
             let _ = writeln!(
                 text,
-                "| `{effect}` | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| `{effect}` | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 both(&|full| Share::of(of(full).map(|case| case.shows(self.nats)))),
                 both(&|full| Share::of(of(full).map(|case| case.is_separable(self.nats)))),
                 closest(all()),
                 both(&|full| {
                     Share::of(of(full).filter(|case| case.is_separable(self.nats)).map(|case| case.verdict.is_first()))
                 }),
+                both(&|full| Share::of(of(full).map(|case| case.verdict.is_first()))),
                 Share::of(all().filter(|case| case.shows(self.nats)).map(Case::is_first_or_listed)).short(),
                 Share::of(all().filter(|case| case.shows(self.nats)).filter_map(Case::left_out_well)).short(),
                 Share::of(sizes.map(|size| size.is_inside())).short(),

@@ -10,7 +10,8 @@
 //! `s` the scale of the error and `n_eff/n` the independent samples per row of a fit that holds the effect, `(ν + 1)/(ν + 3)` the Fisher
 //! information of Student's t of unit scale. Only rows of the training data count. Without a rival `Δ` is what the effect shows at all.
 //! A rival of one joint is let loose on every joint, each with a shape of its own.
-//! Left out: two rivals that stand in together.
+//! Left out: two rivals that stand in together; what is told by other things than torque against motion: by a joint at rest, by the
+//! command, by reversals.
 //! Reference: C. R. Rao (1945), Information and the accuracy attainable in the estimation of statistical parameters.
 
 use std::ops::Range;
@@ -104,7 +105,7 @@ pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted
 }
 
 /// How well a recording of a machine tells one of the effects that it is known to have: `present` their names and joints (all, for an
-/// effect of the machine), the first of them the one that is asked about. `None` where a diagnosis does not know how to tell it.
+/// effect of the machine), the first of them the one that is asked about. `None` where a diagnosis does not tell it by torque against motion.
 ///
 /// # Errors
 /// As [`diagnose`](super::diagnose).
@@ -148,6 +149,10 @@ fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Optio
                 .collect();
             let shape = field.best(*effect, &field.stretched(&target))?.shape;
             let term = Term::new(&problem.motion, *effect, joints, shape);
+            // Told by something else than torque against motion: by the command, by what happens at reversals.
+            if term.coefficients() == 0 {
+                return None;
+            }
             if turn == 0 { terms.push(term) } else { terms[index] = term }
         }
     }
