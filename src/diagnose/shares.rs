@@ -6,7 +6,7 @@
 //!   share = 1 − Σ (e − m̂(x))²/Σ e²          m̂: mean of e in the bin of x, over the other half of the data (blocks of 5 s in turn)
 //! ```
 //! `alike`: one mean for both directions of motion; `opposed`: `m̂ · sgn v`; `share`: both directions apart. Shares of several axes do not add
-//! up (single rows far out are clipped to four standard deviations first): along a given motion position, load and time may say the same thing. A constant error is explained by every axis, so that the
+//! up (single rows far out are clipped to four standard deviations of their session first): along a given motion position, load and time may say the same thing. A constant error is explained by every axis, so that the
 //! simplest axis within a few points of the best is the one to believe.
 //! The share of frequency is that of its strongest single line, see [`spectra`](super::spectra).
 //! In which zone the error lies is a question to a simulation that knows of gaps: it is answered when the nominal model has been replayed.
@@ -84,17 +84,22 @@ pub fn zones(problem: &Problem, joint: usize) -> Vec<Zone> {
     (0..motion.rows()).map(zone).collect()
 }
 
-/// The error without the excess of single rows: a flank that turned unseen weighs as much as a hundred other rows.
+/// The error without the excess of single rows: a flank that turned unseen weighs as much as a hundred other rows. Each session has its
+/// own scale: beside a slow one the whole error of a fast one would be excess.
 fn clipped(problem: &Problem, joint: usize, error: &[f64]) -> Vec<f64> {
-    let mut sizes: Vec<f64> =
-        error.iter().zip(&problem.zones[joint]).filter(|(_, r)| **r).map(|(e, _)| e.abs()).collect();
-    if sizes.is_empty() {
-        return error.to_vec();
-    }
-    let middle = sizes.len() / 2;
-    // The median of |x| of a normal variable is 0.6745 of its standard deviation.
-    let most = CLIPPED * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745;
-    error.iter().map(|e| e.clamp(-most, most)).collect()
+    let (motion, zone) = (&problem.motion, &problem.zones[joint]);
+    let most = |session: usize| {
+        let rows = (0..motion.rows()).filter(|row| motion.session[*row] == session && zone[*row]);
+        let mut sizes: Vec<f64> = rows.map(|row| error[row].abs()).collect();
+        if sizes.is_empty() {
+            return f64::INFINITY;
+        }
+        let middle = sizes.len() / 2;
+        // The median of |x| of a normal variable is 0.6745 of its standard deviation.
+        CLIPPED * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
+    };
+    let most: Vec<f64> = (0..motion.sessions).map(most).collect();
+    error.iter().zip(&motion.session).map(|(e, session)| e.clamp(-most[*session], most[*session])).collect()
 }
 
 /// Half of the data that each row belongs to.

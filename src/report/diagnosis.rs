@@ -82,7 +82,10 @@ fn found(diagnosis: &Diagnosis) -> Section {
     {
         let mut table = Table::new(title, &["effect", "joints", "parameter", "value", "probability", "gain held out"]);
         for found in diagnosis.effects.iter().filter(|found| found.kind == kind) {
-            section.text.extend(about(found, diagnosis));
+            // An effect on several joints is explained once.
+            let new: Vec<String> =
+                about(found, diagnosis).into_iter().filter(|line| !section.text.contains(line)).collect();
+            section.text.extend(new);
             rows(found, &mut table);
         }
         if !table.rows.is_empty() {
