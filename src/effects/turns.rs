@@ -46,4 +46,9 @@ pub trait AtTurns: Effect {
     fn least_fall(&self) -> f64 {
         0.0
     }
+
+    /// Whether what it does with these parameters is large enough for the recording to show it.
+    fn visible(&self, _seen: &Turns, _values: &[f64]) -> bool {
+        true
+    }
 }

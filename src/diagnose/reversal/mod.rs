@@ -37,7 +37,8 @@ pub struct Rules {
 }
 
 impl Default for Rules {
-    /// Clean machines by seed reach 25 nats, 3 % and 5 nats, not at the same time.
+    /// Clean machines by seed reach 25 nats, 3 % and 5 nats, not at the same time; an effect that reaches more there has a
+    /// [reserve](crate::effects::AtTurns::reserve) of its own.
     fn default() -> Self {
         Self { nats: 30.0, log_scale: 0.06, held_out: 2.0 }
     }

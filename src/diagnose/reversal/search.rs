@@ -93,6 +93,10 @@ fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual:
             let (starts, tried) = best_trials(&channel, &nominal, effect, &turns);
             let fits = starts.iter().filter_map(|setting| channel.fitted(setting));
             let fit = fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
+            let visible = effect.visible(&turns, &fit.setting.planted.first()?.values);
+            if !visible {
+                return None;
+            }
             judged(&channel, &nominal, [&before, &channel.predict(&fit)?.0], &without, &fit, tried)
         })
         .collect()
