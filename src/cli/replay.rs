@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::error::Result;
-use crate::replay::{self, Options};
+use crate::replay::{self, Loop, Options};
 use crate::report::files::envelope;
 use crate::report::recording::Motion;
 use crate::report::{Report, replay as rendering};
@@ -24,6 +24,9 @@ pub struct Replay {
     /// Recordings: canonical CSV, or manifests
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     data: Vec<PathBuf>,
+    /// Drive the model by the recorded torque or current alone: no controller corrects it, and its position drifts away
+    #[arg(long)]
+    open_loop: bool,
     #[command(flatten)]
     output: OutputOptions,
 }
@@ -35,14 +38,16 @@ impl Replay {
         let sessions = input::sessions(&self.data, &model)?;
         let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
         let progress = Progress::start("replaying", self.output.quiet);
+        let control = if self.open_loop { Loop::Open } else { Loop::Closed };
+        let options = Options { control, ..Options::default() };
         let mut replays = Vec::new();
         for (index, session) in sessions.iter().enumerate() {
             #[expect(clippy::cast_precision_loss, reason = "a handful of sessions")]
             progress.set(index as f64 / sessions.len() as f64);
-            replays.push(replay::replay(&model, session, &Options::default())?);
+            replays.push(replay::replay(&model, session, &options)?);
         }
         drop(progress);
-        let mut document = rendering::document(&model.name, &replays);
+        let mut document = rendering::document(&model.name, &replays, control);
         document.warnings.extend(input::notes(&sessions));
         let content: Vec<_> = replays
             .iter()
@@ -52,7 +57,7 @@ impl Replay {
             .iter()
             .map(|one| Motion { traces: rendering::traces(one), ..Motion::new(&model.robot, &one.simulated) })
             .collect();
-        let json = envelope("lostmotion/replay/1", &model.name, json!({ "sessions": content }));
+        let json = envelope("lostmotion/replay/1", &model.name, json!({ "loop": control, "sessions": content }));
         console::finish(&Report { document, json, motions, model: None, extra: Vec::new() }, &folder, &self.output)
     }
 }

@@ -6,19 +6,20 @@
 //! Where `c` is the machine's own controller (the manifest gives it), this **is** its closed loop: reference, pulses and
 //! feedforward stand in `τ_rec − c(q_rec)`, whatever they are, and the noise of the recorded position cancels.
 //! Else `c` is a tracking controller of a given bandwidth `ω` on the inertia `J` that the joint moves, both poles at `ω`:
-//! `k_v = 2 ω J`, `k_p = ω/2`, along the recorded motion after a low-pass.
+//! `k_v = 2 ω J`, `k_p = ω/2`, along the recorded motion after a low-pass. In open loop `c = 0`.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::inputs::Input;
 use super::low_pass::low_pass;
+use super::{Loop, Options};
 use crate::dataset::{Controller, Session};
 use crate::dynamics::Dynamics;
 use crate::effects::JointState;
 use crate::robot::Model;
 
-/// One feedback a joint: the machine's own where the session gives it.
-pub(super) fn of_joints(model: &Model, session: &Session, inputs: &[Input], bandwidth: f64) -> Vec<Feedback> {
+/// One feedback a joint: the machine's own where the session gives it; in open loop none for what was recorded.
+pub(super) fn of_joints(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Vec<Feedback> {
     let interval = session.series.sample_interval();
     let start: Vec<f64> = inputs.iter().map(|input| input.position[0]).collect();
     let mut mass = DMatrix::zeros(model.robot.dof(), model.robot.dof());
@@ -29,10 +30,11 @@ pub(super) fn of_joints(model: &Model, session: &Session, inputs: &[Input], band
     };
     let joints = model.joints.iter().zip(inputs).enumerate();
     let feedback = joints.map(|(i, (joint, input))| match own(&joint.name) {
+        _ if options.control == Loop::Open && input.recorded => Feedback::none(&input.position, interval),
         Some(controller) => Feedback::machine(controller, &input.position, interval),
         None => {
             let inertia = joint.reflected_inertia() + mass[(i, i)];
-            Feedback::tracking(&input.position, interval, bandwidth, inertia)
+            Feedback::tracking(&input.position, interval, options.bandwidth, inertia)
         }
     });
     feedback.collect()
@@ -42,6 +44,7 @@ pub(super) fn of_joints(model: &Model, session: &Session, inputs: &[Input], band
 #[derive(Debug)]
 pub(super) struct Feedback {
     controller: Controller,
+    start: [f64; 2],
     interval: f64,
     recorded: Vec<f64>,
     simulated: Vec<f64>,
@@ -50,7 +53,26 @@ pub(super) struct Feedback {
 impl Feedback {
     /// The machine's own controller on the recorded positions as they are.
     pub(super) fn machine(controller: Controller, recorded: &[f64], interval: f64) -> Self {
-        Self { controller, interval, recorded: recorded.to_vec(), simulated: Vec::with_capacity(recorded.len()) }
+        let last = controller.velocity_samples.min(recorded.len() - 1);
+        let velocity = (recorded[last] - recorded[0]) / (last.max(1) as f64 * interval);
+        Self {
+            controller,
+            start: [recorded[0], velocity],
+            interval,
+            recorded: recorded.to_vec(),
+            simulated: Vec::with_capacity(recorded.len()),
+        }
+    }
+
+    /// No correction. Nothing makes a wrong start good, so it is that of a parabola through the first samples.
+    fn none(recorded: &[f64], interval: f64) -> Self {
+        /// [s] Length of the parabola: some tens of samples, in which a joint hardly changes its acceleration.
+        const SPAN: f64 = 0.02;
+        let samples = ((SPAN / interval).round() as usize).clamp(3, recorded.len().max(3)).min(recorded.len());
+        let controller = Controller { position_gain: 0.0, velocity_gain: 0.0, velocity_samples: 1 };
+        let plain = Self::machine(controller, recorded, interval);
+        let start = parabola(&recorded[..samples], interval).unwrap_or(plain.start);
+        Self { start, ..plain }
     }
 
     /// A tracking controller of bandwidth `bandwidth` [Hz] for an inertia [kg·m² or kg].
@@ -65,9 +87,7 @@ impl Feedback {
 
     /// The motion that the recording begins with, the link in the middle of the gap.
     pub(super) fn start(&self) -> JointState {
-        let last = self.controller.velocity_samples.min(self.recorded.len() - 1);
-        let velocity = (self.recorded[last] - self.recorded[0]) / (last.max(1) as f64 * self.interval);
-        let position = self.recorded[0];
+        let [position, velocity] = self.start;
         JointState {
             motor_position: position,
             motor_velocity: velocity,
@@ -87,4 +107,18 @@ impl Feedback {
         let rate = (behind(k) - behind(before)) / (velocity_samples as f64 * self.interval);
         velocity_gain * (position_gain * behind(k) + rate)
     }
+}
+
+/// Value and rate at the first sample of the parabola closest to all; `None` where there are too few for one.
+fn parabola(samples: &[f64], interval: f64) -> Option<[f64; 2]> {
+    let first = *samples.first()?;
+    let (mut a, mut b) = (Matrix3::zeros(), Vector3::zeros());
+    for (k, sample) in samples.iter().enumerate() {
+        let t = k as f64;
+        let row = Vector3::new(1.0, t, t * t);
+        a += row * row.transpose();
+        b += row * (sample - first);
+    }
+    let c = a.try_inverse()? * b;
+    Some([first + c[0], c[1] / interval])
 }

@@ -1,5 +1,6 @@
 //! What a recording says about the torque that the motors gave.
 
+use super::Loop;
 use crate::dataset::Session;
 use crate::drive::Sensing;
 use crate::error::{Error, Place, Result};
@@ -19,13 +20,15 @@ pub(super) struct Input {
     pub(super) commanded: bool,
     /// Whether `torque` is a magnitude: its sign was not measured.
     pub(super) magnitude: bool,
+    /// Whether it was recorded at all.
+    pub(super) recorded: bool,
 }
 
 /// One input a joint of the model. A joint that was not recorded stands still at zero.
 ///
 /// # Errors
-/// No joint of the model was recorded; one lacks its position, or torque and current.
-pub(super) fn inputs(model: &Model, session: &Session, notes: &mut Vec<String>) -> Result<Vec<Input>> {
+/// No joint of the model was recorded; one lacks its position, or torque and current; in open loop nothing says which way it was driven.
+pub(super) fn inputs(model: &Model, session: &Session, control: Loop, notes: &mut Vec<String>) -> Result<Vec<Input>> {
     let series = &session.series;
     if !model.joints.iter().any(|joint| series.joint(&joint.name).is_some()) {
         let names: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -41,7 +44,7 @@ pub(super) fn inputs(model: &Model, session: &Session, notes: &mut Vec<String>) 
             notes.push(format!("gap of {} is unknown: replayed without", joint.name));
         }
         inputs.push(match series.joint(&joint.name) {
-            Some(found) => input(joint, found, session)?,
+            Some(found) => input(joint, found, session, control)?,
             None => {
                 notes.push(format!("{} was not recorded: held at zero", joint.name));
                 still(series.len())
@@ -53,10 +56,17 @@ pub(super) fn inputs(model: &Model, session: &Session, notes: &mut Vec<String>) 
 
 fn still(samples: usize) -> Input {
     let zeros = vec![0.0; samples];
-    Input { position: zeros.clone(), forward: zeros.clone(), torque: zeros, commanded: true, magnitude: false }
+    Input {
+        position: zeros.clone(),
+        forward: zeros.clone(),
+        torque: zeros,
+        commanded: true,
+        magnitude: false,
+        recorded: false,
+    }
 }
 
-fn input(joint: &JointModel, series: &JointSeries, session: &Session) -> Result<Input> {
+fn input(joint: &JointModel, series: &JointSeries, session: &Session, control: Loop) -> Result<Input> {
     let missing = |channel: &str| {
         let key = format!("{}.{channel}", series.name);
         Error::input(&session.source, Place::File, key, "(missing)", "a recorded channel")
@@ -64,7 +74,7 @@ fn input(joint: &JointModel, series: &JointSeries, session: &Session) -> Result<
     let position = series.get(Channel::Position).ok_or_else(|| missing("position"))?.to_vec();
     if let Some(torque) = series.get(Channel::Torque) {
         let (forward, torque) = (torque.to_vec(), torque.to_vec());
-        return Ok(Input { position, forward, torque, commanded: true, magnitude: false });
+        return Ok(Input { position, forward, torque, commanded: true, magnitude: false, recorded: true });
     }
     let torque_of = |channel| {
         let currents = series.get(channel)?.iter();
@@ -72,13 +82,20 @@ fn input(joint: &JointModel, series: &JointSeries, session: &Session) -> Result<
     };
     let magnitude = joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
     match (torque_of(Channel::CommandCurrent), torque_of(Channel::Current)) {
-        (Some(forward), Some(torque)) => Ok(Input { position, forward, torque, commanded: false, magnitude }),
+        (Some(forward), Some(torque)) => {
+            Ok(Input { position, forward, torque, commanded: false, magnitude, recorded: true })
+        }
         (Some(torque), None) => {
-            Ok(Input { position, forward: torque.clone(), torque, commanded: true, magnitude: false })
+            Ok(Input { position, forward: torque.clone(), torque, commanded: true, magnitude: false, recorded: true })
+        }
+        (None, Some(_)) if magnitude && control == Loop::Open => {
+            let key = format!("{}.current", series.name);
+            let expected = "a torque, a command or a current with its sign, which alone can drive a model in open loop";
+            Err(Error::input(&session.source, Place::File, key, "a magnitude", expected))
         }
         (None, Some(torque)) => {
             let forward = if magnitude { vec![0.0; torque.len()] } else { one_ahead(&torque) };
-            Ok(Input { position, forward, torque, commanded: false, magnitude })
+            Ok(Input { position, forward, torque, commanded: false, magnitude, recorded: true })
         }
         (None, None) => Err(missing("current")),
     }

@@ -3,6 +3,8 @@
 //! Recorded torques in open loop let any model drift away by metres, however good it is. So the machine's controller, or a tracking
 //! one, corrects the recorded torque by what it makes of the difference of the positions ([`feedback`]). Three figures a joint then say
 //! how well the model fits: the RMS difference of position, of velocity, and of the torque that the motors had to give.
+//! [`Loop::Open`] leaves the correction away, for those who want the figure of the literature: the position then shows every error of
+//! the torque, integrated twice.
 //! Both sides of every comparison go through the same zero-phase low-pass ([`low_pass`]).
 
 mod compare;
@@ -25,9 +27,22 @@ use crate::plant::{Engine, Options as PlantOptions, Plant};
 use crate::robot::Model;
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
+/// Whether a controller corrects the recorded torque.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Loop {
+    /// By the machine's own controller, or a tracking one.
+    #[default]
+    Closed,
+    /// Nothing does. A joint that was not recorded is held still nevertheless.
+    Open,
+}
+
 /// How to replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
+    /// Whether the simulated machine is kept beside the recorded one.
+    pub control: Loop,
     /// Who computes the links' dynamics.
     pub engine: Engine,
     /// [Hz] Bandwidth of the tracking controller where the machine's own is not known, > 0.
@@ -40,7 +55,13 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { engine: Engine::Rapier, bandwidth: 3.0, cutoff: 25.0, catalogue: Catalogue::default() }
+        Self {
+            control: Loop::Closed,
+            engine: Engine::Rapier,
+            bandwidth: 3.0,
+            cutoff: 25.0,
+            catalogue: Catalogue::default(),
+        }
     }
 }
 
@@ -90,17 +111,22 @@ pub struct Replay {
 /// Simulates `model` under the inputs of `session`.
 ///
 /// # Errors
-/// A joint lacks position or torque and current, the model's effects do not fit, or the simulation diverges.
+/// A joint lacks position or torque and current, or the sign of its current in open loop, the model's effects do not fit, or the
+/// simulation diverges.
 pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
     let mut notes = Vec::new();
-    let inputs = inputs::inputs(model, session, &mut notes)?;
+    let inputs = inputs::inputs(model, session, options.control, &mut notes)?;
     let mut simulated = simulate(model, session, &inputs, options)?;
     let mut recorded = recorded(model, session, &inputs);
     let interval = recorded.sample_interval();
     for side in [&mut recorded, &mut simulated] {
         compare::add_velocity(side, interval, options.cutoff);
     }
-    let errors = compare::compare(model, &inputs, &recorded, &simulated, options.cutoff);
+    let mut errors = compare::compare(model, &inputs, &recorded, &simulated, options.cutoff);
+    if options.control == Loop::Open {
+        // The torque is given, not simulated.
+        errors.retain(|error| error.quantity != Quantity::Torque);
+    }
     Ok(Replay { simulated, recorded, errors, notes })
 }
 
@@ -118,7 +144,7 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
     let plant_options =
         PlantOptions { engine: options.engine, ideal_sensors: true, catalogue, ..PlantOptions::default() };
     let mut plant = Plant::new(model, &plant_options)?;
-    let mut feedback = feedback::of_joints(model, session, inputs, options.bandwidth);
+    let mut feedback = feedback::of_joints(model, session, inputs, options);
     let start: Vec<JointState> = feedback.iter().map(Feedback::start).collect();
     plant.launch(&start);
 

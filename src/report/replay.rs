@@ -6,7 +6,7 @@ use super::number::significant;
 use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::Trace;
 use super::table::Table;
-use crate::replay::{Quantity, Replay};
+use crate::replay::{Loop, Quantity, Replay};
 use crate::timeseries::{Channel, JointSeries};
 
 const fn name(quantity: Quantity) -> &'static str {
@@ -18,14 +18,18 @@ const fn name(quantity: Quantity) -> &'static str {
 }
 
 /// The document of replays of the machine of that name.
-pub fn document(machine: &str, replays: &[Replay]) -> Document {
+pub fn document(machine: &str, replays: &[Replay], control: Loop) -> Document {
     let worst = replays.iter().flat_map(|replay| &replay.errors).max_by(|a, b| a.relative.total_cmp(&b.relative));
     let verdict = worst.map_or_else(String::new, |worst| {
         let percent = significant(100.0 * worst.relative, 3);
         format!("Largest error: {} of {}, {percent} % of the recorded RMS.", name(worst.quantity), worst.joint)
     });
+    let how = match control {
+        Loop::Closed => "",
+        Loop::Open => ", in open loop",
+    };
     Document {
-        title: format!("{machine}: simulated under recorded inputs"),
+        title: format!("{machine}: simulated under recorded inputs{how}"),
         verdict,
         warnings: replays
             .iter()
