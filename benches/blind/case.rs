@@ -61,12 +61,14 @@ impl Case {
         self.verdict.is_first() || self.verdict.found.first().is_some_and(|one| one.confusable_with.iter().any(listed))
     }
 
-    /// Whether, with the effect out of the catalogue, something is said to be unexplained, or a declared look-alike is named.
+    /// Whether, with the effect out of the catalogue, something is said to be unexplained, or a look-alike is named: one that
+    /// declares the hidden effect as such, or is declared by it.
     pub fn left_out_well(&self) -> Option<bool> {
         let left_out = self.left_out.as_ref()?;
-        let look_alikes = find(self.single()?)?.about().look_alikes;
+        let hidden = self.single()?;
+        let declares = |one: &str, other: &str| find(one).is_some_and(|one| one.about().look_alikes.contains(&other));
         Some(match left_out.found.first() {
-            Some(first) => look_alikes.contains(&first.effect.as_str()),
+            Some(first) => declares(hidden, &first.effect) || declares(&first.effect, hidden),
             None => !left_out.unexplained.is_empty(),
         })
     }

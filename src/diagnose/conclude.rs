@@ -6,6 +6,7 @@ use super::baseline::JointBaseline;
 use super::candidates::{Candidate, Evidence};
 use super::compare::gentlest;
 use super::estimate;
+use super::probability::calibrated;
 use super::problem::{Part, Problem, Term};
 use super::regression::NU;
 use super::result::{BaselineEstimate, CandidateRecord, Diagnosis, FoundEffect, Measured, Method, Verdict};
@@ -312,20 +313,6 @@ fn probability<'c>(total: f64, own: usize, options: &Options, rivals: impl Itera
     };
     let of_rivals: f64 = rivals.map(of_rival).sum();
     calibrated(of_rivals + odds(options.rules.nats - 2.0 * unit - total))
-}
-
-/// Intercept and slope of the probability's logarithmic odds against those of the evidence, which trusts itself too much where it is
-/// sure and too little where rivals are near: `ln p/(1 − p) = 1.7 + 0.33 · min(−ln(odds against), 6)`. Fitted to 207 effects named on
-/// tuning machines (`benches/blind`, seeds 1400 to 1411 and 2000 to 7103; `tests/hidden_effects`, seeds 1 to 40), in bins of the
-/// uncalibrated probability: below 0.6 6 of 7 right, to 0.9 13 of 14, to 0.985 7 of 9, above 173 of 177.
-const CALIBRATION: [f64; 2] = [1.7, 0.33];
-/// Logarithmic odds beyond which the evidence says nothing more.
-const SUREST: f64 = 6.0;
-
-fn calibrated(odds_against: f64) -> f64 {
-    let [intercept, slope] = CALIBRATION;
-    let log_odds = -odds_against.max(1e-300).ln();
-    1.0 / (1.0 + (-intercept - slope * log_odds.clamp(-SUREST, SUREST)).exp())
 }
 
 /// [%] by which a term lowers the RMS error of its joints on what is held out.

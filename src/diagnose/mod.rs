@@ -20,6 +20,8 @@ mod floor;
 mod kernel;
 mod maps;
 mod observe;
+mod patterns;
+mod probability;
 mod problem;
 mod regression;
 /// What a diagnosis returns.

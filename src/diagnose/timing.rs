@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::kernel::Kernel;
 use super::observe::motor_torque;
+use super::probability::{calibrated, odds_against};
 use crate::robot::Model;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 
@@ -32,7 +33,7 @@ const SURELY: f64 = 4.0;
 pub struct Late {
     /// [s]
     pub lag: Estimate,
-    /// Probability that it is more than recordings without a delay show, by the logistic approximation of the normal distribution.
+    /// Probability that it is more than recordings without a delay show.
     pub probability: f64,
 }
 
@@ -53,7 +54,7 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries]) -> Option<Late> {
     let scatter = 1.25 * deviations[deviations.len() / 2] / 0.6745 / (lags.len() as f64).sqrt();
     let std_error = scatter.hypot(SYSTEMATIC);
     let beyond = (value - NOTICEABLE) / std_error;
-    let probability = 1.0 / (1.0 + (-1.702 * beyond).exp());
+    let probability = calibrated(odds_against(value, NOTICEABLE, std_error));
     (beyond > SURELY).then_some(Late { lag: Estimate { value, std_error }, probability })
 }
 

@@ -140,7 +140,11 @@ impl Verdict {
             (false, true) => "FIRST",
             (false, false) => "WRONG",
         };
-        let unexplained = if self.unexplained.is_empty() { "" } else { "; something unexplained" };
+        let unexplained = if self.unexplained.is_empty() {
+            String::new()
+        } else {
+            format!("; something unexplained ({})", self.unexplained.join("; "))
+        };
         format!(
             "{mark} {}: hidden {}; named {}{unexplained}; {}; {}; {:.1} s",
             self.name,

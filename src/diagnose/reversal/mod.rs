@@ -19,6 +19,7 @@ mod search;
 mod tests;
 
 use super::observe::rest_speed;
+use super::probability::calibrated;
 use super::problem::Problem;
 use super::result::{FoundEffect, Measured};
 use crate::effects::Motion;
@@ -78,7 +79,7 @@ fn entry(problem: &Problem, one: &Candidate, all: &[Candidate], rules: &Rules) -
                 (spec.name.to_owned(), Measured { value: *value, std_error: *std_error, unit })
             })
             .collect(),
-        probability: 1.0 / (1.0 + of_rivals + odds(rules.nats - 2.0 * unit - one.total())),
+        probability: calibrated(of_rivals + odds(rules.nats - 2.0 * unit - one.total())),
         gain_percent: 100.0 * (1.0 - (one.power[1] / one.power[0].max(1e-300)).sqrt()),
         confusable_with: rivals()
             .filter(|rival| rival.total() > 0.85 * one.total())

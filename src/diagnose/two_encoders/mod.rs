@@ -18,6 +18,7 @@ mod difference;
 mod fit;
 
 use super::Options;
+use super::probability::{calibrated, odds_against};
 use super::problem::Problem;
 use super::result::{FitError, FoundEffect, Measured, Split, TwoEncoders, Unexplained};
 use super::views::{self, Residual};
@@ -176,11 +177,6 @@ fn gain(errors: &[FitError]) -> f64 {
     100.0 * (1.0 - (sum(|error| error.after) / sum(|error| error.before).max(1e-300)).sqrt())
 }
 
-/// Probability that something is more than `least`, by the logistic approximation of the normal distribution.
-fn surely(value: f64, least: f64, std_error: f64) -> f64 {
-    1.0 / (1.0 + (-1.702 * (value - least) / std_error.max(1e-300)).exp())
-}
-
 fn effect(
     effect: &dyn Diagnosable,
     joints: Vec<String>,
@@ -224,7 +220,7 @@ fn delay(
         JointKind::Revolute,
         &values,
         lag.std_error,
-        surely(lag.value.abs(), NOTICEABLE, lag.std_error),
+        calibrated(odds_against(lag.value.abs(), NOTICEABLE, lag.std_error)),
         errors,
     ))
 }
@@ -244,7 +240,7 @@ fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError], options: &Options
         model.kind,
         &values,
         std_error,
-        surely(c.value, soft, c.std_error),
+        calibrated(odds_against(c.value, soft, c.std_error)),
         errors,
     ))
 }
