@@ -15,7 +15,7 @@ use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
 use super::{
-    Options, command, extend, floor, maps, observe, reversal, shares, spectra, two_encoders, typical_inertia,
+    Options, command, extend, floor, maps, observe, reversal, shares, slip, spectra, two_encoders, typical_inertia,
     unexplained,
 };
 use crate::effects::SymmetricFriction;
@@ -59,6 +59,7 @@ pub fn diagnosis(
     let mut effects = found(problem, selection, &uncertainty, options);
     effects.extend(delayed(problem, data));
     effects.extend(unanswered(problem, data, options));
+    effects.extend(slip::found(problem, sessions));
     progress("comparing encoders", 0.88);
     let encoders = two_encoders::found(problem, sessions, options);
     merge(&mut effects, encoders.effects);

@@ -32,6 +32,7 @@ mod selection;
 /// Which effects a recording can tell apart.
 pub mod separability;
 mod shares;
+mod slip;
 mod spectra;
 mod standstill;
 mod timing;

@@ -62,4 +62,7 @@ impl Effect for CouplingSlip {
         let slip = Slip { jump: given.get("jump"), start: given.get("time"), duration: given.get("duration") };
         Ok(vec![Action::Gear(joint, Box::new(slip))])
     }
+    fn of_step(&self, jump: f64, time: f64) -> Option<Vec<f64>> {
+        Some(vec![jump, time])
+    }
 }

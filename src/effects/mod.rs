@@ -124,9 +124,15 @@ pub trait Effect: Sync {
         None
     }
 
+    /// Its parameters where a link is seen to step against its rotor by `jump` [rad or m] at `time` [s] since the start of each session, if
+    /// that is what it does.
+    fn of_step(&self, _jump: f64, _time: f64) -> Option<Vec<f64>> {
+        None
+    }
+
     /// Whether a diagnosis can tell it, one way or another.
     fn can_be_told(&self) -> bool {
-        self.diagnosable().is_some() || self.at_turns().is_some()
+        self.diagnosable().is_some() || self.at_turns().is_some() || self.of_step(0.0, 0.0).is_some()
     }
 }
 

@@ -60,6 +60,17 @@ fn recover_dwell_stiction() {
 }
 
 #[test]
+fn recover_coupling_slip() {
+    let found = recovered("coupling_slip", 1601, &["time", "jump"]);
+    let [time, jump] = [found[0], found[1]];
+    // The rotor leaves its course when the ramp of 10 ms has taken up some counts; a controller's interval more or less.
+    assert!((time[0] - time[2]).abs() < 3.0 * time[1] && time[1] < 0.01, "{time:?}");
+    // Where in its gap the link stands is not known: a step of 1.5 gaps is known to one.
+    assert!((jump[0] - jump[2]).abs() < 3.0 * jump[1] && jump[0] * jump[2] > 0.0, "{jump:?}");
+    assert!((jump[0] / jump[2] - 1.0).abs() < 1.0, "{jump:?}");
+}
+
+#[test]
 fn property_clean_machines_name_nothing() {
     for seed in 1001..1004 {
         let found = diagnosed(&planted::set("none", seed));
@@ -71,7 +82,7 @@ fn property_clean_machines_name_nothing() {
 fn property_other_effects_are_not_taken_for_those_of_turns() {
     for (effect, seed) in [("joint_compliance", 1501), ("position_dependent_friction", 1502), ("cogging", 1503)] {
         let found = names(&diagnosed(&planted::set(effect, seed)));
-        let turns = ["presliding", "dwell_stiction"];
+        let turns = ["coupling_slip", "dwell_stiction", "presliding"];
         assert!(found.iter().all(|(name, _)| !turns.contains(&name.as_str())), "{effect}, seed {seed}: {found:?}");
     }
 }

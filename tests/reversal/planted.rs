@@ -57,6 +57,10 @@ fn entries(rng: &mut ChaCha8Rng, machine: &Machine, effect: &str, joint: usize, 
             ("time_constant", rng.random_range(0.1..1.0)),
             ("slip_distance", rng.random_range(0.005..0.015)),
         ],
+        "coupling_slip" => {
+            let jump = 1.5 * strength * machine.backlash[joint] * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+            vec![("jump", jump), ("time", rng.random_range(8.0..32.0))]
+        }
         "position_dependent_friction" => {
             vec![("amplitude", 0.25 * strength), ("order", 2.0), ("phase", rng.random_range(-PI..PI))]
         }

@@ -1,0 +1,247 @@
+//! Whether link and rotor of a joint step against each other at one time since the start of several sessions: the rotor is thrown.
+//!
+//! ```text
+//!   D(t) = θ(t+T) − 2θ(t) + θ(t−T)        by the motor alone 0 … τ T²/J, the rotor by itself;   e: how far D is beyond, less two counts
+//!   in the time of a step all else is slow:   J Δθ + I Δq = 0,   Δq − Δθ = δ ± b   ⇒   Δθ = −(δ ± b) I/(I + J)
+//! ```
+//! The lighter rotor takes most of the step. Where the link is in its gap `b`, and whether it bounces to the other flank, is not known:
+//! sessions differ by it. Flanks that meet at a turn throw the rotor too, but less, and where the joint turns.
+//! A step that shows in one session only may as well be a knock from outside, and is not named.
+//! Sign: a positive `δ` puts the link ahead of the rotor, which is thrown back.
+//! Left out: steps that take longer than `T`.
+//! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, for rotor and link as two masses.
+
+use rayon::prelude::*;
+
+use super::observe::motor_torque;
+use super::problem::Problem;
+use super::result::{FoundEffect, Measured};
+use super::typical_inertia;
+use crate::robot::{Masses, Model};
+use crate::timeseries::{Channel, Estimate, TimeSeries};
+
+/// `T` [s].
+const STEP: f64 = 8e-3;
+/// Counts of the encoder by which `D` may be off: three readings of half a count each.
+const BLUR: f64 = 2.0;
+/// Counts beyond that which a throw needs.
+const LEAST: f64 = 3.0;
+/// How much more it needs than any other throw of its session; flanks that meet at turns of clean machines (tuning seeds 1000 to 1005)
+/// reach 1.2 mrad, steps of half a gap 3.3 (tuning seed 2900).
+const STANDS_OUT: f64 = 3.0;
+/// [s] How far throws of one step may lie apart.
+const TOGETHER: f64 = 0.03;
+/// [s] Before and after a throw that belongs to it: rotor and controller swing.
+const AROUND: [f64; 2] = [0.05, 0.5];
+/// Sessions that have to show it.
+const FEWEST: usize = 2;
+/// [s] Before a throw: what its motion would have been.
+const BEFORE: [f64; 2] = [0.08, 0.03];
+/// Part of the way of a throw at which its time is taken.
+const QUARTER: f64 = 0.25;
+/// [s] From the begin of a step to that, and how far it may be off (tuning seeds 2800 to 2803, 2900, 2901: 6 to 10 ms).
+const ONSET: [f64; 2] = [0.007, 0.004];
+/// Part of a step by which a rotor that rebounds from a flank may be thrown too far (tuning seeds 2801, 2803: half of it).
+const REBOUND: f64 = 0.3;
+
+/// A step of a link against its rotor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Slip {
+    /// Index of the joint.
+    pub joint: usize,
+    /// `δ` [rad or m].
+    pub jump: Estimate,
+    /// [s] since the start of the session.
+    pub time: Estimate,
+    /// Probability that throws of this many sessions do not meet by chance.
+    pub probability: f64,
+    /// [1] Largest other throw against the least of this step.
+    pub rest: f64,
+}
+
+/// A throw of a rotor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Throw {
+    session: usize,
+    joint: usize,
+    /// [s] since the start of the session.
+    time: f64,
+    /// `e` [rad or m].
+    excess: f64,
+}
+
+/// The effect that links which step against their rotors are; its gain is that in throws of the rotor.
+pub fn found(problem: &Problem, sessions: &[&TimeSeries]) -> Vec<FoundEffect> {
+    let model = problem.motion.model;
+    let with_rotor = typical_inertia(model).into_iter().zip(&model.joints);
+    let link: Vec<f64> = with_rotor.map(|(inertia, joint)| inertia - joint.reflected_inertia()).collect();
+    let entry = |one: Slip| {
+        let mut effects = problem.catalogue.iter();
+        let (effect, values) =
+            effects.find_map(|effect| Some((effect, effect.of_step(one.jump.value, one.time.value)?)))?;
+        let (about, joint) = (effect.about(), &model.joints[one.joint]);
+        let measured = about.parameters.iter().zip(values).zip([one.jump.std_error, one.time.std_error]);
+        Some(FoundEffect {
+            effect: about.name.to_owned(),
+            joints: vec![joint.name.clone()],
+            kind: about.kind,
+            parameters: measured
+                .map(|((spec, value), std_error)| {
+                    (spec.name.to_owned(), Measured { value, std_error, unit: spec.unit_for(joint.kind) })
+                })
+                .collect(),
+            probability: one.probability,
+            gain_percent: 100.0 * (1.0 - one.rest),
+            confusable_with: Vec::new(),
+            separate_by: about.separate_by.to_owned(),
+        })
+    };
+    if model.masses == Masses::Estimated {
+        return Vec::new();
+    }
+    slips(model, sessions, &link).into_iter().filter_map(entry).collect()
+}
+
+/// Steps, the most violent of each joint first; `link` is the inertia of what each joint moves, its rotor left out.
+fn slips(model: &Model, sessions: &[&TimeSeries], link: &[f64]) -> Vec<Slip> {
+    let places: Vec<(usize, usize)> =
+        (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
+    let mut throws: Vec<Throw> =
+        places.par_iter().flat_map_iter(|(session, joint)| of_place(model, *joint, *session, sessions)).collect();
+    let mut found = Vec::new();
+    // A step shakes other joints too: it is looked for where it is largest, and then left out everywhere.
+    while let Some((joint, members)) = strongest(model, &throws) {
+        let others = |throw: &&Throw| throw.joint == joint && !belongs(throw, members[0].time);
+        let rest = throws.iter().filter(others).map(|throw| throw.excess).fold(0.0, f64::max);
+        found.extend(measured(model, sessions, link, joint, &members, rest));
+        throws.retain(|throw| !belongs(throw, members[0].time));
+    }
+    found
+}
+
+fn belongs(throw: &Throw, time: f64) -> bool {
+    throw.time > time - AROUND[0] && throw.time < time + AROUND[1]
+}
+
+/// Largest throws of one joint in one session, apart from each other.
+fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries]) -> Vec<Throw> {
+    let recorded = sessions[session];
+    let rotor = model.joints[joint].reflected_inertia();
+    let blur = BLUR * model.joints[joint].encoder_step();
+    let dt = recorded.sample_interval();
+    let Some(series) = recorded.joint(&model.joints[joint].name) else { return Vec::new() };
+    let position = series.get(Channel::Position);
+    let torque = motor_torque(model, joint, series, series.get(Channel::Velocity));
+    let (Some(q), Some((torque, _))) = (position, torque) else { return Vec::new() };
+    let lag = (STEP / dt).round();
+    if !(1.0..q.len() as f64 / 4.0).contains(&lag) || rotor <= 0.0 || blur <= 0.0 {
+        return Vec::new();
+    }
+    let lag = lag as usize;
+    let square = (lag as f64 * dt).powi(2);
+    let mut sum: f64 = torque[..2 * lag].iter().sum();
+    let mut throws: Vec<Throw> = Vec::new();
+    for k in lag..q.len() - lag {
+        sum += torque[k + lag];
+        let driven = sum / (2 * lag + 1) as f64 / rotor * square;
+        sum -= torque[k - lag];
+        let bent = q[k + lag] - 2.0 * q[k] + q[k - lag];
+        let excess = (bent - driven.max(0.0)).max(driven.min(0.0) - bent) - blur;
+        if excess <= 0.0 {
+            continue;
+        }
+        let throw = Throw { session, joint, time: recorded.time[k] - recorded.time[0], excess };
+        match throws.last_mut() {
+            Some(last) if throw.time < last.time + 2.0 * TOGETHER => {
+                if throw.excess > last.excess {
+                    *last = throw;
+                }
+            }
+            _ => throws.push(throw),
+        }
+    }
+    throws
+}
+
+/// Throws of most excess that meet in several sessions, each of which stands out in its own; the largest first.
+fn strongest(model: &Model, throws: &[Throw]) -> Option<(usize, Vec<Throw>)> {
+    let stands_out = |throw: &&Throw| {
+        let others = throws.iter().filter(|other| other.session == throw.session && other.joint == throw.joint);
+        let others = others.filter(|other| !belongs(other, throw.time) && !belongs(throw, other.time));
+        let most = others.map(|other| other.excess).fold(0.0, f64::max);
+        throw.excess > (STANDS_OUT * most).max(LEAST * model.joints[throw.joint].encoder_step())
+    };
+    let good: Vec<&Throw> = throws.iter().filter(stands_out).collect();
+    let meeting = |seed: &&Throw| {
+        let mut members: Vec<Throw> = Vec::new();
+        let near = |throw: &&Throw| throw.joint == seed.joint && (throw.time - seed.time).abs() < TOGETHER;
+        for throw in good.iter().copied().filter(near) {
+            match members.iter_mut().find(|member| member.session == throw.session) {
+                Some(member) if member.excess < throw.excess => *member = *throw,
+                Some(_) => {}
+                None => members.push(*throw),
+            }
+        }
+        members.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+        members
+    };
+    let total = |members: &Vec<Throw>| members.iter().map(|throw| throw.excess).sum::<f64>();
+    let all = good.iter().map(meeting).filter(|members| members.len() >= FEWEST);
+    let best = all.max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    Some((best[0].joint, best))
+}
+
+/// Size and time of a step; `None` where the throws disagree about its direction.
+fn measured(
+    model: &Model,
+    sessions: &[&TimeSeries],
+    link: &[f64],
+    joint: usize,
+    members: &[Throw],
+    rest: f64,
+) -> Option<Slip> {
+    let rotor = model.joints[joint].reflected_inertia();
+    let begin = members.iter().map(|throw| throw.time).fold(f64::INFINITY, f64::min);
+    let seen: Vec<(usize, [f64; 2])> = (0..sessions.len())
+        .filter_map(|session| Some((session, thrown(model, joint, sessions[session], begin)?)))
+        .collect();
+    let shown = |session: usize| members.iter().any(|throw| throw.session == session);
+    let mut onsets: Vec<f64> =
+        seen.iter().filter(|(session, _)| shown(*session)).map(|(_, [onset, _])| *onset).collect();
+    onsets.sort_by(f64::total_cmp);
+    let onset = *onsets.get(onsets.len() / 2)?;
+    let sizes = seen.iter().map(|(_, [_, by])| -by * (link[joint] + rotor) / link[joint]);
+    let (low, high) = sizes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), by| (low.min(by), high.max(by)));
+    let value = 0.5 * (low + high);
+    let of_members = seen.iter().filter(|(session, _)| shown(*session)).map(|(_, [_, by])| *by);
+    let agreed = of_members.clone().all(|by| by * value < 0.0);
+    let count = model.joints[joint].encoder_step();
+    // Any session's throw may meet that of another by chance within this part of its length.
+    let length =
+        sessions.iter().map(|session| session.time.last().copied().unwrap_or(0.0)).fold(f64::INFINITY, f64::min);
+    let chance = (2.0 * TOGETHER / length.max(1.0)).powi(members.len() as i32 - 1) * sessions.len() as f64;
+    agreed.then_some(Slip {
+        joint,
+        jump: Estimate { value, std_error: (0.5 * (high - low)).hypot(REBOUND * value).max(count) },
+        time: Estimate { value: (onset - ONSET[0]).max(0.0), std_error: ONSET[1] },
+        probability: 1.0 / (1.0 + chance),
+        rest: rest / members[members.len() - 1].excess,
+    })
+}
+
+/// When a rotor leaves its course near a time, and how far it gets [s, rad or m].
+fn thrown(model: &Model, joint: usize, session: &TimeSeries, near: f64) -> Option<[f64; 2]> {
+    let q = session.joint(&model.joints[joint].name)?.get(Channel::Position)?;
+    let start = *session.time.first()?;
+    let at = |t: f64| session.time.partition_point(|time| time - start < t);
+    let [a, b] = [at(near - BEFORE[0]), at(near - BEFORE[1])];
+    let (first, last) = (b, at(near + BEFORE[1]).min(q.len()));
+    if b <= a || last <= first || near > session.time.last()? - start - BEFORE[1] {
+        return None;
+    }
+    let speed = (q[b] - q[a]) / (session.time[b] - session.time[a]);
+    let away = |k: usize| q[k] - q[b] - speed * (session.time[k] - session.time[b]);
+    let most = (first..last).map(away).max_by(|x, y| x.abs().total_cmp(&y.abs()))?;
+    let onset = (first..last).find(|k| away(*k) / most > QUARTER)?;
+    Some([session.time[onset] - start, most])
+}
