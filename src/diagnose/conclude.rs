@@ -438,7 +438,7 @@ fn method(problem: &Problem, sessions: &[&TimeSeries], trained: usize, options: 
         filter: "biweight kernel without phase shift, the same on torque and motion, as narrow as the encoder allows".to_owned(),
         half_width,
         zones: format!(
-            "left out: 0.1 s before to 0.4 s after reversals, 0.15 s before to 0.3 s after a change of flank, joints with a gap only; {}",
+            "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank, joints with a gap only; {}",
             rigid.join(", ")
         ),
         baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; the zero of a recorded torque, one a session; masses and inertias stay as the model file gives them".to_owned(),

@@ -167,10 +167,21 @@ fn held_out_rows(motion: &Motion, trained: usize, share: f64) -> Vec<bool> {
     motion.session.iter().zip(&motion.time).map(late).collect()
 }
 
-/// Rigid zones with the Coulomb friction of a first fit.
+/// Rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves over.
 fn find_zones(problem: &mut Problem) -> Result<()> {
     let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(&problem.motion, joint)).collect();
-    problem.zones = zones::rigid_zone(&problem.motion, &coulomb);
+    problem.zones = zones::rigid_zone(&problem.motion, &coulomb, None);
+    enough_rows(problem)?;
+    if let Some(fitted) = problem.fit(&[], Part::Train, regression::NU) {
+        let of_joint = |joint| views::residual(problem, &[], &fitted, joint);
+        let left_over: Vec<Vec<f64>> = (0..coulomb.len()).map(of_joint).collect();
+        problem.zones = zones::rigid_zone(&problem.motion, &coulomb, Some(&left_over));
+    }
+    enough_rows(problem)
+}
+
+/// Whether every joint has rows to fit its friction to.
+fn enough_rows(problem: &Problem) -> Result<()> {
     for (joint, model) in problem.motion.model.joints.iter().enumerate() {
         let found = problem.rows(joint, Part::Train).len();
         let needed = 30;

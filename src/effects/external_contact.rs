@@ -4,8 +4,8 @@
 //! (`side = −1`) below the angle. Touching and leaving are located events, as those of an end stop.
 //! The motor has to add `k p` while it presses: a torque that grows beyond one angle and is nothing on the other side of it, in both
 //! directions of motion. A part of the range has to be free, else it is a cable. The damping is too small a part of the torque to be told.
-//! On a machine with gaps a diagnosis leaves out what happens around reversals: a contact that a joint only meets to turn around there is
-//! missed.
+//! On a machine with gaps a diagnosis leaves out what happens around reversals: a contact that a joint only grazes to turn around there
+//! is missed. While the joint presses, its gear is loaded on one flank, and the rows count.
 //! Left out: friction along the surface, and what the contact does to other joints.
 //! Reference: S. Haddadin, A. De Luca, A. Albu-Schäffer (2017), Robot collisions: a survey on detection, isolation, and identification.
 
