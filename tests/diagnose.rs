@@ -126,9 +126,13 @@ fn record(name: &str, truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) 
 }
 
 fn diagnosis(truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f64) -> Diagnosis {
+    diagnosis_with(truth, seed, extra, &Options::default())
+}
+
+fn diagnosis_with(truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f64, options: &Options) -> Diagnosis {
     let train = [record("one", truth, seed, extra), record("two", truth, seed + 1, extra)];
     let held_out = [record("three", truth, seed + 2, extra)];
-    diagnose(&arm(false), &train, &held_out, &Options::default(), &mut |_, _| {}).expect("a diagnosis")
+    diagnose(&arm(false), &train, &held_out, options, &mut |_, _| {}).expect("a diagnosis")
 }
 
 fn with(effect: &str, joint: Option<&str>, parameters: &[(&str, f64)]) -> Model {
@@ -231,6 +235,20 @@ fn property_structure_without_a_known_cause_is_reported_by_its_shape() {
         pattern.pattern.contains("period of 10") && pattern.pattern.contains("both directions alike"),
         "{pattern:?}"
     );
+}
+
+#[test]
+fn property_an_effect_that_the_catalogue_lacks_is_unexplained_with_its_shape() {
+    let truth = with("viscous_asymmetry", Some("joint1"), &[("positive", 0.5), ("negative", 0.35)]);
+    let options =
+        Options { catalogue: Options::default().catalogue.without("viscous_asymmetry"), ..Options::default() };
+    let found = diagnosis_with(&truth, 700, &|_, _, _| 0.0, &options);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.effects);
+    assert_eq!(found.unexplained.len(), 1, "{:?}", found.unexplained);
+    // A slope that differs by direction is a torque that grows with speed and does not turn: ±0.075 |v|.
+    let pattern = &found.unexplained[0];
+    assert_eq!(pattern.joint, "joint1");
+    assert!(pattern.pattern.contains("speed, both directions alike"), "{pattern:?}");
 }
 
 #[test]

@@ -34,6 +34,7 @@ pub mod separability;
 mod shares;
 mod slip;
 mod spectra;
+mod stand_ins;
 mod standstill;
 mod timing;
 mod two_encoders;
@@ -119,7 +120,9 @@ pub fn diagnose(
     } else {
         None
     };
-    let selection = selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
+    let mut selection =
+        selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
+    stand_ins::withdraw(&mut problem, &mut selection).ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions: &sessions, trained: train.len(), late, as_recorded };
     let mut diagnosis = conclude::diagnosis(&data, &problem, &selection, options, progress)?;
     if let Some(ripple) = ripple {

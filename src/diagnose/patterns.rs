@@ -1,6 +1,7 @@
 //! Shapes that no physics chooses: what a residual can look like when no effect of the catalogue explains it.
 //!
-//! A *smooth* shape is one column: a Legendre polynomial `P_k` of the joint's angle (scaled to its range), a power of speed, acceleration,
+//! A *smooth* shape is one column: a Legendre polynomial `P_k` of the joint's angle (scaled to its range), a ramp at one end of it, a power
+//! of speed, acceleration,
 //! load, friction at low speed, time within a session, or the motion of another joint, each alike in both directions or with the
 //! direction of motion `s`. A *periodic* one is a harmonic of the motor angle, alike in both directions, times `s`, or in proportion to
 //! the torque. They are fitted and judged like effects, by rows that they were not fitted on, and are in no catalogue: what they
@@ -83,6 +84,13 @@ pub fn smooth(motion: &Motion, joint: usize) -> Vec<(String, Vec<f64>)> {
     both("drifting with time within a session", of(&|row| motion.since_start(row)));
     let fades = of(&|row| m.v[row].abs() * (-motion.since_start(row) / FADES).exp());
     both("in proportion to speed, fading within a session", fades);
+    for place in [0.4, 0.6, 0.8] {
+        for (words, sign) in [("above", 1.0), ("below", -1.0)] {
+            let beyond = of(&|row| (sign * x[row] - place).max(0.0));
+            columns
+                .push((format!("growing {words} {:.0} % of the joint's range", 50.0 * (1.0 + sign * place)), beyond));
+        }
+    }
     // With the direction these two are Coulomb and viscous friction, which the baseline has.
     columns.push(("constant, both directions alike".to_owned(), vec![1.0; motion.rows()]));
     columns.push(("in proportion to speed, both directions alike".to_owned(), of(&|row| m.v[row].abs())));

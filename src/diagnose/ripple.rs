@@ -12,6 +12,7 @@ use super::observe;
 use super::problem::Problem;
 use super::result::{Diagnosis, FoundEffect, Verdict};
 use super::selection::{Rules, Selection, select};
+use super::stand_ins;
 use super::uncertainty::Uncertainty;
 use super::{Options, extend, held_out_rows, typical_inertia};
 use crate::effects::{Catalogue, Diagnosable, JointMotion, Motion};
@@ -58,7 +59,8 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
     if problem.zones.iter().any(|zone| zone.iter().filter(|takes_part| **takes_part).count() < FEWEST) {
         return None;
     }
-    let selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
+    let mut selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
+    stand_ins::withdraw(&mut problem, &mut selection)?;
     let names: Vec<&str> =
         selection.terms().iter().filter(|t| t.effect.needs_narrow_rows()).map(|t| t.effect.name()).collect();
     if names.is_empty() {

@@ -175,7 +175,7 @@ fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
 }
 
 /// Settles the baseline with the terms, whose columns may build on the baseline's friction.
-fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
+pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
     let mut fitted = None;
     for _ in 0..2 {
         let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();

@@ -23,10 +23,12 @@ const LEAST_CONFIRMED: f64 = 0.005;
 /// Harmonics of a kind that are fitted in full after a scan of all orders.
 const SHORTLIST: usize = 2;
 
-/// A pattern, how many of its kind were tried (the price of choosing among them), and its words.
-struct Trial {
-    term: Term,
-    tried: usize,
+/// A pattern that is tried.
+pub struct Trial {
+    /// What it adds to the torque.
+    pub term: Term,
+    /// How many of its kind were tried: the price of choosing among them.
+    pub tried: usize,
     words: String,
 }
 
@@ -46,17 +48,7 @@ fn strongest(
     before: &Prediction,
     joint: usize,
 ) -> Option<Unexplained> {
-    let mut trials = smooth_trials(problem, joint);
-    for kind in &PERIODIC {
-        trials.extend(periodic_trials(problem, terms, fitted, kind, joint));
-    }
-    let gain = |trial: Trial| {
-        let fitted = problem.fit_near(&with_term(terms, &trial.term), Part::Train, fitted)?;
-        let gain = fitted.solution.log_likelihood[joint] - (trial.tried as f64).ln();
-        gain.is_finite().then_some((gain, trial))
-    };
-    let gained: Vec<(f64, Trial)> = trials.into_par_iter().filter_map(gain).collect();
-    let (_, best) = gained.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let best = likeliest(problem, terms, fitted, joint)?;
     let evidence = predict(problem, &with_term(terms, &best.term))?.against(before)[joint];
     let nats = evidence.total() - (best.tried as f64).ln();
     let held_out = evidence.held_out > -rules.held_out_loss;
@@ -74,6 +66,21 @@ fn strongest(
     let model = &problem.motion.model.joints[joint];
     let pattern = format!("{}, {amplitude:.3} {}", best.words, model.kind.effort_unit());
     Some(Unexplained { joint: model.name.clone(), pattern })
+}
+
+/// The pattern that gains most on the training rows of a joint beside these terms and their loose fit.
+pub fn likeliest(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Option<Trial> {
+    let mut trials = smooth_trials(problem, joint);
+    for kind in &PERIODIC {
+        trials.extend(periodic_trials(problem, terms, fitted, kind, joint));
+    }
+    let gain = |trial: Trial| {
+        let fitted = problem.fit_near(&with_term(terms, &trial.term), Part::Train, fitted)?;
+        let gain = fitted.solution.log_likelihood[joint] - (trial.tried as f64).ln();
+        gain.is_finite().then_some((gain, trial))
+    };
+    let gained: Vec<(f64, Trial)> = trials.into_par_iter().filter_map(gain).collect();
+    gained.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best)
 }
 
 fn with_term<'t>(terms: &[&'t Term], further: &'t Term) -> Vec<&'t Term> {
