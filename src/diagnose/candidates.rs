@@ -186,7 +186,8 @@ impl Search<'_, '_> {
     /// The best term of an effect on these joints, and its training gain.
     fn best(&self, effect: &'static dyn Diagnosable, joints: &[usize]) -> Option<(Term, f64, usize)> {
         let motion = &self.problem.motion;
-        let shapes = effect.shapes(motion, joints[0]);
+        let mut shapes = effect.shapes(motion, joints[0]);
+        shapes.retain(|shape| !self.problem.is_taken_out(effect, joints[0], shape));
         let count = shapes.len();
         let spacing = spacing(&shapes);
         let mut best: Option<(Term, f64)> = None;

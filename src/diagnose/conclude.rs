@@ -35,6 +35,8 @@ pub struct Data<'d> {
     pub trained: usize,
     /// How late the current was, where that was noticeable.
     pub late: Option<Late>,
+    /// Whether a fast torque was taken out: what is left of it shakes the joints where they turn around, and no turn is judged.
+    pub shaken: bool,
     /// Residuals of the nominal model before that was mended.
     pub as_recorded: Option<Vec<Vec<f64>>>,
 }
@@ -69,7 +71,9 @@ pub fn diagnosis(
     } else {
         vec![None; model.joints.len()]
     };
-    effects.extend(at_turns(data, problem, &residuals));
+    if !data.shaken {
+        effects.extend(at_turns(data, problem, &residuals));
+    }
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();

@@ -18,8 +18,10 @@ mod estimate;
 mod extend;
 mod floor;
 mod kernel;
+mod lines;
 mod maps;
 mod observe;
+mod order_lines;
 mod patterns;
 mod probability;
 mod problem;
@@ -101,6 +103,14 @@ pub fn diagnose(
         None => Vec::new(),
     };
     let mut sessions: Vec<&TimeSeries> = if late.is_some() { mended.iter().collect() } else { recorded.clone() };
+    // A line in time is seen in no row at all, and taken out before anything else is judged.
+    let lines = match model.masses {
+        Masses::Known => lines::find(model, &sessions, train.len(), options),
+        Masses::Estimated => None,
+    };
+    if let Some(lines) = &lines {
+        sessions = lines.mended.iter().collect();
+    }
     // Fast ripple is seen in narrow rows, and taken out before the wide ones are judged, where it is noise.
     let ripple = match model.masses {
         Masses::Known => ripple::find(model, &sessions, train.len(), options),
@@ -110,8 +120,9 @@ pub fn diagnose(
         sessions = ripple.mended.iter().collect();
     }
     let mut problem = pose(model, &sessions, train.len(), options)?;
+    problem.taken_out = ripple.as_ref().map_or(Vec::new(), |ripple| ripple.lines.clone());
     progress("fitting the baseline", 0.1);
-    let as_recorded = if late.is_some() || ripple.is_some() {
+    let as_recorded = if late.is_some() || lines.is_some() || ripple.is_some() {
         let mut recorded = pose(model, &recorded, train.len(), options)?;
         // The RMS torque chooses the kernels: without its ripple a recording may ask for others, and rows do not correspond.
         let before = if recorded.motion.time == problem.motion.time { &mut recorded } else { &mut problem };
@@ -123,8 +134,12 @@ pub fn diagnose(
     let mut selection =
         selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
     stand_ins::withdraw(&mut problem, &mut selection).ok_or_else(|| nothing_moves(model))?;
-    let data = conclude::Data { model, sessions: &sessions, trained: train.len(), late, as_recorded };
+    let data =
+        conclude::Data { model, sessions: &sessions, trained: train.len(), late, shaken: lines.is_some(), as_recorded };
     let mut diagnosis = conclude::diagnosis(&data, &problem, &selection, options, progress)?;
+    if let Some(lines) = lines {
+        lines.add_to(&mut diagnosis, model, options);
+    }
     if let Some(ripple) = ripple {
         ripple.add_to(&mut diagnosis, model, options);
     }

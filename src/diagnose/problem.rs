@@ -77,6 +77,8 @@ pub struct Problem<'m> {
     pub standstill: Vec<Option<Standstill>>,
     /// Effects that may be named.
     pub catalogue: Catalogue,
+    /// Joint and order [1/turn or 1/m] of lines that were taken out: what is left of them there is no further effect.
+    pub taken_out: Vec<(usize, f64)>,
     fold: Vec<usize>,
 }
 
@@ -103,12 +105,22 @@ impl<'m> Problem<'m> {
         let independence = vec![1.0; motion.joints.len()];
         let standstill = vec![None; motion.joints.len()];
         let catalogue = Catalogue::default();
-        Self { motion, zones, held_out, baseline, independence, standstill, catalogue, fold }
+        Self { motion, zones, held_out, baseline, independence, standstill, catalogue, taken_out: Vec::new(), fold }
     }
 
     /// Rows of a joint that take part.
     pub fn rows(&self, joint: usize, part: Part) -> Vec<usize> {
         (0..self.motion.rows()).filter(|row| self.zones[joint][*row] && self.is_in(*row, part)).collect()
+    }
+
+    /// Whether an effect of this shape would be at the order of a line that was taken out, as far as the joint's range tells orders apart.
+    pub fn is_taken_out(&self, effect: &dyn Diagnosable, joint: usize, shape: &[f64]) -> bool {
+        let resolution = std::f64::consts::TAU / self.motion.range(joint).max(1e-9);
+        let mut lines = self.taken_out.iter().filter(|(of, _)| *of == joint);
+        !self.taken_out.is_empty()
+            && effect
+                .order(&self.motion, joint, shape)
+                .is_some_and(|order| lines.any(|(_, line)| (line - order).abs() < resolution))
     }
 
     /// Whether a row belongs to a part, whatever its zone.

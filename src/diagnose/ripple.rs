@@ -9,6 +9,7 @@
 
 use super::conclude;
 use super::observe;
+use super::order_lines;
 use super::problem::Problem;
 use super::result::{Diagnosis, FoundEffect, Verdict};
 use super::selection::{Rules, Selection, select};
@@ -34,6 +35,8 @@ const FEWEST: usize = 200;
 pub struct Ripple {
     /// The effects.
     effects: Vec<FoundEffect>,
+    /// Joint and order of each line that was taken out.
+    pub lines: Vec<(usize, f64)>,
     /// The sessions without what it added to the torque.
     pub mended: Vec<TimeSeries>,
 }
@@ -43,9 +46,10 @@ pub fn of_wide_rows(catalogue: &Catalogue) -> Catalogue {
     catalogue.iter().filter(|effect| effect.diagnosable().is_none_or(|effect| !effect.needs_narrow_rows())).collect()
 }
 
-/// Those that need narrow ones, and those that repeat with an angle.
+/// Those that need narrow ones, those that repeat with an angle, and a lag between torque and motion, which shows where both change fast.
 fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
-    let takes_part = |effect: &dyn Diagnosable| effect.needs_narrow_rows() || effect.repeats();
+    let takes_part =
+        |effect: &dyn Diagnosable| effect.needs_narrow_rows() || effect.repeats() || effect.of_lag(0.0).is_some();
     catalogue.iter().filter(|effect| effect.diagnosable().is_some_and(takes_part)).collect()
 }
 
@@ -59,8 +63,14 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
     if problem.zones.iter().any(|zone| zone.iter().filter(|takes_part| **takes_part).count() < FEWEST) {
         return None;
     }
+    let fitted = problem.settle(&[])?;
+    problem.count_independent(&fitted);
+    if !order_lines::any(&problem, &fitted) {
+        return None;
+    }
     let mut selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
     stand_ins::withdraw(&mut problem, &mut selection)?;
+    keep_lines(&mut problem, &mut selection)?;
     let names: Vec<&str> =
         selection.terms().iter().filter(|t| t.effect.needs_narrow_rows()).map(|t| t.effect.name()).collect();
     if names.is_empty() {
@@ -70,7 +80,30 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
     let mut effects = conclude::found(&problem, &selection, &uncertainty, options);
     effects.retain(|found| names.contains(&found.effect.as_str()));
     let mended = (0..sessions.len()).map(|number| mended(&problem, &selection, number, sessions[number])).collect();
-    Some(Ripple { effects, mended })
+    let lines = selection.terms().into_iter().filter(|term| term.effect.needs_narrow_rows()).filter_map(|term| {
+        let joint = term.joints[0];
+        Some((joint, term.effect.order(&problem.motion, joint, &term.shape)?))
+    });
+    Some(Ripple { effects, lines: lines.collect(), mended })
+}
+
+/// Drops what would be ripple and is no line, until all that is left is one.
+fn keep_lines(problem: &mut Problem, selection: &mut Selection) -> Option<()> {
+    loop {
+        let terms = selection.terms();
+        let broad = (0..terms.len())
+            .find(|i| terms[*i].effect.needs_narrow_rows() && !order_lines::is_line(problem, &terms, *i));
+        let Some(broad) =
+            broad.map(|index| (terms[index].effect.name(), terms[index].joints[0], terms[index].shape.clone()))
+        else {
+            return Some(());
+        };
+        for taken in &mut selection.taken {
+            taken.terms.retain(|t| (t.effect.name(), t.joints[0], &t.shape) != (broad.0, broad.1, &broad.2));
+        }
+        selection.taken.retain(|taken| !taken.terms.is_empty());
+        selection.fitted = problem.settle(&selection.terms())?;
+    }
 }
 
 /// Rows in which a joint moves on, away from its reversals.

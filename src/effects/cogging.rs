@@ -98,6 +98,10 @@ impl Diagnosable for Cogging {
         true
     }
 
+    fn order(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Option<f64> {
+        Some(shape[0] * motion.model.joints[joint].gear_ratio)
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         motion.harmonic(joint, shape[0] * motion.model.joints[joint].gear_ratio, |_, _| -1.0).into()
     }

@@ -89,11 +89,19 @@ impl Diagnosable for EncoderEccentricity {
         true
     }
 
+    fn order(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Option<f64> {
+        Some(motion.model.joints[joint].gear_ratio)
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
+        self.columns_at(motion, joint, motion.model.joints[joint].gear_ratio)
+    }
+
+    fn columns_at(&self, motion: &Motion, joint: usize, order: f64) -> Vec<Vec<f64>> {
         let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
         let missing = |row: usize| {
             let inertia = model.reflected_inertia() + m.link_inertia[row];
-            let [rate, curvature] = motion.harmonic_rates(joint, row, model.gear_ratio);
+            let [rate, curvature] = motion.harmonic_rates(joint, row, order);
             [0, 1].map(|k| -inertia * curvature[k] - m.friction.viscous * rate[k])
         };
         let rows: Vec<[f64; 2]> = (0..motion.rows()).map(missing).collect();

@@ -175,6 +175,16 @@ pub trait Diagnosable: Effect {
     /// For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 
+    /// Periods per turn (or metre) of its joint, where it is a line in that order.
+    fn order(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Option<f64> {
+        None
+    }
+
+    /// Its columns if its line lay at another order, to compare it with; none where it is no line or needs no such comparison.
+    fn columns_at(&self, _motion: &Motion, _joint: usize, _order: f64) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Its parameters where the current is seen to lag behind the motion by `lag` [s], if that is what it does.
     fn of_lag(&self, _lag: f64) -> Option<Vec<f64>> {
         None
@@ -192,6 +202,12 @@ pub trait Diagnosable: Effect {
 
     /// Its parameters where two encoders see a joint's gear have the stiffness `k` [N·m/rad or N/m], if that is what it does.
     fn of_stiffness(&self, _k: f64) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Its parameters where a joint is seen to feel `a sin(2π f t + φ)` [N·m or N] at the frequency `f` [Hz], `t` since the start of the
+    /// session and whatever its speed, if that is what it does.
+    fn of_line(&self, _frequency: f64, _amplitude: f64, _phase: f64) -> Option<Vec<f64>> {
         None
     }
 

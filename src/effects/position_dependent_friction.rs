@@ -97,6 +97,10 @@ impl Diagnosable for PositionDependentFriction {
         true
     }
 
+    fn order(&self, _motion: &Motion, _joint: usize, shape: &[f64]) -> Option<f64> {
+        Some(shape[0])
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         motion.harmonic(joint, shape[0], |m, row| m.friction.coulomb * m.direction[row]).into()
     }

@@ -111,8 +111,16 @@ impl Diagnosable for TransmissionError {
         true
     }
 
+    fn order(&self, _motion: &Motion, _joint: usize, shape: &[f64]) -> Option<f64> {
+        Some(shape[0])
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        let (m, z) = (&motion.joints[joint], shape[0]);
+        self.columns_at(motion, joint, shape[0])
+    }
+
+    fn columns_at(&self, motion: &Motion, joint: usize, z: f64) -> Vec<Vec<f64>> {
+        let m = &motion.joints[joint];
         let added = |row: usize| {
             let [_, curvature] = motion.harmonic_rates(joint, row, z);
             let (sin, cos) = (z * m.q[row]).sin_cos();

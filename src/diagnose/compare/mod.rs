@@ -141,7 +141,7 @@ fn report(
     });
     let taken = of_both.chain(changes.taken).collect();
     let selection = Selection { taken, first_round: changes.first_round, fitted };
-    let data = conclude::Data { model, sessions, trained, late: None, as_recorded: Some(unchanged) };
+    let data = conclude::Data { model, sessions, trained, late: None, shaken: false, as_recorded: Some(unchanged) };
     let options = Options { backlash: false, ..options.clone() };
     conclude::diagnosis(&data, problem, &selection, &options, progress)
 }

@@ -1,0 +1,95 @@
+//! The torque that a rotor feels at a frequency, from its position and the motor's torque.
+//!
+//! ```text
+//!   D θ = τ_m + d      D = −ω² J + K − K (K − ω² M)⁻¹ K      K = diag(k + iω d_g),  J = diag(rotors),  M links
+//!   θ_j = R_j (τ_j + d_j) + …      R_j = (D⁻¹)_jj, over the joints that move; a rotor that rests is held by dry friction
+//! ```
+//! `k` and `d_g` are stiffness and damping of a gear while its flanks touch. Below `√(k/M)` the links follow the rotor, above it the rotor
+//! shakes on its gear's spring alone: the current tells little then, since a controller that smooths its velocity does not answer any
+//! more. `M` changes with the arm's shape, slowly against the line, so that `R_j` is averaged over the motion, and `d_j = θ_j/R̄_j − τ_j`.
+//! Left out: viscous friction (`ω B`, some per cent of `D`), what other motors answer, gaps that open where the load is small.
+//! Reference: W. T. Thomson (1993), Theory of Vibration with Applications, ch. 6.
+
+use nalgebra::{Complex, DMatrix};
+use std::f64::consts::TAU;
+
+use super::piece::Place;
+use crate::robot::Model;
+
+/// [Hz] Distance of the frequencies at which it is reckoned.
+const SPACING: f64 = 0.5;
+
+/// `1/R̄` of a joint at many frequencies.
+pub struct Stiffness {
+    first: f64,
+    values: Vec<Complex<f64>>,
+}
+
+impl Stiffness {
+    /// From `first` to `last` [Hz].
+    pub fn new(model: &Model, joint: usize, places: &[Place], first: f64, last: f64) -> Self {
+        let count = ((last - first) / SPACING).ceil() as usize + 2;
+        let at = |k: usize| {
+            let omega = TAU * (first + SPACING * k as f64);
+            let all: Complex<f64> = places.iter().filter_map(|place| receptance(model, joint, place, omega)).sum();
+            Complex::from(places.len() as f64) / all
+        };
+        Self { first, values: (0..count).map(at).collect() }
+    }
+
+    /// [N·m/rad or N/m] at a frequency [Hz], straight between those that were reckoned.
+    pub fn at(&self, frequency: f64) -> Complex<f64> {
+        let x = ((frequency - self.first) / SPACING).clamp(0.0, (self.values.len() - 2) as f64);
+        let (k, part) = (x as usize, x.fract());
+        self.values[k] * (1.0 - part) + self.values[k + 1] * part
+    }
+}
+
+/// `R_j` in one place.
+fn receptance(model: &Model, joint: usize, place: &Place, omega: f64) -> Option<Complex<f64>> {
+    let dof = model.joints.len();
+    let gear = |i: usize| Complex::new(model.joints[i].gear_stiffness, omega * model.joints[i].gear_damping);
+    let diagonal = |i: usize, j: usize, value: Complex<f64>| if i == j { value } else { Complex::default() };
+    let links = DMatrix::from_fn(dof, dof, |i, j| diagonal(i, j, gear(i)) - place.mass[(i, j)] * omega * omega);
+    let follows = links.try_inverse()?;
+    let moving: Vec<usize> = (0..dof).filter(|i| *i == joint || place.moves[*i]).collect();
+    let stiffness = DMatrix::from_fn(moving.len(), moving.len(), |a, b| {
+        let (i, j) = (moving[a], moving[b]);
+        diagonal(i, j, gear(i) - model.joints[i].reflected_inertia() * omega * omega)
+            - gear(i) * follows[(i, j)] * gear(j)
+    });
+    let own = moving.iter().position(|i| *i == joint)?;
+    Some(stiffness.try_inverse()?[(own, own)])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    const ROBOT: &str = "<robot name=\"one\"><link name=\"base\"/><link name=\"arm\"><inertial><mass value=\"1\"/>\
+        <inertia ixx=\"0.2\" ixy=\"0\" ixz=\"0\" iyy=\"0.2\" iyz=\"0\" izz=\"0.2\"/></inertial></link>\
+        <joint name=\"joint1\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm\"/><axis xyz=\"0 0 1\"/>\
+        <limit lower=\"-3\" upper=\"3\" effort=\"3\" velocity=\"3\"/></joint></robot>";
+    const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"one\"\nurdf = \"one.urdf\"\n[joints.joint1]\n\
+        gear_ratio = 5.0\nrotor_inertia = 0.0008\ngear_stiffness = 3000.0\n[joints.joint1.motor]\ntorque_constant = 0.02\n";
+
+    /// Slowly rotor and link are one mass; faster, `D = −J ω² + k (−M ω²)/(k − M ω²)`.
+    #[test]
+    fn closed_form_two_masses_on_a_spring() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let places = [Place { mass: DMatrix::from_element(1, 1, 0.2), moves: vec![true] }];
+        let stiffness = Stiffness::new(&model, 0, &places, 0.5, 150.0);
+        for f in [0.5, 10.0, 50.0, 100.0] {
+            let omega: f64 = TAU * f;
+            let links = -0.2 * omega * omega;
+            let expected = -0.02 * omega * omega + 3000.0 * links / (3000.0 + links);
+            // Digits that two inversions cost.
+            assert!((stiffness.at(f) - expected).norm() < 1e-9 * expected.abs(), "{f} Hz: {}", stiffness.at(f));
+        }
+        // At 0.5 Hz the spring gives by M ω²/k = 0.07 %.
+        let omega: f64 = TAU * 0.5;
+        assert!((stiffness.at(0.5).re / (-0.22 * omega * omega) - 1.0).abs() < 1e-3);
+    }
+}

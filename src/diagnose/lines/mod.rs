@@ -1,0 +1,238 @@
+//! Torque at a frequency that is fixed in time: the same line in all sessions, whatever the speed.
+//!
+//! The torque `d` that moves a rotor and that its motor does not make is reckoned from position and current ([`balance`]), unsmoothed,
+//! where the joint moves on ([`piece`]). A line of amplitude `a` stands in its transform `E = Σ w d e^{−iωt}` with `a W/2`, `W = Σ w`, above noise
+//! of the level of its neighbours ([`spectrum`]), which is exponential there, so that sums over sessions are of a gamma distribution.
+//! A line is named where the training sessions together show it beyond chance, the held-out one shows it again with that amplitude,
+//! and slow and fast motion alike: what belongs to an angle changes its frequency with speed, and a limit cycle of the loop its amplitude.
+//! It is then taken off the recorded torque, so that all other stages see a machine without it.
+//! Left out: joints that hardly move; lines above [`HIGHEST`], where loops have their own.
+//! Reference: P. D. Welch (1967), The use of fast Fourier transform for the estimation of power spectra; S. M. Kay (1993), Fundamentals
+//! of Statistical Signal Processing I, sec. 3.11 (bounds of amplitude, phase and frequency).
+
+mod balance;
+mod estimate;
+mod piece;
+mod spectrum;
+
+use rayon::prelude::*;
+
+use super::Options;
+use super::probability::calibrated;
+use super::result::{FoundEffect, Measured};
+use crate::drive::Sensing;
+use crate::effects::Diagnosable;
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+use balance::Stiffness;
+use estimate::{Line, Part, estimated};
+use piece::Piece;
+use spectrum::{Spectrum, spectrum};
+
+/// [Hz] Lowest and highest frequency that is looked at: below, the motion itself has its power.
+const LOWEST: f64 = 10.0;
+const HIGHEST: f64 = 160.0;
+/// Chance that noise shows a line in the training sessions of a machine.
+const CHANCE: f64 = 1e-4;
+/// [nats] `|E|²` over its level that a held-out piece needs at the frequency of the training: chance of one in a thousand.
+const HELD_OUT: f64 = 7.0;
+/// Most lines of a joint.
+const MOST: usize = 2;
+/// Most peaks that are looked at, and how far they have to be apart [Hz].
+const MOST_TRIED: usize = 6;
+const FOOT: f64 = 1.0;
+/// Part of the strongest amplitude of a frequency that another joint needs: joints shake each other.
+const OTHER_JOINT: f64 = 0.3;
+
+/// Lines that were found, and what is left without them.
+pub struct Lines {
+    effects: Vec<FoundEffect>,
+    /// The sessions without the torque of the lines.
+    pub mended: Vec<TimeSeries>,
+}
+
+/// Looks for lines; the first `trained` sessions are for training.
+pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Option<Lines> {
+    let effects: Vec<&dyn Diagnosable> =
+        options.catalogue.diagnosable().map(|effect| effect as &dyn Diagnosable).collect();
+    let effect = effects.into_iter().find(|effect| effect.of_line(1.0, 0.0, 0.0).is_some())?;
+    let of_joint = |joint: usize| lines_of(model, joint, &pieces(model, joint, sessions, trained, options));
+    let all: Vec<(usize, Line)> = (0..model.joints.len())
+        .into_par_iter()
+        .flat_map_iter(|joint| of_joint(joint).into_iter().map(move |line| (joint, line)))
+        .collect();
+    let shakes = |(joint, line): &(usize, Line)| {
+        let of_other = |(other, stronger): &(usize, Line)| {
+            other != joint
+                && (stronger.frequency.value - line.frequency.value).abs() < line.resolution
+                && line.amplitude.value < OTHER_JOINT * stronger.amplitude.value
+        };
+        all.iter().any(of_other)
+    };
+    let lines: Vec<&(usize, Line)> = all.iter().filter(|line| !shakes(line)).collect();
+    if lines.is_empty() {
+        return None;
+    }
+    let mended = sessions.iter().map(|session| without(model, &lines, session)).collect();
+    Some(Lines {
+        effects: lines.iter().filter_map(|(joint, line)| found(model, *joint, line, effect)).collect(),
+        mended,
+    })
+}
+
+/// The sessions, or where none is held out, both parts of each.
+fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Vec<Piece> {
+    let cut = 1.0 - options.held_out_share;
+    let parts = |number: usize| {
+        if trained < sessions.len() {
+            vec![([0.0, 1.0], number >= trained)]
+        } else {
+            vec![([0.0, cut], false), ([cut, 1.0], true)]
+        }
+    };
+    let all = sessions.iter().enumerate().flat_map(|(number, session)| {
+        parts(number).into_iter().filter_map(move |(part, held)| Piece::new(model, joint, session, part, held))
+    });
+    all.collect()
+}
+
+/// The lines of one joint, strongest first.
+fn lines_of(model: &Model, joint: usize, pieces: &[Piece]) -> Vec<Line> {
+    let (Some(longest), Some(dt)) =
+        (pieces.iter().map(|piece| piece.weight.len()).max(), pieces.iter().map(|piece| piece.dt).reduce(f64::max))
+    else {
+        return Vec::new();
+    };
+    if pieces.iter().any(|piece| (piece.dt / dt - 1.0).abs() > 1e-3) {
+        return Vec::new();
+    }
+    // Twice as fine as the longest piece resolves.
+    let length = (2 * longest).next_power_of_two();
+    let step = 1.0 / (length as f64 * dt);
+    let (first, last) = ((LOWEST / step) as usize, ((HIGHEST.min(0.4 / dt)) / step) as usize);
+    if last <= first + 8 {
+        return Vec::new();
+    }
+    let [lowest, highest] = [first as f64 * step, last as f64 * step];
+    let stiffness: Vec<Stiffness> =
+        pieces.par_iter().map(|piece| Stiffness::new(model, joint, &piece.places, lowest, highest)).collect();
+    let spectra: Vec<Spectrum> = pieces
+        .par_iter()
+        .zip(&stiffness)
+        .map(|(piece, stiffness)| spectrum(stiffness, piece, length, first, last))
+        .collect();
+    let evidence = |k: usize, held_out: bool| -> f64 {
+        let of = pieces.iter().zip(&spectra).filter(|(piece, _)| piece.held_out == held_out);
+        of.map(|(_, spectrum)| spectrum.power[k] / spectrum.level[k]).sum()
+    };
+    let sums: Vec<f64> = (0..last - first).map(|k| evidence(k, false)).collect();
+    let [training, held_out] = [false, true].map(|held| pieces.iter().filter(|piece| piece.held_out == held).count());
+    if training == 0 || held_out == 0 {
+        return Vec::new();
+    }
+    let asked = beyond_chance(training, CHANCE / (sums.len() * model.joints.len()) as f64);
+    let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked && evidence(*k, true) > HELD_OUT).collect();
+    peaks.sort_by(|a, b| sums[*b].total_cmp(&sums[*a]));
+    let mut lines: Vec<Line> = Vec::new();
+    let mut tried: Vec<f64> = Vec::new();
+    for k in peaks {
+        let f = (first + k) as f64 * step;
+        // What surrounds a peak is its foot.
+        if tried.iter().any(|other| (other - f).abs() < FOOT) {
+            continue;
+        }
+        tried.push(f);
+        let levels: Vec<f64> = spectra.iter().map(|spectrum| spectrum.level[k]).collect();
+        let parts: Vec<Part> =
+            (0..pieces.len()).map(|i| Part { piece: &pieces[i], stiffness: &stiffness[i], level: levels[i] }).collect();
+        lines.extend(estimated(&parts, f, step));
+        if lines.len() == MOST || tried.len() == MOST_TRIED {
+            break;
+        }
+    }
+    lines
+}
+
+/// What a sum of `count` exponential variables of mean 1 exceeds with this probability.
+pub fn beyond_chance(count: usize, probability: f64) -> f64 {
+    let exceeds = |x: f64| {
+        let mut term = 1.0;
+        let sum: f64 = (0..count)
+            .map(|k| {
+                if k > 0 {
+                    term *= x / k as f64;
+                }
+                term
+            })
+            .sum();
+        sum * (-x).exp()
+    };
+    let (mut low, mut high) = (0.0, 200.0 + 10.0 * count as f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if exceeds(middle) > probability { low = middle } else { high = middle }
+    }
+    high
+}
+
+fn found(model: &Model, joint: usize, line: &Line, effect: &dyn Diagnosable) -> Option<FoundEffect> {
+    let (about, joint) = (effect.about(), &model.joints[joint]);
+    let values = effect.of_line(line.frequency.value, line.amplitude.value, line.phase.value)?;
+    // Errors take the places of their values.
+    let errors = effect.of_line(line.frequency.std_error, line.amplitude.std_error, line.phase.std_error)?;
+    let parameters = about.parameters.iter().zip(values.into_iter().zip(errors)).map(|(spec, (value, std_error))| {
+        (spec.name.to_owned(), Measured { value, std_error, unit: spec.unit_for(joint.kind) })
+    });
+    Some(FoundEffect {
+        effect: about.name.to_owned(),
+        joints: vec![joint.name.clone()],
+        kind: about.kind,
+        parameters: parameters.collect(),
+        probability: calibrated(CHANCE.max((-line.held_out).exp())),
+        gain_percent: line.gain_percent,
+        confusable_with: Vec::new(),
+        separate_by: about.separate_by.to_owned(),
+    })
+}
+
+/// A session whose motors make what the lines made: `τ_m + d`.
+fn without(model: &Model, lines: &[&(usize, Line)], session: &TimeSeries) -> TimeSeries {
+    let mut mended = session.clone();
+    let start = session.time.first().copied().unwrap_or(0.0);
+    for (joint, line) in lines {
+        let joint = &model.joints[*joint];
+        let absolute = joint.current_sensor.is_some_and(|s| s.sensing == Sensing::Absolute);
+        let Some(series) = mended.joints.iter_mut().find(|series| series.name == joint.name) else { continue };
+        let side: Option<Vec<f64>> = series.get(Channel::Velocity).map(|v| v.iter().map(|v| v.signum()).collect());
+        for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, joint.torque_per_ampere())] {
+            for (k, sample) in series.channels.get_mut(&channel).into_iter().flatten().enumerate() {
+                let sign = if absolute { side.as_ref().map_or(1.0, |side| side[k]) } else { 1.0 };
+                *sample += sign * line.torque(session.time[k] - start) / scale;
+            }
+        }
+    }
+    mended
+}
+
+impl Lines {
+    /// Puts the effects first into a diagnosis of the sessions without them.
+    pub fn add_to(self, diagnosis: &mut super::Diagnosis, model: &Model, options: &Options) {
+        diagnosis.extended_model =
+            super::extend::with_effects(model, &diagnosis.extended_model, &self.effects, &options.catalogue);
+        diagnosis.effects.splice(0..0, self.effects);
+        diagnosis.verdict = super::Verdict::EffectsFound;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::beyond_chance;
+
+    /// One exponential variable exceeds x with e^−x, a sum of two with (1 + x) e^−x.
+    #[test]
+    fn closed_form_tails_of_gamma_distributions() {
+        assert!((beyond_chance(1, 1e-6) - 1e6_f64.ln()).abs() < 1e-9);
+        let x = beyond_chance(2, 1e-6);
+        assert!(((1.0 + x) * (-x).exp() / 1e-6 - 1.0).abs() < 1e-9);
+    }
+}

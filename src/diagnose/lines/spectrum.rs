@@ -1,0 +1,59 @@
+//! Spectrum of the torque that a piece does not explain, and the level of its noise.
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+
+use super::balance::Stiffness;
+use super::piece::Piece;
+
+/// [Hz] To either side of a frequency, from which its level is taken.
+const AROUND: f64 = 2.0;
+/// [Hz] Distance of the frequencies at which levels are taken.
+const SPACING: f64 = 0.5;
+
+/// `|E|²` at the frequencies `k · step`, and the level of its noise.
+pub struct Spectrum {
+    /// `|E|²` from the first frequency on.
+    pub power: Vec<f64>,
+    /// Mean of `|E|²` where there is no line, at the same frequencies.
+    pub level: Vec<f64>,
+}
+
+/// `E = Σ w d e^{−iωt}` of a piece, over the samples picked, and `Σ w` of them.
+pub fn unexplained(stiffness: &Stiffness, piece: &Piece, f: f64, pick: &dyn Fn(usize) -> bool) -> (Complex<f64>, f64) {
+    let ([position, torque], total) = piece.transform(f, pick);
+    ((stiffness.at(f) * position - torque) / piece.gain(f), total)
+}
+
+/// The spectrum at the multiples `first..last` of `1/(length · dt)`.
+pub fn spectrum(stiffness: &Stiffness, piece: &Piece, length: usize, first: usize, last: usize) -> Spectrum {
+    let mut z = vec![Complex::default(); length];
+    for (k, z) in z.iter_mut().take(piece.weight.len()).enumerate() {
+        *z = Complex::new(piece.position[k], piece.torque[k]);
+    }
+    FftPlanner::new().plan_fft_forward(length).process(&mut z);
+    let step = 1.0 / (length as f64 * piece.dt);
+    let power: Vec<f64> = (first..last)
+        .map(|k| {
+            let (a, b) = (z[k], z[length - k].conj());
+            let (position, torque) = ((a + b) * 0.5, (a - b) * Complex::new(0.0, -0.5));
+            let f = k as f64 * step;
+            ((stiffness.at(f) * position - torque) / piece.gain(f)).norm_sqr()
+        })
+        .collect();
+    let level = levels(&power, (AROUND / step) as usize, ((SPACING / step) as usize).max(1));
+    Spectrum { power, level }
+}
+
+/// Mean that an exponential distribution of the median of the neighbours has.
+fn levels(power: &[f64], reach: usize, spacing: usize) -> Vec<f64> {
+    let at = |centre: usize| {
+        let (from, to) = (centre.saturating_sub(reach), (centre + reach).min(power.len()));
+        // Neighbouring bins of a padded transform tell the same: a part of them is enough.
+        let mut near: Vec<f64> = power[from..to].iter().step_by(4).copied().collect();
+        let middle = near.len() / 2;
+        (*near.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2).max(1e-300)
+    };
+    let known: Vec<f64> = (0..power.len()).step_by(spacing).map(at).collect();
+    (0..power.len()).map(|k| known[((k + spacing / 2) / spacing).min(known.len() - 1)]).collect()
+}
