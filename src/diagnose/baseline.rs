@@ -4,7 +4,7 @@
 //! Linear but for `v_S`, which is scanned (variable projection). Where the model file gives friction, its Stribeck part is kept
 //! and `F_C`, `F_V` are refitted, because they drift.
 
-use crate::effects::{Motion, SymmetricFriction};
+use crate::effects::{Motion, SymmetricFriction, falling, falling_slope};
 use crate::gearhead::{Direction, FrictionLaw};
 
 /// How the falling part of friction enters.
@@ -52,7 +52,7 @@ impl JointBaseline {
     pub fn columns(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
         let mut columns = vec![motion.joints[joint].direction.clone(), motion.joints[joint].v.clone()];
         if let Falling::Free(v_s) = self.falling {
-            columns.push(motion.column(joint, |m, row| m.direction[row] * (-m.v[row].abs() / v_s).exp()));
+            columns.push(falling(motion, joint, v_s));
         }
         for session in &self.offset_sessions {
             columns.push(motion.session.iter().map(|s| f64::from(u8::from(s == session))).collect());
@@ -63,19 +63,17 @@ impl JointBaseline {
     /// Change of the friction column with the Stribeck velocity, per `F_S − F_C`.
     pub fn stribeck_derivative(&self, motion: &Motion, joint: usize) -> Option<Vec<f64>> {
         let Falling::Free(v_s) = self.falling else { return None };
-        Some(motion.column(joint, |m, row| {
-            let speed = m.v[row].abs();
-            m.direction[row] * speed / (v_s * v_s) * (-speed / v_s).exp()
-        }))
+        Some(falling_slope(motion, joint, v_s))
     }
 
     /// What is to be explained: measured torque less what the model file fixes.
     pub fn target(&self, motion: &Motion, joint: usize) -> Vec<f64> {
-        let fixed = |v: f64| match self.falling {
-            Falling::Given(law) => (law.breakaway - law.coulomb) * (-v.abs() / law.stribeck_velocity).exp(),
-            Falling::Free(_) => 0.0,
-        };
-        motion.column(joint, |m, row| m.torque[row] - m.rigid[row] - m.direction[row] * fixed(m.v[row]))
+        let mut target = motion.column(joint, |m, row| m.torque[row] - m.rigid[row]);
+        if let Falling::Given(law) = self.falling {
+            let fixed = falling(motion, joint, law.stribeck_velocity);
+            target.iter_mut().zip(fixed).for_each(|(e, x)| *e -= (law.breakaway - law.coulomb) * x);
+        }
+        target
     }
 
     /// The law that its coefficients stand for.

@@ -189,7 +189,7 @@ impl Search<'_, '_> {
         let mut shapes = effect.shapes(motion, joints[0]);
         shapes.retain(|shape| !self.problem.is_taken_out(effect, joints[0], shape));
         let count = shapes.len();
-        let spacing = spacing(&shapes);
+        let all = shapes.clone();
         let mut best: Option<(Term, f64)> = None;
         for shape in self.shortlist(effect, joints, shapes) {
             let term = Term::new(motion, effect, joints, shape);
@@ -199,17 +199,16 @@ impl Search<'_, '_> {
             }
         }
         let (term, gain) = best?;
-        let (term, gain) = match spacing {
-            Some(spacing) if effect.refines() => self.refined(term, gain, spacing),
+        let (term, gain) = match neighbours(&all, &term.shape) {
+            Some(ends) if effect.refines() => self.refined(term, gain, ends),
             _ => (term, gain),
         };
         Some((term, gain, count))
     }
 
-    /// Golden section of the first shape parameter over a grid step to either side.
-    fn refined(&self, term: Term, gain: f64, spacing: Spacing) -> (Term, f64) {
+    /// Golden section of the first shape parameter between two ends.
+    fn refined(&self, term: Term, gain: f64, (mut low, mut high): (f64, f64)) -> (Term, f64) {
         let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let (mut low, mut high) = spacing.around(term.shape[0]);
         let mut best = (term, gain);
         let evaluate = |value: f64, best: &mut (Term, f64)| {
             let mut shape = best.0.shape.clone();
@@ -238,25 +237,18 @@ impl Search<'_, '_> {
     }
 }
 
-/// Between which ends shapes are scanned, and how far apart.
-#[derive(Clone, Copy)]
-struct Spacing {
-    least: f64,
-    most: f64,
-    step: f64,
-}
-
-impl Spacing {
-    fn around(&self, value: f64) -> (f64, f64) {
-        ((value - self.step).max(self.least), (value + self.step).min(self.most))
-    }
-}
-
-fn spacing(shapes: &[Vec<f64>]) -> Option<Spacing> {
-    let (first, second) = (shapes.first()?.first()?, shapes.get(1)?.first()?);
-    let values = || shapes.iter().filter_map(|shape| shape.first().copied());
-    let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-    Some(Spacing { least, most, step: second - first })
+/// First parameters of the shapes next to one of those that were scanned, where nothing else of the shape differs: between them the best lies.
+/// A scan may go by factors: near its far end neighbours are many first steps apart.
+fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
+    let at = shapes.iter().position(|other| other == shape)?;
+    let own = *shape.first()?;
+    let beside = |index: Option<usize>| {
+        let other = index.and_then(|index| shapes.get(index)).filter(|other| other[1..] == shape[1..]);
+        other.map_or(own, |other| other[0])
+    };
+    let (before, after) = (beside(at.checked_sub(1)), beside(Some(at + 1)));
+    let (low, high) = (before.min(after).min(own), before.max(after).max(own));
+    (low < high).then_some((low, high))
 }
 
 /// All candidates beside the terms of the model, each with its best shapes, by falling evidence.

@@ -20,6 +20,7 @@ mod drive_dead_band;
 mod dwell_stiction;
 mod encoder_eccentricity;
 mod external_contact;
+mod falling;
 mod joint_compliance;
 mod load_dependent_friction;
 mod payload;
@@ -42,6 +43,7 @@ pub use action::{
     Action, DriveAction, EncoderAction, GearAction, JointAction, JointState, Reading, SensorAction, Stop,
 };
 pub use catalogue::Catalogue;
+pub use falling::{falling, falling_slope};
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
 pub use turns::{AtTurns, Trial, Turns};

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use super::falling::falling;
 use super::parameters::{need_friction, need_joint};
 use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::{Error, Place, Result};
@@ -93,7 +94,7 @@ impl Diagnosable for Stribeck {
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         let v_s = shape[0].abs().max(1e-12);
-        vec![motion.column(joint, |m, row| m.direction[row] * (-m.v[row].abs() / v_s).exp())]
+        vec![falling(motion, joint, v_s)]
     }
 
     fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

@@ -1,0 +1,72 @@
+//! The falling part of friction as a row sees it: averaged over its kernel, with the velocity running linearly through it.
+//!
+//! `φ(v_S) = ∫ K(s) sgn v(s) e^{−|v(s)|/v_S} ds`, `v(s) = v + a s`. Where the direction stays, that is
+//! `e^{−|v|/v_S} M(x)`, `M(x) = 15 ((3 + x²) sinh x − 3 x cosh x)/x⁵`, `x = a w/v_S`: the mean of a falling exponential is larger than its
+//! value at the mean velocity. A joint that starts or stops with 1 rad/s² passes `w` = 0.08 s in `x` = 2, where `M` = 1.3; a fit that
+//! takes the velocity of the row for that of every sample finds `v_S` a tenth too large.
+
+use super::Motion;
+
+/// Samples of a kernel.
+const SAMPLES: usize = 16;
+/// `|a| w/v_S` below which the velocity counts as constant: `M − 1 = x²/14 < 10⁻³`.
+const STEADY: f64 = 0.1;
+/// `(|v| − |a| w)/v_S` above which nothing of the falling part is left.
+const FAST: f64 = 8.0;
+
+/// `sgn v · e^{−|v|/v_S}` of each row, averaged over its kernel; 0 at rest.
+pub fn falling(motion: &Motion, joint: usize, v_s: f64) -> Vec<f64> {
+    averaged(motion, joint, v_s, |x| (-x).exp())
+}
+
+/// Derivative of [`falling`] by `v_S`.
+pub fn falling_slope(motion: &Motion, joint: usize, v_s: f64) -> Vec<f64> {
+    averaged(motion, joint, v_s, |x| x / v_s * (-x).exp())
+}
+
+/// `sgn v · f(|v|/v_S)` of each row over its kernel.
+fn averaged(motion: &Motion, joint: usize, v_s: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
+    motion.column(joint, |m, row| {
+        if m.direction[row] == 0.0 {
+            return 0.0;
+        }
+        let change = m.a.get(row).map_or(0.0, |a| a.abs() * motion.half_width[row]);
+        if change < STEADY * v_s || m.v[row].abs() - change > FAST * v_s {
+            return m.direction[row] * f(m.v[row].abs() / v_s);
+        }
+        over_kernel(|u| {
+            let v = m.v[row] + change * u;
+            v.signum() * f(v.abs() / v_s)
+        })
+    })
+}
+
+/// `∫ 15/16 (1 − u²)² f(u) du` over −1 to 1, by the rule of midpoints.
+fn over_kernel(f: impl Fn(f64) -> f64) -> f64 {
+    let sample = |k: usize| (2.0 * k as f64 + 1.0) / SAMPLES as f64 - 1.0;
+    let weight = |u: f64| (1.0 - u * u).powi(2);
+    let (sum, total) = (0..SAMPLES).map(sample).fold((0.0, 0.0), |(sum, total), u| {
+        let w = weight(u);
+        (sum + w * f(u), total + w)
+    });
+    sum / total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::over_kernel;
+
+    #[test]
+    fn analytic_mean_of_an_exponential_over_the_kernel() {
+        for x in [0.3_f64, 1.0, 2.0, 4.0] {
+            let closed = 15.0 * ((3.0 + x * x) * x.sinh() - 3.0 * x * x.cosh()) / x.powi(5);
+            // Midpoints of a kernel that ends with slope zero err in the fourth order: 10⁻³ at x = 4.
+            assert!((over_kernel(|u| (-x * u).exp()) / closed - 1.0).abs() < 1e-3, "{x}");
+        }
+    }
+
+    #[test]
+    fn property_a_kernel_centred_on_a_reversal_sees_no_direction() {
+        assert!(over_kernel(|u| u.signum() * (-3.0 * u.abs()).exp()).abs() < 1e-12);
+    }
+}
