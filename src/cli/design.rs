@@ -47,7 +47,7 @@ impl Design {
             document: document(name, &question, &found),
             json: envelope("lostmotion/design/1", name, json),
             motions: Vec::new(),
-            model: None,
+            model: Some(model.clone()),
             extra: vec![("scenario.toml".to_owned(), found.best.scenario.clone().into_bytes())],
         };
         console::finish(&report, &folder, &self.output)
@@ -80,10 +80,18 @@ fn document(name: &str, question: &Question, found: &Designed) -> Document {
     }
     let mut section = Section::new("What was simulated");
     section.text.push(
-        "Each cause was put into the simulated machine, a tenth of the torque strong, and the recording diagnosed."
+        "Each cause was put into the simulated machine, a tenth of the torque strong, and the recording diagnosed. \
+         `named with` is the probability with which the diagnosis names it and not the other, 0 where it does not."
+            .to_owned(),
+    );
+    section.text.push(
+        "Carry it out on the machine as scenario.toml describes it, or on the simulated one with \
+         `lostmotion run scenario.toml`; a mass under [added_mass] is fastened to the last link beforehand."
             .to_owned(),
     );
     section.tables.push(table);
     let title = format!("{name}: an experiment for {causes}");
-    Document { title, verdict, warnings: Vec::new(), sections: vec![section] }
+    let undecided = "scenario.toml is the best that was found; what it records may leave the question open";
+    let warnings = if found.decides { Vec::new() } else { vec![undecided.to_owned()] };
+    Document { title, verdict, warnings, sections: vec![section] }
 }

@@ -40,7 +40,7 @@ impl Scenario {
     /// # Errors
     /// A file cannot be read; a key is missing, unknown or out of its range; an assignment cannot be made.
     pub fn load(file: &Path, assignments: &[String]) -> Result<Self> {
-        Self::from_document(Document::read(file)?, assignments)
+        Self::from_document(Document::read(file)?, assignments, None)
     }
 
     /// A scenario from a text that is no file; `file` is what errors call it, and what the robot's path is relative to.
@@ -48,10 +48,18 @@ impl Scenario {
     /// # Errors
     /// As [`Scenario::load`].
     pub fn from_text(text: &str, file: &Path, assignments: &[String]) -> Result<Self> {
-        Self::from_document(Document::parse(file, text)?, assignments)
+        Self::from_document(Document::parse(file, text)?, assignments, None)
     }
 
-    fn from_document(mut document: Document, assignments: &[String]) -> Result<Self> {
+    /// As [`from_text`](Self::from_text), for a model at hand: the file that the text names as `robot` need not be there yet.
+    ///
+    /// # Errors
+    /// The text is no scenario of this model.
+    pub fn of_model(text: &str, file: &Path, model: &Model) -> Result<Self> {
+        Self::from_document(Document::parse(file, text)?, &[], Some(model))
+    }
+
+    fn from_document(mut document: Document, assignments: &[String], at_hand: Option<&Model>) -> Result<Self> {
         let (of_model, of_scenario): (Vec<&String>, Vec<&String>) =
             assignments.iter().partition(|assignment| assignment.trim_start().starts_with("model."));
         for assignment in of_scenario {
@@ -59,13 +67,13 @@ impl Scenario {
         }
         let of_model: Vec<&str> =
             of_model.iter().map(|assignment| &assignment.trim_start()["model.".len()..]).collect();
-        Self::read(&document.root(), &of_model)
+        Self::read(&document.root(), &of_model, at_hand)
     }
 
-    fn read(root: &Table<'_>, of_model: &[&str]) -> Result<Self> {
+    fn read(root: &Table<'_>, of_model: &[&str], at_hand: Option<&Model>) -> Result<Self> {
         root.optional_choice("schema", &[(SCHEMA, ())])?
             .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
-        let model = read_model(root, of_model)?;
+        let model = read_model(root, of_model, at_hand)?;
         let words = [("identify", Procedure::Identify), ("diagnose", Procedure::Diagnose), ("none", Procedure::None)];
         let mut options = read_options(root)?;
         options.obstacles = read_obstacles::read(root, &model.robot, options.engine)?;
@@ -90,18 +98,21 @@ impl Scenario {
 }
 
 /// The model that `robot` names, changed by the scenario's own assignments and then by those of the command line.
-fn read_model(root: &Table<'_>, assignments: &[&str]) -> Result<Model> {
+fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -> Result<Model> {
     let file = root.file().parent().unwrap_or(Path::new("")).join(root.text("robot")?);
-    if !file.is_file() {
-        return Err(root.error("robot", "a model file that exists"));
-    }
-    let mut document = Document::read(&file)?;
     let added = read_added_mass(root)?;
     let own = root.optional_texts("model")?.unwrap_or_default();
-    for assignment in own.iter().chain(assignments) {
-        document.set(assignment)?;
-    }
-    let mut model = Model::from_changed(&document)?;
+    let mut model = match at_hand {
+        Some(model) => model.clone(),
+        None if !file.is_file() => return Err(root.error("robot", "a model file that exists")),
+        None => {
+            let mut document = Document::read(&file)?;
+            for assignment in own.iter().chain(assignments) {
+                document.set(assignment)?;
+            }
+            Model::from_changed(&document)?
+        }
+    };
     if let (Some(added), Some(body)) = (added, model.robot.bodies.last_mut()) {
         body.inertia = body.inertia.joined(&added);
     }

@@ -25,9 +25,9 @@ fn machine(folder: &Path, seed: u64) -> Model {
 }
 
 /// Carries the experiment out on a machine with an effect in it and diagnoses the recording.
-fn carried_out(found: &Design, effect: &EffectEntry, strength: f64, seed: u64) -> Diagnosis {
+fn carried_out(model: &Model, found: &Design, effect: &EffectEntry, strength: f64, seed: u64) -> Diagnosis {
     let mut scenario =
-        Scenario::from_text(&found.best.scenario, Path::new("scenario.toml"), &[]).expect("a good scenario");
+        Scenario::of_model(&found.best.scenario, Path::new("scenario.toml"), model).expect("a good scenario");
     let mut nominal = scenario.model.clone();
     for joint in &mut nominal.joints {
         joint.friction = None;
@@ -43,7 +43,7 @@ fn carried_out(found: &Design, effect: &EffectEntry, strength: f64, seed: u64) -
     diagnose(&nominal, &recorded, &[], &options, &mut |_, _| {}).expect("a diagnosis")
 }
 
-fn designed(question: &str, seed: u64) -> (tempfile::TempDir, Design) {
+fn designed(question: &str, seed: u64) -> (Model, Design) {
     let folder = tempfile::tempdir().expect("a folder");
     let model = machine(folder.path(), seed);
     let asked = Question::parse(question, &Catalogue::default()).expect("a question");
@@ -55,15 +55,15 @@ fn designed(question: &str, seed: u64) -> (tempfile::TempDir, Design) {
         let predicted: Vec<String> = trial.predictions.iter().map(of).collect();
         println!("{question}: {:?} {:.0} s: {}", trial.experiment, trial.duration, predicted.join(", "));
     }
-    (folder, found)
+    (model, found)
 }
 
 /// The right cause is named and the other is not, whichever of both is inside.
 fn separates(question: &str, seed: u64) {
-    let (_folder, found) = designed(question, seed);
+    let (model, found) = designed(question, seed);
     assert!(found.decides, "{question}: {:?}", found.best.predictions);
     for (index, prediction) in found.best.predictions.iter().enumerate() {
-        let said = carried_out(&found, &prediction.assumed, 0.8, seed + 1 + index as u64);
+        let said = carried_out(&model, &found, &prediction.assumed, 0.8, seed + 1 + index as u64);
         let named: Vec<&str> = said.effects.iter().map(|one| one.effect.as_str()).collect();
         assert!(named.contains(&prediction.cause.as_str()), "{} inside, {named:?} named", prediction.cause);
         let other = question.split('|').find(|name| *name != prediction.cause).expect("two causes");
@@ -80,9 +80,12 @@ fn recover_which_of_cable_and_tilt_it_is() {
 
 #[test]
 fn property_a_question_that_makes_no_sense_is_refused_by_name() {
-    for (question, word) in
-        [("payload|payload", "two different"), ("payloud", "payload"), ("payload|base_tilt|cogging", "two different")]
-    {
+    for (question, word) in [
+        ("payload|payload", "two different"),
+        ("payload|", "two different"),
+        ("payload|base_tilt|cogging", "two different"),
+        ("payloud", "payload"),
+    ] {
         let error = Question::parse(question, &Catalogue::default()).expect_err(question).to_string();
         assert!(error.contains(word), "{question}: {error}");
     }

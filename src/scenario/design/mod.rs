@@ -38,6 +38,9 @@ impl Question {
     pub fn parse(text: &str, catalogue: &Catalogue) -> Result<Self> {
         let refused = |expected: String| Error::input("command line".as_ref(), Place::File, "question", text, expected);
         let names: Vec<String> = text.split('|').map(|name| name.trim().to_owned()).collect();
+        if names.len() > 2 || names.iter().any(String::is_empty) || (names.len() == 2 && names[0] == names[1]) {
+            return Err(refused("one effect, or two different ones with a | between them".to_owned()));
+        }
         for name in &names {
             match catalogue.find(name) {
                 None => {
@@ -51,11 +54,7 @@ impl Question {
                 Some(_) => {}
             }
         }
-        match names.as_slice() {
-            [_] => Ok(Self(names)),
-            [a, b] if a != b => Ok(Self(names)),
-            _ => Err(refused("one effect, or two different ones with a | between them".to_owned())),
-        }
+        Ok(Self(names))
     }
 
     /// The causes, one or two.
@@ -88,7 +87,7 @@ pub struct Trial {
     pub duration: f64,
     /// One a cause.
     pub predictions: Vec<Prediction>,
-    /// The scenario file.
+    /// The scenario file; the model is `model.toml` beside it.
     #[serde(skip)]
     pub scenario: String,
 }
@@ -142,7 +141,7 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
     let mut scenarios: Vec<(Plan, String, Scenario)> = Vec::new();
     for plan in plans().into_iter().filter(suits) {
         let text = text_of(model, question, &plan);
-        let scenario = Scenario::from_text(&text, Path::new("scenario.toml"), &[])?;
+        let scenario = Scenario::of_model(&text, Path::new("scenario.toml"), model)?;
         if duration(&scenario) <= budget && scenario.check_motion().is_ok() {
             scenarios.push((plan, text, scenario));
         }
@@ -173,9 +172,9 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
     Ok(Design { decides, best, tried })
 }
 
+/// The scenario file, to lie beside the model file.
 fn text_of(model: &Model, question: &Question, plan: &Plan) -> String {
-    let robot = std::path::absolute(&model.source).unwrap_or_else(|_| model.source.clone());
-    scenario_text(model, plan, &robot.to_string_lossy(), "design", &question.causes().join(" or "))
+    scenario_text(model, plan, "model.toml", "design", &question.causes().join(" or "))
 }
 
 fn duration(scenario: &Scenario) -> f64 {
@@ -199,7 +198,7 @@ fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) 
     let mut predictions = Vec::new();
     for (index, cause) in question.causes().iter().enumerate() {
         let Some(assumed) = diagnose::typical(&told, &plain, cause, STRENGTH, &options)? else {
-            let expected = "effects that move the torque of this machine";
+            let expected = "effects that can move the torque of this machine in an experiment";
             return Err(Error::input("command line".as_ref(), Place::File, "question", cause, expected));
         };
         let seed = SEED + 1 + index as u64;
