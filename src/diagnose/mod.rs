@@ -188,12 +188,12 @@ fn held_out_rows(motion: &Motion, trained: usize, share: f64) -> Vec<bool> {
 /// Rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves over.
 fn find_zones(problem: &mut Problem) -> Result<()> {
     let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(&problem.motion, joint)).collect();
-    problem.zones = zones::rigid_zone(&problem.motion, &coulomb, None);
+    problem.zones = zones::rigid_zone(&problem.motion, &coulomb, None, &zones::RIGID);
     enough_rows(problem)?;
     if let Some(fitted) = problem.fit(&[], Part::Train, regression::NU) {
         let of_joint = |joint| views::residual(problem, &[], &fitted, joint);
         let left_over: Vec<Vec<f64>> = (0..coulomb.len()).map(of_joint).collect();
-        problem.zones = zones::rigid_zone(&problem.motion, &coulomb, Some(&left_over));
+        problem.zones = zones::rigid_zone(&problem.motion, &coulomb, Some(&left_over), &zones::RIGID);
     }
     enough_rows(problem)
 }

@@ -14,17 +14,24 @@ use crate::effects::Motion;
 // Left out for longer, and in doubt from −0.6 to −0.08, a fast run kept one row in twenty to eighty: a contact that a joint pressed on
 // for seconds was gone, of four rotors 25 % or 12 % off one was named. As it stands all four are, and one row in six is left
 // (tuning seeds 3800 to 3802, 5600 to 5701, 6501 of `benches/blind`).
-/// [s] Before and after a reversal.
-const REVERSAL: [f64; 2] = [0.1, 0.2];
-/// [s] Before and after a change of flank.
-const FLANK: [f64; 2] = [0.1, 0.15];
-/// `T sgn v / F_C` between which the flank is in doubt.
-const DOUBT: [f64; 2] = [-0.35, -0.15];
+/// For a diagnosis: nothing that floats may be taken for an effect.
+pub const RIGID: Margins = Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15] };
 /// [1] Part of Coulomb friction that a torque has to exceed which neither rigid body nor friction explains, for it to be a load:
 /// what friction of another law can be wrong about is less.
 const LOADED: f64 = 0.6;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
 const SETTLING: f64 = 0.1;
+
+/// What is left out.
+#[derive(Debug, Clone, Copy)]
+pub struct Margins {
+    /// [s] Before and after a reversal.
+    pub reversal: [f64; 2],
+    /// [s] Before and after a change of flank.
+    pub flank: [f64; 2],
+    /// `T sgn v / F_C` between which the flank is in doubt.
+    pub doubt: [f64; 2],
+}
 
 /// What a joint does in a row.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,16 +44,21 @@ enum State {
 
 /// Whether each row of each joint is rigid: `zones[joint][row]`, with the Coulomb friction `F_C` found so far, and the torque of all
 /// rows that rigid body and friction left over (none before there is a fit).
-pub fn rigid_zone(motion: &Motion, coulomb: &[f64], left_over: Option<&[Vec<f64>]>) -> Vec<Vec<bool>> {
+pub fn rigid_zone(
+    motion: &Motion,
+    coulomb: &[f64],
+    left_over: Option<&[Vec<f64>]>,
+    margins: &Margins,
+) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
     let mut shared = vec![true; motion.rows()];
     let mut zones = vec![Vec::new(); dof];
     for joint in 0..dof {
         let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
-        let states = states(motion, joint, coulomb[joint], &load);
+        let states = states(motion, joint, coulomb[joint], &load, margins.doubt);
         let has_gap = motion.model.joints[joint].backlash != Some(0.0);
         if has_gap {
-            leave_out(motion, &states, &mut shared);
+            leave_out(motion, &states, margins, &mut shared);
         }
         zones[joint] = states.iter().map(|state| !has_gap || !matches!(state, State::Rest)).collect();
     }
@@ -67,7 +79,7 @@ fn load(motion: &Motion, joint: usize, coulomb: f64, left_over: Option<&[f64]>) 
     load
 }
 
-fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64]) -> Vec<State> {
+fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64], doubt: [f64; 2]) -> Vec<State> {
     let m = &motion.joints[joint];
     let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let rest = rest_speed(motion.model, joint, fastest);
@@ -78,9 +90,9 @@ fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64]) -> Vec<Stat
                 return State::Rest;
             }
             let load = load[row] * v.signum();
-            if load > DOUBT[1] * coulomb {
+            if load > doubt[1] * coulomb {
                 State::Carried(v > 0.0, true)
-            } else if load < DOUBT[0] * coulomb {
+            } else if load < doubt[0] * coulomb {
                 State::Carried(v > 0.0, false)
             } else {
                 State::InDoubt(v > 0.0)
@@ -110,7 +122,7 @@ fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn leave_out(motion: &Motion, states: &[State], rigid: &mut [bool]) {
+fn leave_out(motion: &Motion, states: &[State], margins: &Margins, rigid: &mut [bool]) {
     for row in 0..states.len() {
         if matches!(states[row], State::InDoubt(_)) {
             rigid[row] = false;
@@ -122,7 +134,7 @@ fn leave_out(motion: &Motion, states: &[State], rigid: &mut [bool]) {
             (State::Rest, _) | (_, State::Rest) => true,
             (State::Carried(a, _) | State::InDoubt(a), State::Carried(b, _) | State::InDoubt(b)) => a != b,
         };
-        let [before, after] = if turned { REVERSAL } else { FLANK };
+        let [before, after] = if turned { margins.reversal } else { margins.flank };
         let w = motion.half_width[row];
         let (from, to) = (motion.time[row] - before - w, motion.time[row] + after + w);
         let same = |other: usize| motion.session[other] == motion.session[row];

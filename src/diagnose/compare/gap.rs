@@ -17,6 +17,11 @@ const GENTLEST: usize = 12;
 /// Factor on the deceleration of the gentlest session up to which another counts as gentle too.
 const AS_GENTLE: f64 = 2.0;
 
+/// [1] Least scatter of single reversals, in counts of the encoder.
+const LEAST_SCATTER: f64 = 0.2;
+/// [1] Error that all reversals of a recording share and those of another do not, in counts of the encoder.
+const SHARED: f64 = 0.1;
+
 /// The gap of a joint on one side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
@@ -24,6 +29,8 @@ pub struct Gap {
     pub value: f64,
     /// [rad or m]
     pub std_error: f64,
+    /// [rad or m] standard error against the same measurement of another recording.
+    pub repeatability: f64,
     /// [1] part of the friction on the link.
     pub link_share: Option<f64>,
     /// [1] part of its reversals that agree on it.
@@ -32,28 +39,16 @@ pub struct Gap {
 
 /// [1] Part of the reversals that has to agree on a gap before it is compared: where they scatter, some cross it by themselves.
 const LEAST_AGREEMENT: f64 = 0.75;
-/// [1] How far the link shares of both sides may be apart: it is one machine, and what a fit puts into the share it takes from the gap.
-const SAME_SHARE: f64 = 0.1;
-
 impl Gap {
     /// Whether two gaps may be compared.
     pub fn compares(&self, other: &Self) -> bool {
-        let same_share = match (self.link_share, other.link_share) {
-            (Some(own), Some(other)) => (own - other).abs() < SAME_SHARE,
-            _ => false,
-        };
-        same_share && self.agreement.min(other.agreement) >= LEAST_AGREEMENT
+        self.agreement.min(other.agreement) >= LEAST_AGREEMENT
     }
 }
 
-/// A gap with the reversals that agree on it.
-struct Candidate {
-    gap: Gap,
-    agreeing: usize,
-}
-
-/// `gaps[side][joint]`; `None` where the data do not tell. Each side is sought anywhere and near what the other side shows, and what
-/// more reversals agree on is taken: a search of one side alone now and then ends at a gap that few of them share.
+/// `gaps[side][joint]`; `None` where the data do not tell. Each side is sought anywhere first. What a fit puts into the link share it
+/// takes from the gap, and few reversals agree where the search of one side has gone astray: so both sides are then measured at the share
+/// that both have found and from the gap that more reversals agree on. What is wrong with either is wrong on both sides alike.
 pub fn both_sides(
     model: &Model,
     sessions: [&[&TimeSeries]; 2],
@@ -61,23 +56,33 @@ pub fn both_sides(
 ) -> [Vec<Option<Gap>>; 2] {
     let dof = model.joints.len();
     let places: Vec<(usize, usize)> = (0..2).flat_map(|side| (0..dof).map(move |joint| (side, joint))).collect();
-    let measure = |side: usize, joint: usize, near: Option<f64>| {
-        measured(model, joint, &gentlest(model, joint, sessions[side]), friction[side][joint], near)
+    let measure = |side: usize, joint: usize, at: Option<Start>| {
+        measured(model, joint, &gentlest(model, joint, sessions[side]), friction[side][joint], at)
     };
-    let first: Vec<Option<Candidate>> = places.par_iter().map(|(side, joint)| measure(*side, *joint, None)).collect();
-    let second = |(side, joint): &(usize, usize)| {
-        let own = first[side * dof + joint].as_ref();
-        let other = first[(1 - side) * dof + joint].as_ref();
-        let again = other.and_then(|other| measure(*side, *joint, Some(other.gap.value)));
-        match (own, again) {
-            (Some(own), Some(again)) if again.agreeing > own.agreeing => Some(again.gap),
-            (Some(own), _) => Some(own.gap),
-            (None, again) => again.map(|again| again.gap),
-        }
-    };
-    let mut found: Vec<Option<Gap>> = places.par_iter().map(second).collect();
+    let first: Vec<Option<Gap>> = places.par_iter().map(|(side, joint)| measure(*side, *joint, None)).collect();
+    let start = |joint: usize| Start::of(first[joint].into_iter().chain(first[dof + joint]));
+    let again = |(side, joint): &(usize, usize)| measure(*side, *joint, Some(start(*joint)?));
+    let mut found: Vec<Option<Gap>> = places.par_iter().map(again).collect();
     let now = found.split_off(dof);
     [found, now]
+}
+
+/// What both sides are measured from.
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    gap: f64,
+    share: f64,
+}
+
+impl Start {
+    /// The gap on which most of the reversals agree, and the mean of the shares.
+    fn of(found: impl Iterator<Item = Gap>) -> Option<Self> {
+        let found: Vec<Gap> = found.collect();
+        let best = found.iter().max_by(|a, b| a.agreement.total_cmp(&b.agreement))?;
+        let shares = found.iter().filter_map(|one| one.link_share);
+        let share = shares.sum::<f64>() / found.len() as f64;
+        Some(Self { gap: best.value, share })
+    }
 }
 
 fn measured(
@@ -85,8 +90,8 @@ fn measured(
     joint: usize,
     sessions: &[&TimeSeries],
     law: SymmetricFriction,
-    near: Option<f64>,
-) -> Option<Candidate> {
+    at: Option<Start>,
+) -> Option<Gap> {
     let side = Exponential {
         coulomb: law.coulomb,
         breakaway: law.breakaway,
@@ -94,17 +99,33 @@ fn measured(
         viscous: law.viscous,
     };
     let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
-    let found = match near {
+    let found = match at {
         None => backlash::identify(model, joint, sessions, &friction).ok()?,
-        Some(near) => backlash::identify_near(model, joint, sessions, &friction, near).ok()?,
+        Some(Start { gap, share }) => {
+            backlash::identify_at_share(model, joint, sessions, &friction, gap, share).ok()?
+        }
     };
     let mean = &found.best.mean;
     let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
-    let (agreeing, left_out) = (found.best.values.len(), found.best.left_out.len());
-    let agreement = agreeing as f64 / (agreeing + left_out).max(1) as f64;
-    let gap = Gap { value: mean.value.max(0.0), std_error: mean.std_error, link_share, agreement };
+    let values: Vec<f64> = found.best.values.iter().map(|one| one.gap).collect();
+    let agreement = values.len() as f64 / (values.len() + found.best.left_out.len()).max(1) as f64;
+    let gap = Gap {
+        value: mean.value.max(0.0),
+        std_error: mean.std_error,
+        repeatability: repeatability(&values, model.joints[joint].encoder_step()),
+        link_share,
+        agreement,
+    };
     let known = mean.std_error.is_finite() && mean.value.is_finite();
-    known.then_some(Candidate { gap, agreeing })
+    known.then_some(gap)
+}
+
+/// Standard error of a mean as the values scatter, with the least scatter that reversals have been seen with.
+fn repeatability(values: &[f64], count: f64) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n.max(1.0);
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    (variance.sqrt().max(LEAST_SCATTER * count) / n.max(1.0).sqrt()).hypot(SHARED * count)
 }
 
 /// The sessions in which a joint turns around most gently. Where a motor brakes harder than the link's own friction does, the link

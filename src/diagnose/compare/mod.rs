@@ -11,6 +11,7 @@
 
 mod changed;
 mod gap;
+mod inertia;
 mod judge;
 mod outcome;
 mod quantity;
@@ -24,7 +25,7 @@ use super::regression::NU;
 use super::result::Diagnosis;
 use super::selection::{self, Selection, Taken};
 use super::standstill::Standstill;
-use super::{Options, conclude, nothing_moves, pose, timing, views};
+use super::{Options, conclude, nothing_moves, pose, rough_coulomb, timing, views};
 use crate::effects::Diagnosable;
 use crate::error::Result;
 use crate::robot::Model;
@@ -66,12 +67,19 @@ pub fn compare(
     let mut changes = select::select(&mut problem, shared, &options.catalogue, &options.rules, progress)
         .ok_or_else(|| nothing_moves(model))?;
     progress("judging changes", 0.8);
+    inertia::drop_inertias(&mut changes);
+    select::refresh(&mut problem, &mut changes).ok_or_else(|| nothing_moves(model))?;
     let standings = judge::keep_significant(&mut problem, &mut changes, &options.catalogue, &sides)
         .ok_or_else(|| nothing_moves(model))?;
 
     changes.estimates =
         select::estimates_beside_companions(&problem, &changes, &sides).ok_or_else(|| nothing_moves(model))?;
     let mut found = outcome::of_regression(&problem, &changes, &standings);
+    let coulomb: Vec<f64> = (0..model.joints.len()).map(|joint| rough_coulomb(&problem.motion, joint)).collect();
+    if let Some((closer, standings)) = inertia::look_closer(&mut problem, &changes, &coulomb, &sides) {
+        found.extend(outcome::of_inertias(&problem, &closer, &standings));
+        changes.taken = closer.taken;
+    }
     progress("measuring the gap on both sides", 0.85);
     let friction =
         [problem.motion.joints.iter().map(|joint| joint.friction).collect(), outcome::friction_now(&problem, &found)];

@@ -8,7 +8,7 @@ use super::gap::Gap;
 use super::judge::probability;
 use super::quantity::{self, Quantity};
 use super::select::{Changes, SURE};
-use crate::effects::{Catalogue, Scope, SymmetricFriction};
+use crate::effects::{Catalogue, Effect, Scope, SymmetricFriction};
 use crate::robot::{EffectEntry, Model};
 
 /// [1] Relative change of the gap from day to day that is no change of the machine: one standard deviation.
@@ -38,6 +38,21 @@ fn found(changes: &Changes, standings: &[f64]) -> Vec<Found> {
 pub fn of_regression(problem: &Problem, changes: &Changes, standings: &[f64]) -> Vec<Change> {
     let all = found(changes, standings);
     all.iter().map(|one| change(problem, changes, one, &all)).collect()
+}
+
+/// The entries of the inertias alone, which are the last terms; their errors are no smaller than what is natural, because that is what
+/// two motions make of one inertia.
+pub fn of_inertias(problem: &Problem, changes: &Changes, standings: &[f64]) -> Vec<Change> {
+    let others = changes.terms().len() - changes.shared.len() - standings.len();
+    let standings: Vec<f64> = std::iter::repeat_n(0.0, others).chain(standings.iter().copied()).collect();
+    let mut entries = of_regression(problem, changes, &standings);
+    entries.retain(|entry| entry.quantity == quantity::rotor_inertia().name());
+    for entry in &mut entries {
+        let natural = quantity::rotor_inertia().natural;
+        entry.change_percent.std_error = entry.change_percent.std_error.hypot(100.0 * natural);
+        entry.now.std_error = entry.now.std_error.hypot(natural * entry.reference.value);
+    }
+    entries
 }
 
 fn change(problem: &Problem, changes: &Changes, one: &Found, all: &[Found]) -> Change {
@@ -101,7 +116,7 @@ pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<Gap>>; 2]) -> Vec<Chan
         let model = &model.joints[joint];
         let unit = model.kind.position_unit();
         let delta = now.value - before.value;
-        let own = before.std_error.hypot(now.std_error);
+        let own = before.repeatability.hypot(now.repeatability);
         // Where there was no gap worth speaking of, the larger of both sets the scale of what is natural.
         let standing = delta.abs() / own.hypot(NATURAL_GAP * before.value.max(now.value)).max(1e-300);
         let least = 0.25 * model.encoder_step();
@@ -114,7 +129,8 @@ pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<Gap>>; 2]) -> Vec<Chan
             now: Measured { value: now.value, std_error: now.std_error, unit },
             change_percent: Measured {
                 value: 100.0 * delta / base,
-                std_error: 100.0 * now.std_error.hypot(ratio * before.std_error) / base,
+                // What is natural is no change of the machine, but it is in the difference.
+                std_error: 100.0 * now.std_error.hypot(ratio * before.std_error).hypot(NATURAL_GAP * now.value) / base,
                 unit: "%",
             },
             probability: probability(standing),

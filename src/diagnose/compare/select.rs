@@ -35,6 +35,14 @@ pub struct Changes {
 }
 
 impl Changes {
+    /// With further changes behind the others, and the estimates that have them.
+    pub fn with(&self, terms: Vec<Term>, estimates: Estimates) -> Self {
+        let mut taken = self.taken.clone();
+        let evidence = vec![Evidence::default(); estimates.fitted.baseline_at.len()];
+        taken.push(Taken { terms, evidence, rivals: Vec::new() });
+        Self { shared: self.shared.clone(), taken, first_round: self.first_round.clone(), estimates }
+    }
+
     /// All terms, shared ones first.
     pub fn terms(&self) -> Vec<&Term> {
         all(&self.shared, &self.taken)
@@ -140,6 +148,13 @@ pub fn resettle(problem: &mut Problem, shared: &mut [Term], taken: &mut [Taken])
         }
     }
     fitted
+}
+
+/// Settles what is left after something was dropped.
+pub fn refresh(problem: &mut Problem, changes: &mut Changes) -> Option<()> {
+    resettle(problem, &mut changes.shared, &mut changes.taken)?;
+    changes.estimates = Estimates::new(problem, &changes.terms())?;
+    Some(())
 }
 
 /// Estimates with what else friction may have done where it has changed: a change is named alone only where the rest is too small to see,

@@ -39,6 +39,18 @@ const COMMON: f64 = 0.2;
 /// Median deviations beyond which a value is an outlier.
 const OUTLIER: f64 = 5.0;
 
+/// Deviation of a link share that is held: the guesses have to differ a little, so that one reversal may.
+const HELD: f64 = 0.02;
+
+/// What is known beforehand.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Known {
+    /// [rad or m] about where the gap is.
+    pub gap: Option<f64>,
+    /// [1] the link share; otherwise it is found.
+    pub share: Option<f64>,
+}
+
 /// What the fit finds.
 pub(super) struct Fit {
     /// The gap.
@@ -56,25 +68,26 @@ struct Profile {
     scores: Vec<f64>,
 }
 
-/// Fits the gap to all reversals of the sessions, sought anywhere or `near` a gap; `None` where no reversal tells of it.
-pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction, near: Option<f64>) -> Option<Fit> {
+/// Fits the gap to all reversals of the sessions, sought anywhere or near a known one; `None` where no reversal tells of it.
+pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction, known: Known) -> Option<Fit> {
+    let about = |found: f64, deviation: f64| known.share.map_or([found, deviation], |share| [share, HELD]);
     let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
     let reaching = |travel: f64| -> (Vec<Site>, Vec<Site>) {
         let all = sessions.iter().flat_map(|session| sites(session, joint, friction, travel));
         all.partition(|site| !site.carried(SMALLEST_SHARE))
     };
     let mut spread =
-        Spread { members: 16, share: [0.3, 0.2], level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
-    let start = near.and_then(|gap| Some((gap, reaching(0.0).0.first()?.window.count)));
+        Spread { members: 16, share: about(0.3, 0.2), level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
+    let start = known.gap.and_then(|gap| Some((gap, reaching(0.0).0.first()?.window.count)));
     let (mut gap, count) = if let Some((gap, count)) = start {
         spread.members = 32;
         let gaps = grid(gap - NEAR * count, gap + NEAR * count, count);
         let profiles = scan(&reaching(gap.max(0.0) + (NEAR + 4.0) * count).0, &gaps, &spread);
-        spread.share = [share(&profiles)?.0, 0.1];
+        spread.share = about(share(&profiles)?.0, 0.1);
         (gaps[pooled_best(&profiles)?], count)
     } else {
         let (gap, share_found, count) = coarse(&|travel| reaching(travel).0, largest_gap(sessions), &spread)?;
-        spread.share = [share_found, 0.1];
+        spread.share = about(share_found, 0.1);
         (gap, count)
     };
 
@@ -84,7 +97,7 @@ pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction,
         let (near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count);
         let profiles = scan(&near, &gaps, &spread);
         gap = gaps[pooled_best(&profiles)?];
-        spread.share = [share(&profiles)?.0, 0.05];
+        spread.share = about(share(&profiles)?.0, 0.05);
         if factor == 1.0 {
             return pool(&near, &profiles, &carried, sessions.first()?.unit);
         }

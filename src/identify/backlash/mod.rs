@@ -27,6 +27,7 @@ mod window;
 pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, ReversalGap};
 pub use reversal::{Reversal, find_reversals};
 
+use fit::Known;
 use reversal::Session;
 
 use crate::error::Result;
@@ -46,21 +47,23 @@ pub fn identify(
     data: &[&TimeSeries],
     friction: &Friction,
 ) -> Result<BacklashIdentification> {
-    identify_from(model, joint, data, friction, None)
+    identify_from(model, joint, data, friction, Known::default())
 }
 
-/// As [`identify`], for a gap that is known to be within some counts of `near` [rad or m]: another recording of the same machine said so.
+/// As [`identify`], for a gap that is known to be within some counts of `near` [rad or m], with the link share held: gap and share make
+/// up for each other, so two recordings of one machine compare best at one share.
 ///
 /// # Errors
 /// As [`identify`].
-pub fn identify_near(
+pub fn identify_at_share(
     model: &Model,
     joint: usize,
     data: &[&TimeSeries],
     friction: &Friction,
     near: f64,
+    share: f64,
 ) -> Result<BacklashIdentification> {
-    identify_from(model, joint, data, friction, Some(near))
+    identify_from(model, joint, data, friction, Known { gap: Some(near), share: Some(share) })
 }
 
 fn identify_from(
@@ -68,12 +71,13 @@ fn identify_from(
     joint: usize,
     data: &[&TimeSeries],
     friction: &Friction,
-    near: Option<f64>,
+    known: Known,
 ) -> Result<BacklashIdentification> {
     let sessions: Vec<Session> = data.iter().filter_map(|series| Session::of(model, joint, series)).collect();
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
-    let fit = fit::fit(&sessions, &model.joints[joint], friction, near).ok_or_else(|| reversal::uninformative(name))?;
+    let fit =
+        fit::fit(&sessions, &model.joints[joint], friction, known).ok_or_else(|| reversal::uninformative(name))?;
     Ok(BacklashIdentification {
         joint: name.clone(),
         best: fit.gap,
