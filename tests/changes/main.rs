@@ -78,6 +78,18 @@ fn recover_a_change_of_viscous_friction_alone_with_its_size() {
     }
 }
 
+#[test]
+fn recover_a_rotor_with_a_tenth_more_inertia() {
+    let seed = 900_040;
+    let mut alteration = Alteration::none();
+    alteration.rotor_inertia[1] = 1.1;
+    let found = Pair { alteration, ..Pair::draw(seed) }.compared(seed);
+    assert_eq!(named(&found), [("rotor_inertia", "joint2")], "{}", line(seed, &found));
+    let size = &found.changes.as_ref().expect("a comparison")[0].change_percent;
+    // Four standard errors are exceeded once in 16,000.
+    assert!((size.value - 10.0).abs() < 4.0 * size.std_error, "{size:?}");
+}
+
 /// The command names the change in `report.json`, and its model is the machine of now.
 #[test]
 fn scenario_the_command_compares_two_recordings() {

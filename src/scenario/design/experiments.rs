@@ -21,6 +21,13 @@ pub struct Plan {
     pub length: f64,
 }
 
+impl Plan {
+    /// Whether it does that: an added mass is moved fast.
+    pub fn holds(&self, kind: Experiment) -> bool {
+        self.parts.iter().any(|part| *part == kind || (*part == Experiment::AddedMass && kind == Experiment::Fast))
+    }
+}
+
 /// What may be tried, roughly from short to long.
 pub fn plans() -> Vec<Plan> {
     use Experiment::{AddedMass, Fast, OneByOne, SlowSteps, WideRange};

@@ -135,7 +135,7 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
     let suits = |plan: &Plan| {
         question.causes().iter().all(|cause| {
             let wanted = catalogue.find(cause).map_or(&[][..], |effect| effect.shown_by());
-            wanted.is_empty() || wanted.iter().any(|kind| plan.parts.contains(kind))
+            wanted.is_empty() || wanted.iter().any(|kind| plan.holds(*kind))
         })
     };
     let mut scenarios: Vec<(Plan, String, Scenario)> = Vec::new();
@@ -148,12 +148,16 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
     }
     scenarios.sort_by(|a, b| duration(&a.2).total_cmp(&duration(&b.2)));
     let mut tried: Vec<Trial> = Vec::new();
+    let mut too_little = None;
     let count = scenarios.len() as f64;
     for (index, (plan, text, scenario)) in scenarios.into_iter().enumerate() {
         progress("simulating experiments", index as f64 / count);
         let trial = match attempt(question, &plan, text, &scenario) {
             // Too short for this machine: another may not be.
-            Err(Error::TooLittleData { .. }) => continue,
+            Err(error @ Error::TooLittleData { .. }) => {
+                too_little = Some(error);
+                continue;
+            }
             result => result?,
         };
         let enough = question.causes().len() > 1 && trial.certainty() >= DECIDES;
@@ -163,8 +167,9 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
         }
     }
     let best = tried.iter().max_by(|a, b| a.merit().total_cmp(&b.merit()).then(b.duration.total_cmp(&a.duration)));
-    let best =
-        best.cloned().ok_or_else(|| refused("budget", "long enough for an experiment within the joints' limits"))?;
+    let none =
+        || too_little.unwrap_or_else(|| refused("budget", "long enough for an experiment within the joints' limits"));
+    let best = best.cloned().ok_or_else(none)?;
     let decides = match question.causes().len() {
         1 => best.certainty() > 0.5,
         _ => best.certainty() >= DECIDES,
