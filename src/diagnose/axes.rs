@@ -31,7 +31,7 @@ pub struct Binned {
 fn judged(problem: &Problem, joint: usize, axis: Axis) -> Vec<usize> {
     let judged = |row: &usize| match axis {
         Axis::ReversalPhase => problem.motion.joints[joint].direction[*row] != 0.0,
-        _ => problem.zones[joint][*row],
+        _ => problem.judged[joint][*row],
     };
     (0..problem.motion.rows()).filter(judged).collect()
 }

@@ -170,7 +170,7 @@ fn delayed(problem: &Problem, data: &Data) -> Option<FoundEffect> {
     let mended = nominal_residuals(problem)?;
     let power = |residuals: &[Vec<f64>]| -> f64 {
         let of_joint = |joint: usize| {
-            let rows = problem.rows(joint, Part::HeldOut);
+            let rows = problem.judged_rows(joint, Part::HeldOut);
             rows.iter().map(|row| residuals[joint][*row].powi(2)).sum::<f64>()
         };
         (0..residuals.len()).map(of_joint).sum()
@@ -327,7 +327,7 @@ fn gain(problem: &Problem, terms: &[&Term], index: usize, selection: &Selection)
     let Some(without) = problem.fit(&others, Part::Train, NU) else { return 0.0 };
     let (mut before, mut after) = (0.0, 0.0);
     for joint in &terms[index].joints {
-        let rows = problem.rows(*joint, Part::HeldOut);
+        let rows = problem.judged_rows(*joint, Part::HeldOut);
         let power = |values: Vec<f64>| rows.iter().map(|row| values[*row].powi(2)).sum::<f64>();
         before += power(views::residual(problem, &others, &without, *joint));
         after += power(views::residual(problem, terms, &selection.fitted, *joint));
@@ -442,7 +442,7 @@ fn method(problem: &Problem, sessions: &[&TimeSeries], trained: usize, options: 
         filter: "biweight kernel without phase shift, the same on torque and motion, as narrow as the encoder allows".to_owned(),
         half_width,
         zones: format!(
-            "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank, joints with a gap only; {}",
+            "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank (0.4 and 0.3 s of what errors are judged on), joints with a gap only and no longer than it takes; fitted: {}",
             rigid.join(", ")
         ),
         baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; the zero of a recorded torque, one a session; masses and inertias stay as the model file gives them".to_owned(),

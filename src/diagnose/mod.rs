@@ -194,15 +194,25 @@ fn find_zones(problem: &mut Problem) -> Result<()> {
         let of_joint = |joint| views::residual(problem, &[], &fitted, joint);
         let left_over: Vec<Vec<f64>> = (0..coulomb.len()).map(of_joint).collect();
         problem.zones = zones::rigid_zone(&problem.motion, &coulomb, Some(&left_over), &zones::RIGID);
+        problem.judged = zones::rigid_zone(&problem.motion, &coulomb, Some(&left_over), &zones::JUDGED);
+    }
+    for joint in 0..coulomb.len() {
+        // A motion that never rests long on a flank is judged where it is fitted.
+        if [Part::Train, Part::HeldOut].iter().any(|part| problem.judged_rows(joint, *part).len() < FEWEST_ROWS) {
+            problem.judged[joint].clone_from(&problem.zones[joint]);
+        }
     }
     enough_rows(problem)
 }
+
+/// Rows that a joint needs, to be fitted and to be judged.
+const FEWEST_ROWS: usize = 30;
 
 /// Whether every joint has rows to fit its friction to.
 fn enough_rows(problem: &Problem) -> Result<()> {
     for (joint, model) in problem.motion.model.joints.iter().enumerate() {
         let found = problem.rows(joint, Part::Train).len();
-        let needed = 30;
+        let needed = FEWEST_ROWS;
         if found < needed {
             return Err(Error::TooLittleData {
                 quantity: "torque",

@@ -83,7 +83,8 @@ pub fn rest_speed(model: &Model, joint: usize, fastest: f64) -> f64 {
     (model.joints[joint].encoder_step() / 0.3).max(1e-3 * fastest)
 }
 
-fn root_mean_square(values: &[f64]) -> f64 {
+/// Root of the mean square.
+pub fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 

@@ -65,8 +65,10 @@ const BLOCK: f64 = 5.0;
 pub struct Problem<'m> {
     /// The motion.
     pub motion: Motion<'m>,
-    /// `zones[joint][row]`
+    /// `zones[joint][row]`: what is fitted, robustly.
     pub zones: Vec<Vec<bool>>,
+    /// `judged[joint][row]`: what error figures are of, rows in which the links follow for certain.
+    pub judged: Vec<Vec<bool>>,
     /// Whether a row is held out.
     pub held_out: Vec<bool>,
     /// One a joint.
@@ -102,15 +104,32 @@ impl<'m> Problem<'m> {
         let baseline = (0..motion.joints.len()).map(|joint| JointBaseline::new(&motion, joint, &sessions)).collect();
         let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / BLOCK) as usize + s) % FOLDS).collect();
         let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
+        let judged = zones.clone();
         let independence = vec![1.0; motion.joints.len()];
         let standstill = vec![None; motion.joints.len()];
         let catalogue = Catalogue::default();
-        Self { motion, zones, held_out, baseline, independence, standstill, catalogue, taken_out: Vec::new(), fold }
+        Self {
+            motion,
+            zones,
+            judged,
+            held_out,
+            baseline,
+            independence,
+            standstill,
+            catalogue,
+            taken_out: Vec::new(),
+            fold,
+        }
     }
 
     /// Rows of a joint that take part.
     pub fn rows(&self, joint: usize, part: Part) -> Vec<usize> {
         (0..self.motion.rows()).filter(|row| self.zones[joint][*row] && self.is_in(*row, part)).collect()
+    }
+
+    /// Rows of a joint that error figures are of.
+    pub fn judged_rows(&self, joint: usize, part: Part) -> Vec<usize> {
+        (0..self.motion.rows()).filter(|row| self.judged[joint][*row] && self.is_in(*row, part)).collect()
     }
 
     /// Whether an effect of this shape would be at the order of a line that was taken out, as far as the joint's range tells orders apart.

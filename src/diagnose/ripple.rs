@@ -60,6 +60,7 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
     let mut problem = Problem::new(motion, held_out);
     problem.catalogue = of_narrow_rows(&options.catalogue);
     problem.zones = (0..model.joints.len()).map(|joint| moving(&problem.motion, joint)).collect();
+    problem.judged.clone_from(&problem.zones);
     if problem.zones.iter().any(|zone| zone.iter().filter(|takes_part| **takes_part).count() < FEWEST) {
         return None;
     }

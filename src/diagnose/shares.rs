@@ -46,7 +46,7 @@ pub fn shares(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> 
 
 fn of_joint(problem: &Problem, joint: usize, residual: &Residual, floor: &[f64]) -> JointShares {
     let model = &problem.motion.model.joints[joint];
-    let rows = problem.rows(joint, Part::HeldOut);
+    let rows = problem.judged_rows(joint, Part::HeldOut);
     let rms =
         |values: &[f64]| (rows.iter().map(|row| values[*row].powi(2)).sum::<f64>() / rows.len().max(1) as f64).sqrt();
     let (before, floor) = (rms(&residual.before), rms(floor));
@@ -76,7 +76,7 @@ fn of_joint(problem: &Problem, joint: usize, residual: &Residual, floor: &[f64])
 /// The zone of each row of a joint.
 pub fn zones(problem: &Problem, joint: usize) -> Vec<Zone> {
     let (motion, since) = (&problem.motion, since_reversal(problem, joint));
-    let zone = |row: usize| match problem.zones[joint][row] {
+    let zone = |row: usize| match problem.judged[joint][row] {
         true => Zone::Rigid,
         false if since[row] <= REVERSAL_ZONE + motion.half_width[row] => Zone::Reversal,
         false => Zone::Rest,
@@ -87,7 +87,7 @@ pub fn zones(problem: &Problem, joint: usize) -> Vec<Zone> {
 /// The error without the excess of single rows: a flank that turned unseen weighs as much as a hundred other rows. Each session has its
 /// own scale: beside a slow one the whole error of a fast one would be excess.
 fn clipped(problem: &Problem, joint: usize, error: &[f64]) -> Vec<f64> {
-    let (motion, zone) = (&problem.motion, &problem.zones[joint]);
+    let (motion, zone) = (&problem.motion, &problem.judged[joint]);
     let most = |session: usize| {
         let rows = (0..motion.rows()).filter(|row| motion.session[*row] == session && zone[*row]);
         let mut sizes: Vec<f64> = rows.map(|row| error[row].abs()).collect();

@@ -27,7 +27,7 @@ const OF_MOTION: f64 = 0.02;
 const HANN_BANDWIDTH: f64 = 1.5;
 
 fn rigid_rows(problem: &Problem, joint: usize) -> Vec<usize> {
-    (0..problem.motion.rows()).filter(|row| problem.zones[joint][*row]).collect()
+    (0..problem.motion.rows()).filter(|row| problem.judged[joint][*row]).collect()
 }
 
 fn mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
@@ -165,7 +165,7 @@ fn window(
         let t = time[row] - start;
         let weight = (PI * t / WINDOW).sin().powi(2);
         all += weight;
-        if !problem.zones[joint][row] {
+        if !problem.judged[joint][row] {
             continue;
         }
         weights += weight;

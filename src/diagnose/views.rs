@@ -49,7 +49,7 @@ pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>])
         let model = &problem.motion.model.joints[joint];
         for (split, held) in [(Split::Train, false), (Split::HeldOut, true)] {
             let rows: Vec<usize> = (0..problem.motion.rows())
-                .filter(|row| problem.zones[joint][*row] && problem.held_out[*row] == held)
+                .filter(|row| problem.judged[joint][*row] && problem.held_out[*row] == held)
                 .collect();
             if rows.is_empty() {
                 continue;
@@ -116,7 +116,7 @@ pub fn series(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Residual
                     before: pick(&residual.before),
                     after: pick(&residual.after),
                     zone: rows.iter().map(|row| zones[joint][*row]).collect(),
-                    rigid: rows.iter().map(|row| problem.zones[joint][*row]).collect(),
+                    rigid: rows.iter().map(|row| problem.judged[joint][*row]).collect(),
                 });
             }
         }

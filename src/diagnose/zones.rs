@@ -7,20 +7,36 @@
 //! `−0.35 < T sgn v / F_C < −0.15`; more or less friction there changes the flank within the times that are left out around it anyway.
 //! What else presses on a link, a contact, is not in `T`: where rigid body and friction leave more of the torque than
 //! friction can be wrong about, that is added. A machine without gaps is rigid everywhere.
+//!
+//! Two things make that less. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, `a` being the RMS acceleration of the
+//! joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
+//! than [`FELT`] of the RMS torque of `i`: in an arm of six joints some wrist is always turning around.
 
-use super::observe::rest_speed;
+use nalgebra::DMatrix;
+
+use super::observe::{NOISE_SHARE, rest_speed, root_mean_square};
+use crate::dynamics::Dynamics;
 use crate::effects::Motion;
 
 // Left out for longer, and in doubt from −0.6 to −0.08, a fast run kept one row in twenty to eighty: a contact that a joint pressed on
 // for seconds was gone, of four rotors 25 % or 12 % off one was named. As it stands all four are, and one row in six is left
 // (tuning seeds 3800 to 3802, 5600 to 5701, 6501 of `benches/blind`).
-/// For a diagnosis: nothing that floats may be taken for an effect.
+/// For a diagnosis: nothing that floats may be taken for an effect. Robust fits bear the rows that float nevertheless.
 pub const RIGID: Margins = Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15] };
+/// For its error figures, which are plain RMS: single rows that float would make most of them.
+pub const JUDGED: Margins = Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], doubt: [-0.6, -0.08] };
 /// [1] Part of Coulomb friction that a torque has to exceed which neither rigid body nor friction explains, for it to be a load:
 /// what friction of another law can be wrong about is less.
 const LOADED: f64 = 0.6;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
 const SETTLING: f64 = 0.1;
+/// [1] Times that a gap takes to be crossed, until the link has come to rest on the other flank: the 0.2 s of a gap that is not known are
+/// those of 8 mrad at 4 rad/s².
+const CROSSINGS: f64 = 3.0;
+/// [1] Part of a joint's RMS torque that it may miss unnoticed: as much as noise of the acceleration makes in a row.
+const FELT: f64 = NOISE_SHARE;
+/// Poses that the coupling of the joints is averaged over.
+const POSES: usize = 16;
 
 /// What is left out.
 #[derive(Debug, Clone, Copy)]
@@ -51,21 +67,42 @@ pub fn rigid_zone(
     margins: &Margins,
 ) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
-    let mut shared = vec![true; motion.rows()];
-    let mut zones = vec![Vec::new(); dof];
-    for joint in 0..dof {
+    let felt = felt(motion);
+    let mut zones = vec![vec![true; motion.rows()]; dof];
+    for joint in (0..dof).filter(|joint| motion.model.joints[*joint].backlash != Some(0.0)) {
         let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
         let states = states(motion, joint, coulomb[joint], &load, margins.doubt);
-        let has_gap = motion.model.joints[joint].backlash != Some(0.0);
-        if has_gap {
-            leave_out(motion, &states, margins, &mut shared);
+        let known = known(motion, &states, margins, longest(motion, joint));
+        for (other, zone) in zones.iter_mut().enumerate().filter(|(other, _)| felt[*other][joint]) {
+            let of_row = |row: usize| known[row] && (other != joint || !matches!(states[row], State::Rest));
+            zone.iter_mut().enumerate().for_each(|(row, rigid)| *rigid &= of_row(row));
         }
-        zones[joint] = states.iter().map(|state| !has_gap || !matches!(state, State::Rest)).collect();
-    }
-    for zone in &mut zones {
-        zone.iter_mut().zip(&shared).for_each(|(rigid, shared)| *rigid &= *shared);
     }
     zones
+}
+
+/// Whether joint `i` feels what the link of joint `j` does in its gap: `felt[i][j]`.
+fn felt(motion: &Motion) -> Vec<Vec<bool>> {
+    let dof = motion.joints.len();
+    let mut dynamics = Dynamics::new(&motion.model.robot);
+    let mut mass = DMatrix::zeros(dof, dof);
+    let mut coupling = DMatrix::<f64>::zeros(dof, dof);
+    let rows = motion.rows();
+    for pose in 0..POSES.min(rows) {
+        let row = pose * rows / POSES.min(rows);
+        let q: Vec<f64> = motion.joints.iter().map(|m| m.q[row]).collect();
+        dynamics.mass_matrix(&q, &mut mass);
+        coupling += mass.abs() / POSES.min(rows) as f64;
+    }
+    let misses = |i: usize, j: usize| coupling[(i, j)] * root_mean_square(&motion.joints[j].a);
+    let torque: Vec<f64> = motion.joints.iter().map(|m| root_mean_square(&m.torque)).collect();
+    (0..dof).map(|i| (0..dof).map(|j| i == j || misses(i, j) > FELT * torque[i]).collect()).collect()
+}
+
+/// [s] The longest that the link of a joint takes through its gap; infinite where the gap is not known.
+fn longest(motion: &Motion, joint: usize) -> f64 {
+    let Some(gap) = motion.model.joints[joint].backlash else { return f64::INFINITY };
+    CROSSINGS * (2.0 * gap / root_mean_square(&motion.joints[joint].a).max(1e-9)).sqrt()
 }
 
 /// Torque through the gear as far as it is known: of the nominal link, and of what presses on it.
@@ -122,27 +159,24 @@ fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn leave_out(motion: &Motion, states: &[State], margins: &Margins, rigid: &mut [bool]) {
-    for row in 0..states.len() {
-        if matches!(states[row], State::InDoubt(_)) {
-            rigid[row] = false;
-        }
-        if row == 0 || states[row] == states[row - 1] || motion.session[row] != motion.session[row - 1] {
+/// Rows in which the flank of a joint is known; nothing is left out for longer than `longest` [s] but the width of the kernels.
+fn known(motion: &Motion, states: &[State], margins: &Margins, longest: f64) -> Vec<bool> {
+    let mut known: Vec<bool> = states.iter().map(|state| !matches!(state, State::InDoubt(_))).collect();
+    for row in 1..states.len() {
+        if states[row] == states[row - 1] || motion.session[row] != motion.session[row - 1] {
             continue;
         }
         let turned = match (states[row - 1], states[row]) {
             (State::Rest, _) | (_, State::Rest) => true,
             (State::Carried(a, _) | State::InDoubt(a), State::Carried(b, _) | State::InDoubt(b)) => a != b,
         };
-        let [before, after] = if turned { margins.reversal } else { margins.flank };
+        let [before, after] = if turned { margins.reversal } else { margins.flank }.map(|time| time.min(longest));
         let w = motion.half_width[row];
         let (from, to) = (motion.time[row] - before - w, motion.time[row] + after + w);
         let same = |other: usize| motion.session[other] == motion.session[row];
-        for other in (0..row).rev().take_while(|other| same(*other) && motion.time[*other] >= from) {
-            rigid[other] = false;
-        }
-        for other in (row..states.len()).take_while(|other| same(*other) && motion.time[*other] <= to) {
-            rigid[other] = false;
-        }
+        (0..row).rev().take_while(|other| same(*other) && motion.time[*other] >= from).for_each(|r| known[r] = false);
+        let later = (row..states.len()).take_while(|other| same(*other) && motion.time[*other] <= to);
+        later.for_each(|other| known[other] = false);
     }
+    known
 }

@@ -2,7 +2,8 @@
 //!
 //! A point mass `m` at `(x, y, z)` in the frame of the last body. All joints feel it: own acceleration, coupling, Coriolis and
 //! centrifugal terms, and gravity where there is any. The torque is linear in `m` for a given position.
-//! The position is sought along the line from the last joint through the centre of mass of its body; along the joint's axis it is not observable.
+//! The position is sought along the line from the last joint through the centre of mass of its body: what lies beside that line is
+//! taken for the nearest place on it.
 //! Left out: the payload's own extent.
 //! Reference: W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters of industrial manipulators.
 
@@ -45,16 +46,15 @@ fn point(mass: f64, position: Vector3<f64>) -> Inertia {
     Inertia { mass, com: position, tensor: Matrix3::zeros() }
 }
 
-/// The line along which the payload is sought: unit vector from the last joint through its body's centre of mass, and that distance.
+/// The line along which the payload is sought: unit vector from the last joint's origin through its body's centre of mass, and that
+/// distance. Of a wrist that turns about the tool's axis the payload sits on that axis, of a planar arm across it.
 fn line(robot: &Robot) -> Option<(Vector3<f64>, f64)> {
     let body = robot.bodies.last()?;
     if body.joint.kind == JointKind::Prismatic {
         return None;
     }
-    let axis = body.joint.axis.into_inner();
-    let across = body.inertia.com - axis * axis.dot(&body.inertia.com);
-    let distance = across.norm();
-    (distance > 1e-9).then(|| (across / distance, distance))
+    let distance = body.inertia.com.norm();
+    (distance > 1e-9).then(|| (body.inertia.com / distance, distance))
 }
 
 fn place(robot: &Robot, shape: &[f64]) -> Vector3<f64> {

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::difference::{Difference, difference};
+use crate::diagnose::observe::root_mean_square;
 use crate::diagnose::problem::Problem;
 use crate::diagnose::regression::{Block, NU, System};
 use crate::timeseries::{Estimate, TimeSeries};
@@ -207,11 +208,6 @@ fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
     let residual = solution.residual.swap_remove(0);
     let rms = root_mean_square(&residual);
     Some(Solved { coefficients: solution.coefficients, residual, weights: solution.weights.swap_remove(0), rms })
-}
-
-/// Root of the mean square.
-pub fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Changes from one flank to the other, and whether both are there for long enough.

@@ -18,6 +18,7 @@ mod difference;
 mod fit;
 
 use super::Options;
+use super::observe::root_mean_square;
 use super::probability::{calibrated, odds_against};
 use super::problem::Problem;
 use super::result::{FitError, FoundEffect, Measured, Split, TwoEncoders, Unexplained};
@@ -26,7 +27,7 @@ use crate::effects::Diagnosable;
 use crate::timeseries::{Estimate, TimeSeries};
 use crate::units::JointKind;
 use difference::{Difference, difference};
-use fit::{AxisFit, Lag, fit, rest, root_mean_square};
+use fit::{AxisFit, Lag, fit, rest};
 
 /// [s] Lag that two channels sampled by one recorder may show without a delay: the channel's own filter, friction that is not as fitted.
 const NOTICEABLE: f64 = 2e-4;

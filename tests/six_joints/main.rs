@@ -1,0 +1,127 @@
+//! A six-joint arm under gravity: what is hidden in it is named, on the joint where it is, and nothing where there is nothing.
+//!
+//! The recordings come from the plant with the arm's sensors and a velocity controller in the loop.
+
+use std::path::Path;
+
+use lostmotion::diagnose::{Diagnosis, Options, diagnose};
+use lostmotion::robot::{EffectEntry, Model};
+use lostmotion::scenario::{Scenario, simulate};
+use lostmotion::timeseries::TimeSeries;
+
+const ROBOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/sixaxis");
+
+/// The arm with friction that is alike in both directions.
+fn symmetric() -> Model {
+    let mut model = Model::load(&Path::new(ROBOT).join("model.toml")).expect("the arm");
+    for joint in &mut model.joints {
+        let friction = joint.friction.as_mut().expect("friction");
+        if let lostmotion::gearhead::FrictionLaw::Exponential([positive, negative]) = &mut friction.law {
+            *negative = *positive;
+        }
+    }
+    model
+}
+
+/// Three fast runs of all joints; the third is for judging.
+fn scenario() -> String {
+    let mut text = format!(
+        "schema = \"lostmotion/scenario/1\"\nname = \"six\"\nquestion = \"What is in it?\"\nrobot = \"{ROBOT}/model.toml\"\n\
+         sensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n"
+    );
+    // Within limits, around a pose with the arm forwards: the middle, half the range [rad], the speed [rad/s], acceleration [rad/s²].
+    let joints = [
+        (0.0, 1.2, 1.5, 4.0),
+        (0.3, 0.6, 1.0, 3.0),
+        (-0.5, 0.6, 1.2, 4.0),
+        (0.0, 1.2, 2.0, 8.0),
+        (0.2, 1.0, 2.0, 8.0),
+        (0.0, 1.5, 3.0, 12.0),
+    ];
+    for run in 1..=3 {
+        text += &format!(
+            "\n[[session]]\nname = \"fast_{run}\"\nkind = \"fast\"\nrest = 1.0\nduration = 12.0\nlongest_rest = 0.2\nseed = {run}\n"
+        );
+        for (index, (middle, ..)) in joints.iter().enumerate() {
+            text += &format!("start.joint{} = {middle}\n", index + 1);
+        }
+        for (index, (middle, half, speed, acceleration)) in joints.iter().enumerate() {
+            text += &format!(
+                "[session.joints.joint{}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}\n",
+                index + 1,
+                middle - half,
+                middle + half
+            );
+        }
+    }
+    text += "\n[controller]\nlaw = \"pi\"\nvelocity = \"sensor\"\n";
+    for (index, inertia) in [6.0, 7.0, 2.5, 0.15, 0.15, 0.03].iter().enumerate() {
+        text += &format!(
+            "[controller.joints.joint{}]\nproportional = {}\nintegral = {}\n",
+            index + 1,
+            30.0 * inertia,
+            300.0 * inertia
+        );
+    }
+    text
+}
+
+fn recorded(effects: &[EffectEntry], seed: u64) -> Vec<TimeSeries> {
+    let mut scenario = Scenario::from_text(&scenario(), Path::new("scenario.toml"), &[]).expect("a good scenario");
+    scenario.model = symmetric();
+    scenario.model.effects.extend_from_slice(effects);
+    simulate(&scenario, seed, &|_, _| {}).expect("a run").measured()
+}
+
+fn diagnosed(effects: &[EffectEntry], seed: u64) -> Diagnosis {
+    let mut nominal = symmetric();
+    nominal.joints.iter_mut().for_each(|joint| joint.friction = None);
+    let recorded = recorded(effects, seed);
+    let options = Options { backlash: false, ..Options::default() };
+    let found = diagnose(&nominal, &recorded[..2], &recorded[2..], &options, &mut |_, _| {}).expect("a diagnosis");
+    for one in &found.effects {
+        println!("{} {:?} p {:.2} {:?}", one.effect, one.joints, one.probability, one.parameters);
+    }
+    println!("{:?}", found.unexplained);
+    found
+}
+
+/// What was named first.
+fn first(found: &Diagnosis) -> (&str, &[String]) {
+    let first = found.effects.first().expect("something is found");
+    (&first.effect, &first.joints)
+}
+
+fn effect(name: &str, joint: Option<&str>, parameters: &[(&str, f64)]) -> EffectEntry {
+    EffectEntry {
+        effect: name.to_owned(),
+        joint: joint.map(str::to_owned),
+        parameters: parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+    }
+}
+
+#[test]
+fn property_nothing_is_found_in_a_sound_arm() {
+    let found = diagnosed(&[], 41);
+    assert!(found.effects.is_empty(), "{:?}", found.effects);
+}
+
+#[test]
+fn recover_a_heavier_tool() {
+    let found = diagnosed(&[effect("payload", None, &[("mass", 1.0), ("x", 0.09), ("z", 0.022)])], 42);
+    assert_eq!(first(&found).0, "payload");
+}
+
+#[test]
+fn recover_friction_of_one_joint_that_differs_by_direction() {
+    let planted = [("positive", 11.0), ("negative", 7.0)];
+    let found = diagnosed(&[effect("viscous_asymmetry", Some("joint2"), &planted)], 44);
+    assert_eq!(first(&found), ("viscous_asymmetry", &["joint2".to_owned()][..]));
+    for (name, value) in planted {
+        let measured = &found.effects[0].parameters[name];
+        // Three standard errors: one run in 400 by chance, and this is one run.
+        assert!((measured.value - value).abs() < 3.0 * measured.std_error, "{name} {measured:?}");
+        // A quarter of what the directions differ by: it says which is which.
+        assert!(measured.std_error < 1.0, "{name} {measured:?}");
+    }
+}
