@@ -351,5 +351,6 @@ fn at_rest(problem: &Problem, term: &Term, coefficients: &[f64]) -> f64 {
 pub fn is_sensible(problem: &Problem, term: &Term, coefficients: &[f64]) -> bool {
     let about = term.effect.about();
     let values = term.effect.parameters(&problem.motion, term.joints[0], &term.shape, coefficients);
-    about.parameters.iter().zip(values).all(|(spec, value)| value >= spec.min && value <= spec.max)
+    let in_range = about.parameters.iter().zip(values).all(|(spec, value)| value >= spec.min && value <= spec.max);
+    in_range && term.effect.is_itself(&problem.motion, term.joints[0], &term.shape, coefficients)
 }

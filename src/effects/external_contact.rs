@@ -65,6 +65,8 @@ const SCANNED: usize = 16;
 /// Parts of the range that have to lie free of the contact, and beyond its angle.
 const FREE: f64 = 0.3;
 const TOUCHED: f64 = 0.04;
+/// Part of Coulomb friction that a contact has to press with where it is deepest.
+const PRESSING: f64 = 0.3;
 
 impl Diagnosable for ExternalContact {
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
@@ -89,6 +91,14 @@ impl Diagnosable for ExternalContact {
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         let (place, side) = (shape[0], shape[1]);
         vec![motion.column(joint, |m, row| side * (side * (m.q[row] - place)).max(0.0))]
+    }
+
+    /// Where it presses with less than that part of friction, it is friction that varies along the way.
+    fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {
+        let (place, side) = (shape[0], shape[1]);
+        let m = &motion.joints[joint];
+        let deepest = m.q.iter().map(|q| side * (q - place)).fold(0.0, f64::max);
+        coefficients[0] * deepest > PRESSING * m.friction.coulomb
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

@@ -224,6 +224,11 @@ pub trait Diagnosable: Effect {
         1.0
     }
 
+    /// Whether an effect of this strength is what its name says, beyond the ranges of its parameters.
+    fn is_itself(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> bool {
+        true
+    }
+
     /// [A] What the current sensor of its joint reads while no current flows.
     fn reading_at_rest(&self, _coefficients: &[f64]) -> f64 {
         0.0

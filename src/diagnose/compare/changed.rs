@@ -86,6 +86,10 @@ impl Diagnosable for Changed {
         columns
     }
 
+    fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {
+        self.effect.is_itself(motion, joint, shape, coefficients)
+    }
+
     fn reading_at_rest(&self, coefficients: &[f64]) -> f64 {
         self.effect.reading_at_rest(coefficients)
     }

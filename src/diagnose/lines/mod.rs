@@ -15,15 +15,17 @@ mod estimate;
 mod piece;
 mod spectrum;
 
+use std::f64::consts::TAU;
+
 use rayon::prelude::*;
 
-use super::Options;
 use super::probability::calibrated;
 use super::result::{FoundEffect, Measured};
+use super::{Options, observe};
 use crate::drive::Sensing;
 use crate::effects::Diagnosable;
 use crate::robot::Model;
-use crate::timeseries::{Channel, TimeSeries};
+use crate::timeseries::{Channel, Estimate, TimeSeries};
 use balance::Stiffness;
 use estimate::{Line, Part, estimated};
 use piece::Piece;
@@ -36,6 +38,13 @@ const HIGHEST: f64 = 160.0;
 const CHANCE: f64 = 1e-4;
 /// [nats] `|E|²` over its level that a held-out piece needs at the frequency of the training: chance of one in a thousand.
 const HELD_OUT: f64 = 7.0;
+/// [1] Standard errors that an amplitude has to exceed: one in a hundred does by chance. That there is a line is surer than that, how
+/// strong it is may not be, and a cause without a size is none.
+const SURE: f64 = 2.6;
+/// [1] Part of the RMS torque that an amplitude has to have: real drives hum below that, and no motion asks for it.
+const LEAST: f64 = 0.01;
+/// [1] Part of a disturbance that a motor may make itself at its frequency: the answer of a loop well above its bandwidth.
+const ANSWERED: f64 = 0.5;
 /// Most lines of a joint.
 const MOST: usize = 2;
 /// Most peaks that are looked at, and how far they have to be apart [Hz].
@@ -56,7 +65,10 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
     let effects: Vec<&dyn Diagnosable> =
         options.catalogue.diagnosable().map(|effect| effect as &dyn Diagnosable).collect();
     let effect = effects.into_iter().find(|effect| effect.of_line(1.0, 0.0, 0.0).is_some())?;
-    let of_joint = |joint: usize| lines_of(model, joint, &pieces(model, joint, sessions, trained, options));
+    let of_joint = |joint: usize| {
+        let motor = MotorTorque::new(model, joint, sessions);
+        lines_of(model, joint, &pieces(model, joint, sessions, trained, options), &motor)
+    };
     let all: Vec<(usize, Line)> = (0..model.joints.len())
         .into_par_iter()
         .flat_map_iter(|joint| of_joint(joint).into_iter().map(move |line| (joint, line)))
@@ -96,8 +108,47 @@ fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], trained: usize,
     all.collect()
 }
 
+/// What the motor of a joint makes in each session.
+struct MotorTorque<'s>(Vec<(&'s [f64], Vec<f64>)>);
+
+impl<'s> MotorTorque<'s> {
+    fn new(model: &Model, joint: usize, sessions: &[&'s TimeSeries]) -> Self {
+        let of_session = |session: &&'s TimeSeries| {
+            let series = session.joint(&model.joints[joint].name)?;
+            Some((session.time.as_slice(), observe::motor_torque(model, joint, series, None)?.0))
+        };
+        Self(sessions.iter().filter_map(of_session).collect())
+    }
+
+    /// [N·m or N] RMS over all sessions.
+    fn root_mean_square(&self) -> f64 {
+        observe::root_mean_square(&self.0.iter().flat_map(|(_, torque)| torque).copied().collect::<Vec<f64>>())
+    }
+
+    /// [N·m or N] largest amplitude of a session at a frequency [Hz]: `2/N |Σ τ e^{−iωt}|`.
+    fn amplitude(&self, frequency: f64) -> f64 {
+        let of_session = |(time, torque): &(&[f64], Vec<f64>)| {
+            let sum = time.iter().zip(torque).fold([0.0, 0.0], |[re, im], (t, torque)| {
+                let (sin, cos) = (TAU * frequency * t).sin_cos();
+                [re + torque * cos, im + torque * sin]
+            });
+            2.0 * sum[0].hypot(sum[1]) / torque.len().max(1) as f64
+        };
+        self.0.iter().map(of_session).fold(0.0, f64::max)
+    }
+
+    /// Whether a line is strong enough, sure enough, and not the motor's own: a loop answers little above its bandwidth, and a line
+    /// that the motor makes itself is an excitation that rotor and gear pass on. Below the bandwidth both look alike, and none is named.
+    fn is_disturbed_by(&self, line: &Line) -> bool {
+        let Estimate { value, std_error, .. } = line.amplitude;
+        value > SURE * std_error
+            && value > LEAST * self.root_mean_square()
+            && self.amplitude(line.frequency.value) < ANSWERED * value
+    }
+}
+
 /// The lines of one joint, strongest first.
-fn lines_of(model: &Model, joint: usize, pieces: &[Piece]) -> Vec<Line> {
+fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) -> Vec<Line> {
     let (Some(longest), Some(dt)) =
         (pieces.iter().map(|piece| piece.weight.len()).max(), pieces.iter().map(|piece| piece.dt).reduce(f64::max))
     else {
@@ -145,7 +196,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece]) -> Vec<Line> {
         let levels: Vec<f64> = spectra.iter().map(|spectrum| spectrum.level[k]).collect();
         let parts: Vec<Part> =
             (0..pieces.len()).map(|i| Part { piece: &pieces[i], stiffness: &stiffness[i], level: levels[i] }).collect();
-        lines.extend(estimated(&parts, f, step));
+        lines.extend(estimated(&parts, f, step).filter(|line| motor.is_disturbed_by(line)));
         if lines.len() == MOST || tried.len() == MOST_TRIED {
             break;
         }
