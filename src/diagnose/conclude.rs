@@ -15,8 +15,8 @@ use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
 use super::{
-    Options, command, extend, floor, maps, observe, reversal, shares, slip, spectra, two_encoders, typical_inertia,
-    unexplained,
+    Options, command, extend, floor, maps, mended, observe, reversal, shares, slip, spectra, two_encoders,
+    typical_inertia, unexplained,
 };
 use crate::effects::SymmetricFriction;
 use crate::error::Result;
@@ -67,7 +67,9 @@ pub fn diagnosis(
     merge(&mut effects, encoders.effects);
     progress("measuring the gap", 0.9);
     let gaps = if options.backlash {
-        gaps(model, &sessions[..trained], problem, &encoders.gaps)
+        // Rotor and link cross the gap under friction and inertia alone: what was named would push them.
+        let mended = mended::without(problem, selection, &sessions[..trained], &|_| true);
+        gaps(model, &mended.iter().collect::<Vec<_>>(), problem, &encoders.gaps)
     } else {
         vec![None; model.joints.len()]
     };

@@ -20,6 +20,7 @@ mod floor;
 mod kernel;
 mod lines;
 mod maps;
+mod mended;
 mod observe;
 mod order_lines;
 mod patterns;

@@ -10,15 +10,15 @@
 use super::conclude;
 use super::observe;
 use super::order_lines;
-use super::problem::Problem;
+use super::problem::{Problem, Term};
 use super::result::{Diagnosis, FoundEffect, Verdict};
 use super::selection::{Rules, Selection, select};
 use super::stand_ins;
 use super::uncertainty::Uncertainty;
-use super::{Options, extend, held_out_rows, typical_inertia};
-use crate::effects::{Catalogue, Diagnosable, JointMotion, Motion};
+use super::{Options, extend, held_out_rows, mended, typical_inertia};
+use crate::effects::{Catalogue, Diagnosable, Motion};
 use crate::robot::Model;
-use crate::timeseries::{Channel, TimeSeries};
+use crate::timeseries::TimeSeries;
 
 /// Share of the RMS torque that noise of the acceleration may make: thirteen times that of wide rows make kernels of a third.
 const NOISE_SHARE: f64 = 0.2;
@@ -80,7 +80,8 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
     let uncertainty = Uncertainty::new(&problem, &selection.terms(), &selection.fitted)?;
     let mut effects = conclude::found(&problem, &selection, &uncertainty, options);
     effects.retain(|found| names.contains(&found.effect.as_str()));
-    let mended = (0..sessions.len()).map(|number| mended(&problem, &selection, number, sessions[number])).collect();
+    let taken_off = |term: &Term| term.effect.needs_narrow_rows();
+    let mended = mended::without(&problem, &selection, sessions, &taken_off);
     let lines = selection.terms().into_iter().filter(|term| term.effect.needs_narrow_rows()).filter_map(|term| {
         let joint = term.joints[0];
         Some((joint, term.effect.order(&problem.motion, joint, &term.shape)?))
@@ -126,70 +127,6 @@ fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
         }
     }
     moving
-}
-
-/// A session without the torque of the terms that need narrow rows.
-fn mended(problem: &Problem, selection: &Selection, number: usize, session: &TimeSeries) -> TimeSeries {
-    let mut mended = session.clone();
-    let motion = at_samples(&problem.motion, number, &session.time);
-    let coefficients = &selection.fitted.solution.coefficients;
-    for (term, at) in selection.terms().iter().zip(&selection.fitted.term_at) {
-        let joint = term.joints[0];
-        let model = &motion.model.joints[joint];
-        let Some(series) = mended.joints.iter_mut().find(|series| series.name == model.name) else { continue };
-        let absolute = model.current_sensor.is_some_and(|s| s.sensing == crate::drive::Sensing::Absolute);
-        if !term.effect.needs_narrow_rows() {
-            continue;
-        }
-        for (k, column) in term.effect.columns(&motion, joint, &term.shape).iter().enumerate() {
-            let c = coefficients[at + k];
-            for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, model.torque_per_ampere())] {
-                for (row, sample) in series.channels.get_mut(&channel).into_iter().flatten().enumerate() {
-                    let sign = if absolute { motion.joints[joint].v[row].signum() } else { 1.0 };
-                    *sample -= sign * c * column[row] / scale;
-                }
-            }
-        }
-    }
-    mended
-}
-
-/// The motion of one session at other times: straight between its rows, and without a kernel.
-fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Motion<'m> {
-    let first = motion.session.partition_point(|session| *session < number);
-    let last = motion.session.partition_point(|session| *session <= number);
-    let known = &motion.time[first..last];
-    let place = |t: &f64| {
-        let next = known.partition_point(|row| row <= t).clamp(1, known.len() - 1);
-        let part = ((t - known[next - 1]) / (known[next] - known[next - 1])).clamp(0.0, 1.0);
-        (first + next - 1, part)
-    };
-    let places: Vec<(usize, f64)> = time.iter().map(place).collect();
-    let between = |values: &[f64]| -> Vec<f64> {
-        places.iter().map(|(row, part)| values[*row] + part * (values[row + 1] - values[*row])).collect()
-    };
-    let joint = |m: &JointMotion| JointMotion {
-        q: between(&m.q),
-        v: between(&m.v),
-        a: between(&m.a),
-        direction: between(&m.direction),
-        torque: between(&m.torque),
-        torque_rate: between(&m.torque_rate),
-        rigid: between(&m.rigid),
-        link_torque: between(&m.link_torque),
-        link_inertia: between(&m.link_inertia),
-        friction: m.friction,
-        has_current: m.has_current,
-    };
-    Motion {
-        model: motion.model,
-        sessions: motion.sessions,
-        session: vec![number; time.len()],
-        time: time.to_vec(),
-        start: motion.start.clone(),
-        half_width: vec![0.0; time.len()],
-        joints: motion.joints.iter().map(joint).collect(),
-    }
 }
 
 impl Ripple {

@@ -1,0 +1,80 @@
+//! Recordings without the torque of what was named: what is looked for next does not see it any more.
+
+use super::problem::{Problem, Term};
+use super::selection::Selection;
+use crate::drive::Sensing;
+use crate::effects::{JointMotion, Motion};
+use crate::timeseries::{Channel, TimeSeries};
+
+/// The first sessions of the problem, as many as are given, without the torque of the terms that `taken_off` picks, sample by sample.
+pub fn without(
+    problem: &Problem,
+    selection: &Selection,
+    sessions: &[&TimeSeries],
+    taken_off: &dyn Fn(&Term) -> bool,
+) -> Vec<TimeSeries> {
+    let of_session = |(number, session): (usize, &&TimeSeries)| {
+        let mut mended = (*session).clone();
+        let motion = at_samples(&problem.motion, number, &session.time);
+        let terms = selection.terms().into_iter().zip(&selection.fitted.term_at);
+        for (term, at) in terms.filter(|(term, _)| taken_off(term)) {
+            let coefficients = &selection.fitted.solution.coefficients.as_slice()[*at..];
+            term.joints.iter().for_each(|joint| take_off(&mut mended, &motion, *joint, term, coefficients));
+        }
+        mended
+    };
+    sessions.iter().enumerate().map(of_session).collect()
+}
+
+/// Takes what a term adds to the torque of a joint off a recording.
+fn take_off(recorded: &mut TimeSeries, motion: &Motion, joint: usize, term: &Term, coefficients: &[f64]) {
+    let model = &motion.model.joints[joint];
+    let Some(series) = recorded.joints.iter_mut().find(|series| series.name == model.name) else { return };
+    let absolute = model.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
+    for (column, c) in term.effect.columns(motion, joint, &term.shape).iter().zip(coefficients) {
+        for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, model.torque_per_ampere())] {
+            for (row, sample) in series.channels.get_mut(&channel).into_iter().flatten().enumerate() {
+                let sign = if absolute { motion.joints[joint].v[row].signum() } else { 1.0 };
+                *sample -= sign * c * column[row] / scale;
+            }
+        }
+    }
+}
+
+/// The motion of one session at other times: straight between its rows, and without a kernel.
+fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Motion<'m> {
+    let first = motion.session.partition_point(|session| *session < number);
+    let last = motion.session.partition_point(|session| *session <= number);
+    let known = &motion.time[first..last];
+    let place = |t: &f64| {
+        let next = known.partition_point(|row| row <= t).clamp(1, known.len() - 1);
+        let part = ((t - known[next - 1]) / (known[next] - known[next - 1])).clamp(0.0, 1.0);
+        (first + next - 1, part)
+    };
+    let places: Vec<(usize, f64)> = time.iter().map(place).collect();
+    let between = |values: &[f64]| -> Vec<f64> {
+        places.iter().map(|(row, part)| values[*row] + part * (values[row + 1] - values[*row])).collect()
+    };
+    let joint = |m: &JointMotion| JointMotion {
+        q: between(&m.q),
+        v: between(&m.v),
+        a: between(&m.a),
+        direction: between(&m.direction),
+        torque: between(&m.torque),
+        torque_rate: between(&m.torque_rate),
+        rigid: between(&m.rigid),
+        link_torque: between(&m.link_torque),
+        link_inertia: between(&m.link_inertia),
+        friction: m.friction,
+        has_current: m.has_current,
+    };
+    Motion {
+        model: motion.model,
+        sessions: motion.sessions,
+        session: vec![number; time.len()],
+        time: time.to_vec(),
+        start: motion.start.clone(),
+        half_width: vec![0.0; time.len()],
+        joints: motion.joints.iter().map(joint).collect(),
+    }
+}
