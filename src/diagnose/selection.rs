@@ -137,7 +137,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
 
 /// Puts another effect in the place of one that was taken, where that predicts better beside the others; whether it did.
 /// What stays learns its rivals in that place.
-fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<bool> {
+fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option<bool> {
     for index in 0..taken.len() {
         let name = taken[index].terms[0].effect.name();
         let others: Vec<Term> = taken
