@@ -51,7 +51,7 @@ fn named(found: &Diagnosis) -> Vec<(&str, &str)> {
 
 #[test]
 fn property_nothing_is_named_where_nothing_has_changed() {
-    for seed in 900_030..900_033 {
+    for seed in 905_100..905_103 {
         let found = Pair::draw(seed).compared(seed);
         assert_eq!(found.verdict, Verdict::NothingFound, "{}", line(seed, &found));
     }
