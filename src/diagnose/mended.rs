@@ -3,7 +3,7 @@
 use super::problem::{Problem, Term};
 use super::selection::Selection;
 use crate::drive::Sensing;
-use crate::effects::{JointMotion, Motion};
+use crate::effects::Motion;
 use crate::timeseries::{Channel, TimeSeries};
 
 /// The first sessions of the problem, as many as are given, without the torque of the terms that `taken_off` picks, sample by sample.
@@ -13,12 +13,16 @@ pub fn without(
     sessions: &[&TimeSeries],
     taken_off: &dyn Fn(&Term) -> bool,
 ) -> Vec<TimeSeries> {
+    let terms: Vec<_> = selection.terms().into_iter().zip(&selection.fitted.term_at).collect();
+    let terms: Vec<_> = terms.into_iter().filter(|(term, _)| taken_off(term)).collect();
     let of_session = |(number, session): (usize, &&TimeSeries)| {
         let mut mended = (*session).clone();
-        let motion = at_samples(&problem.motion, number, &session.time);
-        let terms = selection.terms().into_iter().zip(&selection.fitted.term_at);
-        for (term, at) in terms.filter(|(term, _)| taken_off(term)) {
-            let coefficients = &selection.fitted.solution.coefficients.as_slice()[*at..];
+        if terms.is_empty() {
+            return mended;
+        }
+        let Some(motion) = at_samples(&problem.motion, number, &session.time) else { return mended };
+        for (term, at) in &terms {
+            let coefficients = &selection.fitted.solution.coefficients.as_slice()[**at..];
             term.joints.iter().for_each(|joint| take_off(&mut mended, &motion, *joint, term, coefficients));
         }
         mended
@@ -41,11 +45,15 @@ fn take_off(recorded: &mut TimeSeries, motion: &Motion, joint: usize, term: &Ter
     }
 }
 
-/// The motion of one session at other times: straight between its rows, and without a kernel.
-fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Motion<'m> {
+/// The motion of one session at other times: straight between its rows, and without a kernel; `None` where it has no two rows, as a
+/// session in which hardly anything moves.
+fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Option<Motion<'m>> {
     let first = motion.session.partition_point(|session| *session < number);
     let last = motion.session.partition_point(|session| *session <= number);
     let known = &motion.time[first..last];
+    if known.len() < 2 {
+        return None;
+    }
     let place = |t: &f64| {
         let next = known.partition_point(|row| row <= t).clamp(1, known.len() - 1);
         let part = ((t - known[next - 1]) / (known[next] - known[next - 1])).clamp(0.0, 1.0);
@@ -55,26 +63,13 @@ fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Motion<'m
     let between = |values: &[f64]| -> Vec<f64> {
         places.iter().map(|(row, part)| values[*row] + part * (values[row + 1] - values[*row])).collect()
     };
-    let joint = |m: &JointMotion| JointMotion {
-        q: between(&m.q),
-        v: between(&m.v),
-        a: between(&m.a),
-        direction: between(&m.direction),
-        torque: between(&m.torque),
-        torque_rate: between(&m.torque_rate),
-        rigid: between(&m.rigid),
-        link_torque: between(&m.link_torque),
-        link_inertia: between(&m.link_inertia),
-        friction: m.friction,
-        has_current: m.has_current,
-    };
-    Motion {
+    Some(Motion {
         model: motion.model,
         sessions: motion.sessions,
         session: vec![number; time.len()],
         time: time.to_vec(),
         start: motion.start.clone(),
         half_width: vec![0.0; time.len()],
-        joints: motion.joints.iter().map(joint).collect(),
-    }
+        joints: motion.joints.iter().map(|joint| joint.each(&between)).collect(),
+    })
 }

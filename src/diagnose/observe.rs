@@ -113,14 +113,15 @@ pub fn observe<'a>(
     for (number, session) in sessions.iter().enumerate() {
         let signals = signals(model, session)?;
         let dt = session.sample_interval();
-        let widest = (HALF_WIDTHS[1] / dt) as usize;
+        // A coarse recording has few samples in a kernel, but never less than a kernel asks for.
+        let widest = reach(HALF_WIDTHS[1], dt);
         if dt.is_nan() || dt <= 0.0 || session.len() < 4 * widest {
             return Err(Error::TooLittleData {
                 quantity: "motion",
                 joint: session.name.clone(),
                 found: session.len(),
                 unit: "samples",
-                needed: 4 * widest.max(1),
+                needed: 4 * widest,
                 advice: "record at least a second at a constant sample interval",
             });
         }
@@ -141,6 +142,11 @@ pub fn observe<'a>(
     Ok(motion)
 }
 
+/// Samples to either side of a kernel of a half width [s]; three at least, for a curvature.
+fn reach(width: f64, dt: f64) -> usize {
+    ((width / dt).round() as usize).max(3)
+}
+
 fn append(
     motion: &mut Motion,
     signals: &Signals,
@@ -152,14 +158,13 @@ fn append(
 ) {
     let dof = motion.joints.len();
     let dt = session.sample_interval();
-    let reach = |width: f64| ((width / dt).round() as usize).max(3);
     let mut ladder: Vec<Kernel> = Vec::new();
     let mut width = HALF_WIDTHS[0];
     while width < HALF_WIDTHS[1] {
-        ladder.push(Kernel::new(reach(width), dt));
+        ladder.push(Kernel::new(reach(width, dt), dt));
         width *= WIDTH_STEP;
     }
-    let rough = Kernel::new(reach(0.03), dt);
+    let rough = Kernel::new(reach(0.03, dt), dt);
     let noise: Vec<f64> = signals.torque.iter().map(|torque| noise_share * root_mean_square(torque)).collect();
     let edge = ladder.last().map_or(rough.reach, |kernel| kernel.reach) + 1;
     let fastest: Vec<f64> = signals

@@ -80,6 +80,25 @@ impl SymmetricFriction {
     }
 }
 
+impl JointMotion {
+    /// With every signal replaced by what `of` makes of it.
+    pub fn each(&self, of: &dyn Fn(&[f64]) -> Vec<f64>) -> Self {
+        Self {
+            q: of(&self.q),
+            v: of(&self.v),
+            a: of(&self.a),
+            direction: of(&self.direction),
+            torque: of(&self.torque),
+            torque_rate: of(&self.torque_rate),
+            rigid: of(&self.rigid),
+            link_torque: of(&self.link_torque),
+            link_inertia: of(&self.link_inertia),
+            friction: self.friction,
+            has_current: self.has_current,
+        }
+    }
+}
+
 impl Motion<'_> {
     /// Number of rows.
     pub fn rows(&self) -> usize {
@@ -94,19 +113,6 @@ impl Motion<'_> {
     /// The same motion at some of its rows.
     pub fn at_rows(&self, rows: &[usize]) -> Self {
         let pick = |values: &[f64]| -> Vec<f64> { rows.iter().filter_map(|row| values.get(*row).copied()).collect() };
-        let joint = |m: &JointMotion| JointMotion {
-            q: pick(&m.q),
-            v: pick(&m.v),
-            a: pick(&m.a),
-            direction: pick(&m.direction),
-            torque: pick(&m.torque),
-            torque_rate: pick(&m.torque_rate),
-            rigid: pick(&m.rigid),
-            link_torque: pick(&m.link_torque),
-            link_inertia: pick(&m.link_inertia),
-            friction: m.friction,
-            has_current: m.has_current,
-        };
         Self {
             model: self.model,
             sessions: self.sessions,
@@ -114,7 +120,7 @@ impl Motion<'_> {
             session: rows.iter().map(|row| self.session[*row]).collect(),
             time: pick(&self.time),
             half_width: pick(&self.half_width),
-            joints: self.joints.iter().map(joint).collect(),
+            joints: self.joints.iter().map(|joint| joint.each(&pick)).collect(),
         }
     }
 
