@@ -95,6 +95,25 @@ pub struct Fitted {
     pub term_at: Vec<usize>,
 }
 
+/// Independent samples per row: one over the time in which the weighted residual forgets itself, in rows, up to `most_lags` of them;
+/// `rows` are the numbers of the rows that the residuals belong to.
+pub fn independence(residual: &[f64], weights: &[f64], rows: &[usize], most_lags: usize) -> f64 {
+    let z: Vec<f64> = residual.iter().zip(weights).map(|(e, w)| e * w.sqrt()).collect();
+    let power: f64 = z.iter().map(|z| z * z).sum::<f64>() / z.len().max(1) as f64;
+    let mut sum = 1.0;
+    for lag in 1..most_lags {
+        let pairs = (lag..rows.len()).filter(|i| rows[*i] - rows[i - lag] == lag);
+        let (total, count) = pairs.fold((0.0, 0_usize), |(t, n), i| (t + z[i] * z[i - lag], n + 1));
+        let correlation = total / (count.max(1) as f64 * power.max(1e-300));
+        // Where it has sunk into the noise of its own estimate the rest is taken as zero.
+        if count < 50 || correlation < 2.0 / (count as f64).sqrt() {
+            break;
+        }
+        sum += 2.0 * correlation;
+    }
+    1.0 / sum
+}
+
 impl<'m> Problem<'m> {
     /// Puts rows together; `zones` as [`rigid_zone`](super::zones::rigid_zone) gives them.
     pub fn new(motion: Motion<'m>, held_out: Vec<bool>) -> Self {
@@ -367,27 +386,14 @@ impl<'m> Problem<'m> {
         system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[0])
     }
 
-    /// Independent samples per row of each joint: one over the time in which the weighted residual forgets itself, in rows.
+    /// [`independence`] of the training rows of each joint.
     pub fn independence_of(&self, fitted: &Fitted) -> Vec<f64> {
-        let independence = |joint: usize| {
+        let of_joint = |joint: usize| {
             let rows = self.rows(joint, Part::Train);
             let (e, w) = (&fitted.solution.residual[joint], &fitted.solution.weights[joint]);
-            let z: Vec<f64> = e.iter().zip(w).map(|(e, w)| e * w.sqrt()).collect();
-            let power: f64 = z.iter().map(|z| z * z).sum::<f64>() / z.len().max(1) as f64;
-            let mut sum = 1.0;
-            for lag in 1..MOST_LAGS {
-                let pairs = (lag..rows.len()).filter(|i| rows[*i] - rows[i - lag] == lag);
-                let (total, count) = pairs.fold((0.0, 0_usize), |(t, n), i| (t + z[i] * z[i - lag], n + 1));
-                let correlation = total / (count.max(1) as f64 * power.max(1e-300));
-                // Where it has sunk into the noise of its own estimate the rest is taken as zero.
-                if count < 50 || correlation < 2.0 / (count as f64).sqrt() {
-                    break;
-                }
-                sum += 2.0 * correlation;
-            }
-            1.0 / sum
+            independence(e, w, &rows, MOST_LAGS)
         };
-        (0..self.baseline.len()).map(independence).collect()
+        (0..self.baseline.len()).map(of_joint).collect()
     }
 
     /// Counts independent samples once and for all.

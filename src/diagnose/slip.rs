@@ -14,6 +14,7 @@
 use rayon::prelude::*;
 
 use super::observe::motor_torque;
+use super::probability::calibrated;
 use super::problem::Problem;
 use super::result::{FoundEffect, Measured};
 use super::typical_inertia;
@@ -224,7 +225,7 @@ fn measured(
         joint,
         jump: Estimate { value, std_error: (0.5 * (high - low)).hypot(REBOUND * value).max(count) },
         time: Estimate { value: (onset - ONSET[0]).max(0.0), std_error: ONSET[1] },
-        probability: 1.0 / (1.0 + chance),
+        probability: calibrated(chance),
         rest: rest / members[members.len() - 1].excess,
     })
 }

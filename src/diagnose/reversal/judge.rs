@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::attempt::Fit;
 use super::channel::Channel;
-use crate::diagnose::problem::{FOLDS, Part};
+use crate::diagnose::problem::{FOLDS, Part, independence};
 use crate::diagnose::regression::{NU, Solution, profile_likelihood};
 
 /// Largest lag that the autocorrelation is summed to.
@@ -45,23 +45,10 @@ impl Channel<'_, '_> {
         Some((prediction, solution))
     }
 
-    /// Independent samples per row: one over the time in which the weighted residual forgets itself, in rows.
+    /// [`independence`] of its training rows.
     fn independence(&self, solution: &Solution) -> f64 {
         let rows: Vec<usize> = self.part(Part::Train).iter().map(|index| self.rows[*index]).collect();
-        let (e, w) = (&solution.residual[0], &solution.weights[0]);
-        let z: Vec<f64> = e.iter().zip(w).map(|(e, w)| e * w.sqrt()).collect();
-        let power = z.iter().map(|z| z * z).sum::<f64>() / z.len().max(1) as f64;
-        let mut sum = 1.0;
-        for lag in 1..MOST_LAGS {
-            let pairs = (lag..rows.len()).filter(|i| rows[*i] - rows[i - lag] == lag);
-            let (total, count) = pairs.fold((0.0, 0_usize), |(t, n), i| (t + z[i] * z[i - lag], n + 1));
-            let correlation = total / (count.max(1) as f64 * power.max(1e-300));
-            if count < 50 || correlation < 2.0 / (count as f64).sqrt() {
-                break;
-            }
-            sum += 2.0 * correlation;
-        }
-        1.0 / sum
+        independence(&solution.residual[0], &solution.weights[0], &rows, MOST_LAGS)
     }
 
     /// Variance of each coefficient of a fit, the errors of the rows that belong together counted once.
