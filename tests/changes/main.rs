@@ -134,23 +134,3 @@ fn scenario_the_command_compares_two_recordings() {
     let now = Model::load(&at("out/model.toml")).expect("the model of now");
     assert!(now.joints.iter().all(|joint| joint.friction.is_some()));
 }
-
-/// For tuning: `CHANGES_TUNE=1..5 cargo test --release --test changes tune -- --ignored --nocapture`.
-#[test]
-#[ignore = "prints what is named on tuning seeds"]
-fn tune() {
-    let given = std::env::var("CHANGES_TUNE").unwrap_or_else(|_| "1..4".to_owned());
-    let (first, last) = given.split_once("..").expect("a range FIRST..LAST");
-    let seeds = first.parse::<u64>().expect("a number")..last.parse().expect("a number");
-    assert!(seeds.end <= 100_000, "seeds from 100,000 on are not for tuning");
-    for seed in seeds {
-        let (healthy, alterations) = pair::tuning(seed);
-        let only = std::env::var("CHANGES_ONLY").unwrap_or_default();
-        for (name, alteration) in alterations.into_iter().filter(|(name, _)| name.contains(&only)) {
-            let start = std::time::Instant::now();
-            let pair = Pair { alteration, ..healthy.clone() };
-            let found = pair.compared(seed);
-            println!("{name:12} {} {:.1} s", line(seed, &found), start.elapsed().as_secs_f64());
-        }
-    }
-}

@@ -115,26 +115,3 @@ fn entry(effect: &str, joint: Option<&str>, parameters: &[(&str, f64)]) -> Effec
     let parameters = parameters.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
     EffectEntry { effect: effect.to_owned(), joint: joint.map(str::to_owned), parameters }
 }
-
-/// What is tried when tuning.
-pub fn tuning(seed: u64) -> (Pair, Vec<(&'static str, Alteration)>) {
-    let pair = Pair::draw(seed);
-    let none = Alteration::none();
-    let reach = pair.machine.reach();
-    let alterations = vec![
-        ("none", none.clone()),
-        ("viscous 1", Alteration { viscous: [1.2, 1.0], ..none.clone() }),
-        ("viscous 2", Alteration { viscous: [1.0, 1.2], ..none.clone() }),
-        ("gap 1", Alteration { backlash: [1.25, 1.0], ..none.clone() }),
-        ("gap 2", Alteration { backlash: [1.0, 1.25], ..none.clone() }),
-        ("inertia 1", Alteration { rotor_inertia: [1.1, 1.0], ..none.clone() }),
-        ("inertia 2", Alteration { rotor_inertia: [1.0, 1.1], ..none.clone() }),
-        ("coulomb 1", Alteration { coulomb: [1.2, 1.0], ..none.clone() }),
-        (
-            "payload",
-            Alteration { effects: vec![entry("payload", None, &[("mass", 0.4), ("x", reach)])], ..none.clone() },
-        ),
-        ("several", Alteration { viscous: [1.2, 1.0], backlash: [1.0, 1.25], rotor_inertia: [1.0, 1.1], ..none }),
-    ];
-    (pair, alterations)
-}

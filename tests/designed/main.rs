@@ -90,13 +90,3 @@ fn property_a_question_that_makes_no_sense_is_refused_by_name() {
         assert!(error.contains(word), "{question}: {error}");
     }
 }
-
-/// For tuning: `DESIGN_TUNE=A|B cargo test --release --test designed tune -- --ignored --nocapture`.
-#[test]
-#[ignore = "prints predictions on tuning seeds"]
-fn tune() {
-    let Ok(question) = std::env::var("DESIGN_TUNE") else { return };
-    for seed in 1..2 {
-        designed(&question, seed);
-    }
-}
