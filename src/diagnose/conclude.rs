@@ -15,7 +15,7 @@ use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
 use super::{
-    Options, command, extend, floor, maps, mended, observe, reversal, shares, slip, spectra, two_encoders,
+    Options, command, extend, floor, held, maps, mended, observe, reversal, shares, slip, spectra, two_encoders,
     typical_inertia, unexplained,
 };
 use crate::effects::SymmetricFriction;
@@ -69,16 +69,16 @@ pub fn diagnosis(
     let gaps = if options.backlash {
         // Rotor and link cross the gap under friction and inertia alone: what was named would push them.
         let mended = mended::without(problem, selection, &sessions[..trained], &|_| true);
-        gaps(model, &mended.iter().collect::<Vec<_>>(), problem, &encoders.gaps)
+        gaps(model, &mended.iter().collect::<Vec<_>>(), problem, selection, &encoders.gaps)
     } else {
-        vec![None; model.joints.len()]
+        vec![Gap::default(); model.joints.len()]
     };
     if !data.shaken {
         effects.extend(at_turns(data, problem, &residuals));
     }
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
-    let gap_values: Vec<_> = gaps.iter().map(|gap| gap.as_ref().map(|(gap, _)| gap.value)).collect();
-    let shares: Vec<_> = gaps.iter().map(|gap| gap.as_ref().and_then(|(_, share)| *share)).collect();
+    let gap_values: Vec<_> = gaps.iter().map(|gap| gap.measured.as_ref().map(|gap| gap.value)).collect();
+    let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
     let nominal = if effects.is_empty() { None } else { nominal_friction(problem) };
     let nominal = nominal.unwrap_or_else(|| friction.clone());
     let baseline_model = extend::with_baseline(model, &nominal, &gap_values, &shares);
@@ -337,21 +337,40 @@ fn gain(problem: &Problem, terms: &[&Term], index: usize, selection: &Selection)
     if before > 0.0 { 100.0 * (1.0 - (after / before).sqrt()) } else { 0.0 }
 }
 
-/// Gap and share of friction behind it, where the model file gives no gap and the data show one.
-type Gap = Option<(Measured, Option<f64>)>;
+/// What turns say of a gap that the model file does not give.
+#[derive(Debug, Clone, Default)]
+struct Gap {
+    /// The gap, where the data show one.
+    measured: Option<Measured>,
+    /// [1] Share of friction behind it.
+    link_share: Option<f64>,
+    /// Why it was not measured.
+    left_out: Option<String>,
+}
 
-fn gaps(model: &Model, sessions: &[&TimeSeries], problem: &Problem, seen: &[Option<Measured>]) -> Vec<Gap> {
+fn gaps(
+    model: &Model,
+    sessions: &[&TimeSeries],
+    problem: &Problem,
+    selection: &Selection,
+    seen: &[Option<Measured>],
+) -> Vec<Gap> {
     let measure = |index: usize| {
         let joint = &model.joints[index];
         if joint.backlash.is_some() {
-            return None;
+            return Gap::default();
         }
         // Two encoders show a gap directly.
         if let Some(gap) = &seen[index] {
-            return Some((Measured { value: gap.value.max(0.0), ..gap.clone() }, None));
+            let gap = Measured { value: gap.value.max(0.0), ..gap.clone() };
+            return Gap { measured: Some(gap), ..Gap::default() };
         }
         if model.masses == Masses::Estimated {
-            return None;
+            return Gap::default();
+        }
+        let left_out = held::why_not(problem, selection, index, sessions);
+        if left_out.is_some() {
+            return Gap { left_out, ..Gap::default() };
         }
         let law = problem.motion.joints[index].friction;
         let side = Exponential {
@@ -361,11 +380,14 @@ fn gaps(model: &Model, sessions: &[&TimeSeries], problem: &Problem, seen: &[Opti
             viscous: law.viscous,
         };
         let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
-        let found = backlash::identify(model, index, &gentlest(model, index, sessions), &friction).ok()?;
+        let Ok(found) = backlash::identify(model, index, &gentlest(model, index, sessions), &friction) else {
+            return Gap::default();
+        };
         let mean = &found.best.mean;
         let unit = joint.kind.position_unit();
-        let share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
-        Some((Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit }, share))
+        let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
+        let measured = Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit };
+        Gap { measured: Some(measured), link_share, left_out: None }
     };
     (0..model.joints.len()).map(measure).collect()
 }
@@ -387,8 +409,8 @@ fn baseline(
     for (joint, model) in problem.motion.model.joints.iter().enumerate() {
         let friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
         let torque_offset = estimate::offsets(problem, joint, &selection.fitted, uncertainty, sessions);
-        let backlash = gaps[joint].as_ref().map(|(gap, _)| gap.clone());
-        estimates.insert(model.name.clone(), BaselineEstimate { friction, backlash, torque_offset });
+        let Gap { measured: backlash, left_out: backlash_left_out, .. } = gaps[joint].clone();
+        estimates.insert(model.name.clone(), BaselineEstimate { friction, backlash, backlash_left_out, torque_offset });
     }
     estimates
 }

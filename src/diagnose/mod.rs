@@ -17,6 +17,7 @@ mod conclude;
 mod estimate;
 mod extend;
 mod floor;
+mod held;
 mod kernel;
 mod lines;
 mod maps;

@@ -190,6 +190,9 @@ pub struct BaselineEstimate {
     /// Total gap at the joint; `None` where the data could not tell.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash: Option<Measured>,
+    /// Why no gap was measured, where something that was found stands against it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backlash_left_out: Option<String>,
     /// Constant of the torque channel per session, where a torque rather than a current was recorded.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub torque_offset: BTreeMap<String, Measured>,

@@ -68,6 +68,10 @@ impl Effect for BaseTilt {
 }
 
 impl Diagnosable for BaseTilt {
+    fn loads_link(&self) -> bool {
+        true
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         let columns = gravity_changes(&motion.model.robot.gravity).map(|gravity| {
             let mut robot = motion.model.robot.clone();

@@ -74,6 +74,10 @@ impl Effect for CableSpring {
 }
 
 impl Diagnosable for CableSpring {
+    fn loads_link(&self) -> bool {
+        true
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         let q = motion.joints[joint].q.clone();
         // Where the zero of the torque is free it takes the constant, and the rest position cannot be told.

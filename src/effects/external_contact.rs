@@ -69,6 +69,10 @@ const TOUCHED: f64 = 0.04;
 const PRESSING: f64 = 0.3;
 
 impl Diagnosable for ExternalContact {
+    fn loads_link(&self) -> bool {
+        true
+    }
+
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
         let q = &motion.joints[joint].q;
         let (low, high) =

@@ -173,6 +173,11 @@ pub trait Diagnosable: Effect {
         false
     }
 
+    /// Whether it pushes a link, at rest too, and so may hold it on one flank of its gear.
+    fn loads_link(&self) -> bool {
+        false
+    }
+
     /// Torque on a joint [N·m or N] per unit of each coefficient, one value a row: what the motor must add to the baseline.
     /// For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;

@@ -88,6 +88,10 @@ impl Effect for Payload {
 }
 
 impl Diagnosable for Payload {
+    fn loads_link(&self) -> bool {
+        true
+    }
+
     fn shapes(&self, motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
         match line(&motion.model.robot) {
             Some((_, distance)) => [0.5, 1.0, 1.5, 2.0, 3.0].iter().map(|part| vec![part * distance]).collect(),

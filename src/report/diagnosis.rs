@@ -92,6 +92,10 @@ fn found(diagnosis: &Diagnosis) -> Section {
             section.tables.push(table);
         }
     }
+    for (joint, baseline) in &diagnosis.baseline {
+        let line = |reason: &String| format!("Gap of {joint}: not determined, {reason}.");
+        section.text.extend(baseline.backlash_left_out.iter().map(line));
+    }
     for unexplained in &diagnosis.unexplained {
         section.text.push(format!("Unexplained on {}: {}", unexplained.joint, unexplained.pattern));
     }
