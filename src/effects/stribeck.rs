@@ -31,6 +31,9 @@ static ABOUT: About = About {
     reference: "L. Márton, B. Lantos (2009), equation 6",
 };
 
+/// Slowest Stribeck velocity that is looked for, in parts of the fastest motion: a slower one is nothing but breakaway at rest.
+const SLOWEST: f64 = 1e-5;
+
 /// The falling part of the friction law.
 pub struct Stribeck;
 
@@ -84,7 +87,7 @@ impl Diagnosable for Stribeck {
         let (Some(fastest), Some(slow)) = (speeds.last(), speeds.get(speeds.len() / 20)) else { return Vec::new() };
         // From the speed below which a twentieth of the motion runs, so that the law is seen to fall, to half of the largest.
         let mut shapes = Vec::new();
-        let mut v_s = *slow;
+        let mut v_s = slow.max(SLOWEST * fastest);
         while v_s < 0.5 * fastest {
             shapes.push(vec![v_s]);
             v_s *= 1.4;

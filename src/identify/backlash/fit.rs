@@ -19,6 +19,8 @@ const COARSE_SITES: usize = 5;
 const NEAR: f64 = 8.0;
 /// Range in counts that the coarse scan looks at first.
 const FIRST_RANGE: f64 = 30.0;
+/// Gaps that the coarse scan tries at most: its step is two counts, and wider only where the range is as wide as no gap of a gear is.
+const MOST_GAPS: f64 = 400.0;
 /// A reversal one of whose samples is less likely than this is not explained: six standard deviations.
 const UNLIKELY: f64 = -18.0;
 /// What one reversal can cost a gap in the coarse scan, in `ln L`.
@@ -114,7 +116,7 @@ fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Sp
         let mut few = reaching(reach + 4.0 * count);
         few.sort_by_key(|site| site.window.position.len());
         few.truncate(COARSE_SITES);
-        let gaps = grid(-4.0 * count, reach, 2.0 * count);
+        let gaps = grid(-4.0 * count, reach, (2.0 * count).max(reach / MOST_GAPS));
         let profiles = scan(&few, &gaps, spread);
         let inside = profiles.iter().filter(|one| one.usable()).count();
         if 2 * inside > few.len() || reach >= largest {
