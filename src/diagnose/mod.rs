@@ -1,12 +1,24 @@
 //! What the simulation gets wrong, and why: residual, candidates, selection, extension, gain.
 //!
 //! ```text
-//!  recordings ─ observe ─▶ rows of smooth motion and torque ─ zones ─▶ rigid rows
+//!  recordings ─ timing ─ observe ─▶ rows of smooth motion and torque ─ zones ─▶ rigid rows
 //!                                    │
-//!      baseline (nominal machine, free friction) + terms (effects) ─ regression ─▶ evidence ─ selection ─▶ effects
-//!                                    │                                                          │
-//!                                  views ◀─────────────── estimate, extend, unexplained ◀───────┘
+//!      baseline (nominal machine, free friction) + candidates (effects) ─ problem, regression ─▶ evidence ─ selection ─▶ effects
+//!                                    │                                                                                   │
+//!       shares, maps, spectra, floor ◀── estimate, uncertainty, probability, extend, stand_ins, patterns, unexplained ◀──┘
 //! ```
+//!
+//! What the torque balance of rigid rows does not show has rows and evidence of its own, and never the same rows twice:
+//!
+//! | module | looks at | for |
+//! |---|---|---|
+//! | `ripple`, `order_lines` | narrow rows while a joint moves on | lines of many periods a turn |
+//! | `lines` | samples while flanks touch | lines at a fixed frequency |
+//! | `reversal` | turns, against a simulation of the gear | what friction and gear do there |
+//! | `slip` | throws of the rotor against the link | a coupling that slips once |
+//! | `standstill`, `command` | readings at rest, commands | current sensor and drive |
+//! | `two_encoders` | motor against link encoder | delay, wind-up, gap |
+//! | `compare` | two recordings of one machine | what has changed |
 
 mod axes;
 mod baseline;

@@ -65,7 +65,8 @@ const SCANNED: usize = 16;
 /// Parts of the range that have to lie free of the contact, and beyond its angle.
 const FREE: f64 = 0.3;
 const TOUCHED: f64 = 0.04;
-/// Part of Coulomb friction that a contact has to press with where it is deepest.
+/// Part of Coulomb friction that a contact has to press with where it is deepest: one that presses less cannot be felt through a joint
+/// whose friction changes by as much along its travel.
 const PRESSING: f64 = 0.3;
 
 impl Diagnosable for ExternalContact {
