@@ -1,14 +1,16 @@
-//! Time of a whole diagnosis: two joints, 280 s at 1 kHz in four sessions, viscous friction that differs by direction on one joint.
+//! Time of a whole diagnosis: two joints, 280 s at 1 kHz in four sessions, viscous friction that differs by direction on one joint, or on both.
 //!
-//! Wanted: 5 s on two cores, gaps not counted (their measurement is a bench of the identification).
+//! Wanted: 5 s on two cores, with the gaps and with both models replayed beside the session held out.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use divan::Bencher;
+use lostmotion::dataset::Session;
 use lostmotion::diagnose::{Options, diagnose};
 use lostmotion::dynamics::Dynamics;
+use lostmotion::replay::{self, compare_models};
 use lostmotion::robot::Model;
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
 
@@ -39,8 +41,8 @@ fn arm() -> Model {
     Model::from_texts(&text, URDF, Path::new("model.toml")).expect("a good model")
 }
 
-/// A rigid arm along two sines a joint, encoder counted.
-fn session(model: &Model, number: usize) -> TimeSeries {
+/// A rigid arm along two sines a joint, encoder counted; the first `uneven` joints have viscous friction that differs by direction.
+fn session(model: &Model, number: usize, uneven: usize) -> TimeSeries {
     let mut dynamics = Dynamics::new(&model.robot);
     let mut joints = ["joint1", "joint2"].map(|name| JointSeries { name: name.to_owned(), channels: BTreeMap::new() });
     for k in 0..70_000 {
@@ -57,7 +59,7 @@ fn session(model: &Model, number: usize) -> TimeSeries {
         }
         dynamics.inverse(&q, &v, &a, &mut tau);
         for joint in 0..2 {
-            let viscous = if joint == 0 && v[joint] > 0.0 { 0.5 } else { 0.35 };
+            let viscous = if joint < uneven && v[joint] > 0.0 { 0.5 } else { 0.35 };
             let friction = (0.4 + 0.06 * (-v[joint].abs() / 0.05).exp()) * v[joint].signum() + viscous * v[joint];
             let torque = tau[joint] + model.joints[joint].reflected_inertia() * a[joint] + friction;
             let count = model.joints[joint].encoder_step();
@@ -70,10 +72,30 @@ fn session(model: &Model, number: usize) -> TimeSeries {
     TimeSeries { name: format!("session {number}"), time, joints: joints.into() }
 }
 
+/// Without the gaps: their measurement is a bench of the identification too.
 #[divan::bench(sample_count = 5, sample_size = 1)]
 fn two_joints_280_s(bencher: Bencher) {
     let model = arm();
-    let sessions: Vec<TimeSeries> = (0..4).map(|number| session(&model, number)).collect();
+    let sessions: Vec<TimeSeries> = (0..4).map(|number| session(&model, number, 1)).collect();
     let options = Options { backlash: false, ..Options::default() };
     bencher.bench(|| diagnose(&model, &sessions[..3], &sessions[3..], &options, &mut |_, _| {}).expect("a diagnosis"));
+}
+
+/// All that `lostmotion diagnose` does but for files, with an effect to be found on none, one or both joints.
+#[divan::bench(args = [0, 1, 2], sample_count = 5, sample_size = 1)]
+fn two_joints_280_s_gaps_and_replay(bencher: Bencher, uneven: usize) {
+    let model = arm();
+    let sessions: Vec<TimeSeries> = (0..4).map(|number| session(&model, number, uneven)).collect();
+    let judged = Session {
+        series: sessions[3].clone(),
+        notes: Vec::new(),
+        source: PathBuf::from("made"),
+        controllers: vec![None; model.joints.len()],
+    };
+    bencher.bench(|| {
+        let options = Options::default();
+        let found = diagnose(&model, &sessions[..3], &sessions[3..], &options, &mut |_, _| {}).expect("a diagnosis");
+        let (nominal, extended) = (&found.baseline_model, &found.extended_model);
+        compare_models(nominal, extended, std::slice::from_ref(&judged), &replay::Options::default()).expect("replays")
+    });
 }

@@ -4,7 +4,7 @@
 //! Linear but for `v_S`, which is scanned (variable projection). Where the model file gives friction, its Stribeck part is kept
 //! and `F_C`, `F_V` are refitted, because they drift.
 
-use crate::effects::{Motion, SymmetricFriction, falling, falling_slope};
+use crate::effects::{Motion, SymmetricFriction, falling as falling_column, falling_slope};
 use crate::gearhead::{Direction, FrictionLaw};
 
 /// How the falling part of friction enters.
@@ -19,10 +19,12 @@ pub enum Falling {
 /// The free part of one joint's nominal model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointBaseline {
-    /// Its falling part.
-    pub falling: Falling,
+    falling: Falling,
     /// Sessions whose torque has a zero of its own.
     pub offset_sessions: Vec<usize>,
+    columns: Vec<Vec<f64>>,
+    stribeck_derivative: Option<Vec<f64>>,
+    target: Vec<f64>,
 }
 
 /// Positions in [`JointBaseline::columns`].
@@ -40,40 +42,57 @@ impl JointBaseline {
             Some(friction) => Falling::Given(symmetric(&friction.law)),
         };
         let offset_sessions = if motion.joints[joint].has_current { Vec::new() } else { sessions.to_vec() };
-        Self { falling, offset_sessions }
+        Self::with(motion, joint, falling, offset_sessions)
+    }
+
+    fn with(motion: &Motion, joint: usize, falling: Falling, offset_sessions: Vec<usize>) -> Self {
+        let mut columns = vec![motion.joints[joint].direction.clone(), motion.joints[joint].v.clone()];
+        let mut stribeck_derivative = None;
+        let mut target = motion.column(joint, |m, row| m.torque[row] - m.rigid[row]);
+        match falling {
+            Falling::Free(v_s) => {
+                columns.push(falling_column(motion, joint, v_s));
+                stribeck_derivative = Some(falling_slope(motion, joint, v_s));
+            }
+            Falling::Given(law) => {
+                let fixed = falling_column(motion, joint, law.stribeck_velocity);
+                target.iter_mut().zip(fixed).for_each(|(e, x)| *e -= (law.breakaway - law.coulomb) * x);
+            }
+        }
+        for session in &offset_sessions {
+            columns.push(motion.session.iter().map(|s| f64::from(u8::from(s == session))).collect());
+        }
+        Self { falling, offset_sessions, columns, stribeck_derivative, target }
+    }
+
+    /// The same baseline at another Stribeck velocity.
+    pub fn at_stribeck_velocity(&self, motion: &Motion, joint: usize, v_s: f64) -> Self {
+        Self::with(motion, joint, Falling::Free(v_s), self.offset_sessions.clone())
+    }
+
+    /// Its falling part.
+    pub fn falling(&self) -> Falling {
+        self.falling
     }
 
     /// Number of columns.
     pub fn len(&self) -> usize {
-        2 + usize::from(matches!(self.falling, Falling::Free(_))) + self.offset_sessions.len()
+        self.columns.len()
     }
 
     /// The columns, one value a row.
-    pub fn columns(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
-        let mut columns = vec![motion.joints[joint].direction.clone(), motion.joints[joint].v.clone()];
-        if let Falling::Free(v_s) = self.falling {
-            columns.push(falling(motion, joint, v_s));
-        }
-        for session in &self.offset_sessions {
-            columns.push(motion.session.iter().map(|s| f64::from(u8::from(s == session))).collect());
-        }
-        columns
+    pub fn columns(&self) -> &[Vec<f64>] {
+        &self.columns
     }
 
     /// Change of the friction column with the Stribeck velocity, per `F_S − F_C`.
-    pub fn stribeck_derivative(&self, motion: &Motion, joint: usize) -> Option<Vec<f64>> {
-        let Falling::Free(v_s) = self.falling else { return None };
-        Some(falling_slope(motion, joint, v_s))
+    pub fn stribeck_derivative(&self) -> Option<&Vec<f64>> {
+        self.stribeck_derivative.as_ref()
     }
 
     /// What is to be explained: measured torque less what the model file fixes.
-    pub fn target(&self, motion: &Motion, joint: usize) -> Vec<f64> {
-        let mut target = motion.column(joint, |m, row| m.torque[row] - m.rigid[row]);
-        if let Falling::Given(law) = self.falling {
-            let fixed = falling(motion, joint, law.stribeck_velocity);
-            target.iter_mut().zip(fixed).for_each(|(e, x)| *e -= (law.breakaway - law.coulomb) * x);
-        }
-        target
+    pub fn target(&self) -> &[f64] {
+        &self.target
     }
 
     /// The law that its coefficients stand for.

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::golden::golden_section;
 use super::problem::{FOLDS, Fitted, Part, Problem, Term};
 use super::regression::{Block, Score, Solution};
 use crate::effects::{Diagnosable, Scope};
@@ -20,6 +21,8 @@ const REFINEMENTS: usize = 12;
 /// How well a model predicts, by joint, in nats as if rows were independent.
 #[derive(Debug, Clone)]
 pub struct Prediction {
+    /// Joints that it is of; what stands for others means nothing.
+    joints: Vec<usize>,
     /// On the rows that it was fitted on.
     pub training: Vec<f64>,
     /// On each fold, fitted on the others.
@@ -34,14 +37,17 @@ pub struct Prediction {
 
 impl Prediction {
     /// What speaks for this model against a poorer one. How many rows are independent is judged by the errors of the richer one:
-    /// an effect that is not modelled makes errors that never forget.
+    /// an effect that is not modelled makes errors that never forget. A joint that was not predicted anew says nothing.
     pub fn against(&self, before: &Self) -> Vec<Evidence> {
-        let evidence = |joint: usize| Evidence {
-            folds: self.independence[joint] * self.gained_elsewhere(before, joint),
-            held_out: self.independence[joint] * (self.held_out[joint] - before.held_out[joint]),
-            log_scale: (before.scale[joint] / self.scale[joint]).ln(),
-        };
-        (0..self.folds.len()).map(evidence).collect()
+        let mut evidence = vec![Evidence::default(); self.folds.len()];
+        for joint in self.joints.iter().copied() {
+            evidence[joint] = Evidence {
+                folds: self.independence[joint] * self.gained_elsewhere(before, joint),
+                held_out: self.independence[joint] * (self.held_out[joint] - before.held_out[joint]),
+                log_scale: (before.scale[joint] / self.scale[joint]).ln(),
+            };
+        }
+        evidence
     }
 
     /// Gain on rows that were left out, as far as there is one on the rows that were fitted: what goes beyond it is only that
@@ -113,13 +119,13 @@ pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
     prediction(problem, terms, &problem.fit_loosely(terms, Part::Train)?)
 }
 
-/// As [`predict`], with the loose fit of all training rows at hand.
+/// As [`predict`], with the loose fit of all training rows at hand: of those joints that were fitted.
 fn prediction(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Prediction> {
     let mut folds = vec![0.0; problem.baseline.len()];
     let parts: Vec<Option<Vec<f64>>> = (0..FOLDS)
         .into_par_iter()
         .map(|fold| {
-            let fitted = problem.fit_near(terms, Part::Without(fold), fitted)?;
+            let fitted = problem.fit_near(&fitted.joints, terms, Part::Without(fold), fitted)?;
             Some(problem.likelihood_elsewhere(terms, &fitted, Part::Fold(fold)))
         })
         .collect();
@@ -129,11 +135,8 @@ fn prediction(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Pre
     let held_out = problem.likelihood_elsewhere(terms, fitted, Part::HeldOut);
     let independence = problem.independence_of(fitted);
     let Solution { log_likelihood: training, scale, .. } = &fitted.solution;
-    Some(Prediction { training: training.clone(), folds, held_out, scale: scale.clone(), independence })
-}
-
-fn gain(before: &[f64], after: &[f64]) -> f64 {
-    after.iter().zip(before).map(|(after, before)| after - before).sum()
+    let (joints, training, scale) = (fitted.joints.clone(), training.clone(), scale.clone());
+    Some(Prediction { joints, training, folds, held_out, scale, independence })
 }
 
 /// Search for the best term of one effect at one place.
@@ -145,14 +148,19 @@ struct Search<'p, 'm> {
 }
 
 impl Search<'_, '_> {
-    /// Training gain [nats] of a term, its joints alone; not finite where it cannot be fitted or makes no sense.
-    fn gain(&self, term: &Term) -> f64 {
+    /// The fit with a further term, of the joints where that changes anything.
+    fn with(&self, term: &Term) -> Option<Fitted> {
         let mut terms = self.terms.clone();
         terms.push(term);
-        match self.problem.fit_near(&terms, Part::Train, self.fitted) {
-            Some(fitted) => gain(self.before, &fitted.solution.log_likelihood),
-            None => f64::NEG_INFINITY,
-        }
+        let joints = self.problem.coupled(&terms, &term.joints);
+        self.problem.fit_near(&joints, &terms, Part::Train, self.fitted)
+    }
+
+    /// Training gain [nats] of a term; not finite where it cannot be fitted or makes no sense.
+    fn gain(&self, term: &Term) -> f64 {
+        let Some(fitted) = self.with(term) else { return f64::NEG_INFINITY };
+        let after = &fitted.solution.log_likelihood;
+        fitted.joints.iter().map(|joint| after[*joint] - self.before[*joint]).sum()
     }
 
     fn shortlist(&self, effect: &'static dyn Diagnosable, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
@@ -161,7 +169,7 @@ impl Search<'_, '_> {
         }
         let joint = joints[0];
         let rows = self.problem.rows(joint, Part::Train);
-        let (system, _, _) = self.problem.system(&self.terms, Part::Train, true);
+        let (system, _, _) = self.problem.system_of(joints, &self.terms, Part::Train, true);
         let solution = &self.fitted.solution;
         // A scan only has to find the peaks: some thousand rows show them.
         let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
@@ -207,32 +215,23 @@ impl Search<'_, '_> {
     }
 
     /// Golden section of the first shape parameter between two ends.
-    fn refined(&self, term: Term, gain: f64, (mut low, mut high): (f64, f64)) -> (Term, f64) {
-        let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+    fn refined(&self, term: Term, gain: f64, (low, high): (f64, f64)) -> (Term, f64) {
         let mut best = (term, gain);
-        let evaluate = |value: f64, best: &mut (Term, f64)| {
-            let mut shape = best.0.shape.clone();
-            shape[0] = value;
-            let term = Term::new(&self.problem.motion, best.0.effect, &best.0.joints, shape);
-            let gain = self.gain(&term);
-            if gain > best.1 {
-                *best = (term, gain);
-            }
-            gain
-        };
-        let (mut left, mut right) = (high - ratio * (high - low), low + ratio * (high - low));
-        let (mut at_left, mut at_right) = (evaluate(left, &mut best), evaluate(right, &mut best));
-        for _ in 0..REFINEMENTS {
-            if at_left > at_right {
-                (high, right, at_right) = (right, left, at_left);
-                left = high - ratio * (high - low);
-                at_left = evaluate(left, &mut best);
-            } else {
-                (low, left, at_left) = (left, right, at_right);
-                right = low + ratio * (high - low);
-                at_right = evaluate(right, &mut best);
-            }
-        }
+        let mut steps = 0..=REFINEMENTS;
+        golden_section(
+            [low, high],
+            |_, _| steps.next().is_none(),
+            |value| {
+                let mut shape = best.0.shape.clone();
+                shape[0] = value;
+                let term = Term::new(&self.problem.motion, best.0.effect, &best.0.joints, shape);
+                let gain = self.gain(&term);
+                if gain > best.1 {
+                    best = (term, gain);
+                }
+                gain
+            },
+        );
         best
     }
 }
@@ -323,7 +322,7 @@ fn assess(
     let mut evidence = vec![Evidence::default(); dof];
     let mut terms = search.terms.clone();
     terms.push(&term);
-    let fitted = search.problem.fit_near(&terms, Part::Train, search.fitted)?;
+    let fitted = search.with(&term)?;
     let at = *fitted.term_at.last()?;
     let coefficients: Vec<f64> = (0..term.coefficients()).map(|k| fitted.solution.coefficients[at + k]).collect();
     let sensible = is_sensible(search.problem, &term, &coefficients);

@@ -117,7 +117,7 @@ pub fn friction(
     put("coulomb", law.coulomb, &[(at + COULOMB, 1.0)], effort);
     let viscous_unit = if position == "rad" { "N·m·s/rad" } else { "N·s/m" };
     put("viscous", law.viscous, &[(at + VISCOUS, 1.0)], viscous_unit);
-    match problem.baseline[joint].falling {
+    match problem.baseline[joint].falling() {
         Falling::Free(_) => {
             put("breakaway", law.breakaway, &[(at + COULOMB, 1.0), (at + FALLING, 1.0)], effort);
             let speed_unit = if position == "rad" { "rad/s" } else { "m/s" };

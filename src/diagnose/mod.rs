@@ -29,6 +29,7 @@ mod conclude;
 mod estimate;
 mod extend;
 mod floor;
+mod golden;
 mod held;
 mod kernel;
 mod lines;

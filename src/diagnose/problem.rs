@@ -3,10 +3,11 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::baseline::{Falling, JointBaseline, stribeck_grid};
+use super::baseline::{FALLING, Falling, JointBaseline, stribeck_grid};
+use super::golden::golden_section;
 use super::regression::{Block, NU, Solution, System, profile_likelihood};
 use super::standstill::Standstill;
-use crate::effects::{Catalogue, Diagnosable, Motion, Scope};
+use crate::effects::{Catalogue, Diagnosable, Motion, Scope, falling};
 
 /// Where an effect is put to the test: the joints that share its coefficients.
 #[derive(Clone)]
@@ -56,6 +57,8 @@ pub enum Part {
 pub const FOLDS: usize = 4;
 /// Independent rows' worth of the falling part of friction that the data must hold for a Stribeck velocity to be tried.
 const LEAST_PRESENCE: f64 = 1.0;
+/// Ratio of the ends between which a Stribeck velocity is taken as found.
+const STRIBECK_RATIO: f64 = 1.01;
 /// Largest lag that the autocorrelation is summed to.
 const MOST_LAGS: usize = 400;
 /// [s] Length of a block that a fold takes.
@@ -87,6 +90,8 @@ pub struct Problem<'m> {
 /// A fit of the baseline with terms.
 #[derive(Debug, Clone)]
 pub struct Fitted {
+    /// Joints that were fitted; of the others there are no rows in the solution.
+    pub joints: Vec<usize>,
     /// The solution over the training rows.
     pub solution: Solution,
     /// First coefficient of each joint's baseline.
@@ -171,22 +176,54 @@ impl<'m> Problem<'m> {
         }
     }
 
+    /// All joints.
+    pub fn joints(&self) -> Vec<usize> {
+        (0..self.baseline.len()).collect()
+    }
+
+    /// Joints whose fit changes with a term on some joints: these, and those that share coefficients with them.
+    pub fn coupled(&self, terms: &[&Term], joints: &[usize]) -> Vec<usize> {
+        let mut coupled = joints.to_vec();
+        let shares = |term: &Term, with: &[usize]| {
+            let within = term.joints.iter().filter(|joint| with.contains(joint)).count();
+            within > 0 && within < term.joints.len()
+        };
+        while let Some(term) = terms.iter().find(|term| shares(term, &coupled)) {
+            coupled.extend(&term.joints);
+            coupled.sort_unstable();
+            coupled.dedup();
+        }
+        coupled
+    }
+
     /// The blocks of a part with these terms, and where their coefficients stand.
     pub fn system(&self, terms: &[&Term], part: Part, with_derivative: bool) -> (System, Vec<usize>, Vec<usize>) {
+        self.system_of(&self.joints(), terms, part, with_derivative)
+    }
+
+    /// As [`system`](Self::system), the blocks of other joints without rows.
+    pub fn system_of(
+        &self,
+        joints: &[usize],
+        terms: &[&Term],
+        part: Part,
+        with_derivative: bool,
+    ) -> (System, Vec<usize>, Vec<usize>) {
         let mut unknowns = 0;
         let mut baseline_at = Vec::new();
         for baseline in &self.baseline {
             baseline_at.push(unknowns);
-            unknowns += baseline.len() + usize::from(with_derivative && matches!(baseline.falling, Falling::Free(_)));
+            unknowns += baseline.len() + usize::from(with_derivative && baseline.stribeck_derivative().is_some());
         }
         let mut term_at = Vec::new();
         for term in terms {
             term_at.push(unknowns);
             unknowns += term.coefficients();
         }
-        let blocks = (0..self.baseline.len())
-            .map(|joint| self.block(joint, part, terms, baseline_at[joint], &term_at, with_derivative))
-            .collect();
+        let mut blocks = vec![Block::default(); self.baseline.len()];
+        for joint in joints {
+            blocks[*joint] = self.block(*joint, part, terms, baseline_at[*joint], &term_at, with_derivative);
+        }
         (System { blocks, unknowns, priors: Vec::new() }, baseline_at, term_at)
     }
 
@@ -202,38 +239,39 @@ impl<'m> Problem<'m> {
         let rows = self.rows(joint, part);
         let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
         let baseline = &self.baseline[joint];
-        let mut own = baseline.columns(&self.motion, joint);
-        if with_derivative {
-            own.extend(baseline.stribeck_derivative(&self.motion, joint));
-        }
-        let mut columns: Vec<_> = own.iter().enumerate().map(|(index, column)| (first + index, pick(column))).collect();
+        let derivative = baseline.stribeck_derivative().filter(|_| with_derivative);
+        let own = baseline.columns().iter().chain(derivative);
+        let mut columns: Vec<_> = own.enumerate().map(|(index, column)| (first + index, pick(column))).collect();
         for (term, at) in terms.iter().zip(term_at) {
             if let Some(place) = term.joints.iter().position(|j| *j == joint) {
                 columns.extend(term.columns[place].iter().enumerate().map(|(k, column)| (at + k, pick(column))));
             }
         }
-        Block { y: pick(&baseline.target(&self.motion, joint)), columns }
+        Block { y: pick(baseline.target()), columns }
     }
 
     /// Fits baseline and terms on a part of the training data.
     pub fn fit(&self, terms: &[&Term], part: Part, nu: f64) -> Option<Fitted> {
         let (system, baseline_at, term_at) = self.system(terms, part, false);
         let solution = system.solve(nu)?;
-        Some(Fitted { solution, baseline_at, term_at })
+        Some(Fitted { joints: self.joints(), solution, baseline_at, term_at })
     }
 
     /// As [`fit`](Self::fit), with room for the Stribeck velocities to move a little: for comparing candidates.
     pub fn fit_loosely(&self, terms: &[&Term], part: Part) -> Option<Fitted> {
         let (system, baseline_at, term_at) = self.system(terms, part, true);
         let solution = system.solve(NU)?;
-        Some(Fitted { solution, baseline_at, term_at })
+        Some(Fitted { joints: self.joints(), solution, baseline_at, term_at })
     }
 
-    /// As [`fit_loosely`](Self::fit_loosely), begun with the weights of a fit of all training rows that is not far:
+    /// As [`fit_loosely`](Self::fit_loosely), of some joints and begun with the weights of a fit of all training rows that is not far:
     /// a few iterations instead of dozens.
-    pub fn fit_near(&self, terms: &[&Term], part: Part, near: &Fitted) -> Option<Fitted> {
-        let (system, baseline_at, term_at) = self.system(terms, part, true);
+    pub fn fit_near(&self, joints: &[usize], terms: &[&Term], part: Part, near: &Fitted) -> Option<Fitted> {
+        let (system, baseline_at, term_at) = self.system_of(joints, terms, part, true);
         let weights = |joint: usize| -> Vec<f64> {
+            if !joints.contains(&joint) {
+                return Vec::new();
+            }
             let all = self.rows(joint, Part::Train).into_iter().zip(&near.solution.weights[joint]);
             all.filter(|(row, _)| !matches!(part, Part::Without(fold) if self.fold[*row] == fold))
                 .map(|(_, w)| *w)
@@ -241,20 +279,22 @@ impl<'m> Problem<'m> {
         };
         let weights = (0..self.baseline.len()).map(weights).collect();
         let solution = system.solve_from(NU, weights, near.solution.scale.clone())?;
-        Some(Fitted { solution, baseline_at, term_at })
+        Some(Fitted { joints: joints.to_vec(), solution, baseline_at, term_at })
     }
 
-    /// Log-likelihood of each joint on another part under a loose fit, as if rows were independent.
+    /// Log-likelihood of each joint on another part under a loose fit, as if rows were independent; 0 where it was not fitted.
     pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
-        let (system, _, _) = self.system(terms, part, true);
-        let of_block = |(joint, block): (usize, &Block)| {
-            let mut residual = block.residual(&fitted.solution.coefficients);
+        let (system, _, _) = self.system_of(&fitted.joints, terms, part, true);
+        let of_joint = |joint: &usize| {
+            let mut residual = system.blocks[*joint].residual(&fitted.solution.coefficients);
             if part == Part::HeldOut {
-                self.free_new_sessions(joint, terms, &fitted.solution.coefficients, &fitted.term_at, &mut residual);
+                self.free_new_sessions(*joint, terms, &fitted.solution.coefficients, &fitted.term_at, &mut residual);
             }
             profile_likelihood(&residual, NU)
         };
-        system.blocks.iter().enumerate().map(of_block).collect()
+        let mut likelihood = vec![0.0; self.baseline.len()];
+        fitted.joints.iter().for_each(|joint| likelihood[*joint] = of_joint(joint));
+        likelihood
     }
 
     /// Frees on held-out rows what may differ in sessions that no row was trained on: the Coulomb level (within a prior of 5 %),
@@ -339,61 +379,51 @@ impl<'m> Problem<'m> {
 
     /// Finds the Stribeck velocities that suit the terms, and writes the fitted friction into the motion.
     pub fn settle(&mut self, terms: &[&Term]) -> Option<Fitted> {
-        for joint in 0..self.baseline.len() {
-            if !matches!(self.baseline[joint].falling, Falling::Free(_)) {
-                continue;
+        let of_joint = |(joint, baseline): (usize, &JointBaseline)| match baseline.falling() {
+            Falling::Given(_) => Some(baseline.clone()),
+            Falling::Free(_) => {
+                let v_s = self.stribeck_velocity(terms, joint)?;
+                Some(baseline.at_stribeck_velocity(&self.motion, joint, v_s))
             }
-            let grid = stribeck_grid(&self.motion, joint);
-            let tried: Vec<(f64, f64)> =
-                grid.par_iter().map(|v_s| (self.likelihood_with(terms, joint, *v_s), *v_s)).collect();
-            let best = tried.iter().enumerate().max_by(|a, b| a.1.0.total_cmp(&b.1.0))?.0;
-            let (mut low, mut high) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
-            // Golden section between the neighbours of the best, to 1 % of the Stribeck velocity.
-            let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-            while high / low > 1.01 {
-                let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
-                if self.likelihood_with(terms, joint, left) > self.likelihood_with(terms, joint, right) {
-                    high = right;
-                } else {
-                    low = left;
-                }
-            }
-            self.baseline[joint].falling = Falling::Free(0.5 * (low + high));
-        }
+        };
+        self.baseline = self.baseline.par_iter().enumerate().map(of_joint).collect::<Option<_>>()?;
         let fitted = self.fit(terms, Part::Train, NU)?;
         self.adopt(&fitted);
         Some(fitted)
     }
 
-    /// Log-likelihood of a joint's rows with another Stribeck velocity; shared coefficients are fitted to this joint alone.
-    fn likelihood_with(&self, terms: &[&Term], joint: usize, v_s: f64) -> f64 {
-        let baseline = JointBaseline { falling: Falling::Free(v_s), ..self.baseline[joint].clone() };
-        let rows = self.rows(joint, Part::Train);
-        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
-        let own = baseline.columns(&self.motion, joint);
-        let presence: f64 = rows.iter().map(|row| own[super::baseline::FALLING][*row].powi(2)).sum();
-        if presence * self.independence[joint] < LEAST_PRESENCE {
-            return f64::NEG_INFINITY;
-        }
-        let others = terms
-            .iter()
-            .filter_map(|term| term.joints.iter().position(|j| *j == joint).map(|place| &term.columns[place]));
-        let columns: Vec<_> =
-            own.iter().chain(others.flatten()).enumerate().map(|(index, column)| (index, pick(column))).collect();
-        let unknowns = columns.len();
-        let block = Block { y: pick(&baseline.target(&self.motion, joint)), columns };
-        let system = System { blocks: vec![block], unknowns, priors: Vec::new() };
-        system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[0])
+    /// The Stribeck velocity of a joint that suits the terms best; coefficients that they share are fitted to this joint alone.
+    fn stribeck_velocity(&self, terms: &[&Term], joint: usize) -> Option<f64> {
+        let (system, _, _) = self.system_of(&[joint], terms, Part::Train, false);
+        let motion = self.motion.at_rows(&self.rows(joint, Part::Train));
+        let likelihood = |v_s: f64| {
+            let column = falling(&motion, joint, v_s);
+            let presence: f64 = column.iter().map(|x| x * x).sum();
+            if presence * self.independence[joint] < LEAST_PRESENCE {
+                return f64::NEG_INFINITY;
+            }
+            let mut system = system.clone();
+            system.blocks[joint].columns[FALLING].1 = column;
+            system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[joint])
+        };
+        let grid = stribeck_grid(&self.motion, joint);
+        let tried: Vec<f64> = grid.par_iter().map(|v_s| likelihood(*v_s)).collect();
+        let best = (0..grid.len()).max_by(|a, b| tried[*a].total_cmp(&tried[*b]))?;
+        let (low, high) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
+        let (low, high) = golden_section([low, high], |low, high| high / low <= STRIBECK_RATIO, likelihood);
+        Some(0.5 * (low + high))
     }
 
-    /// [`independence`] of the training rows of each joint.
+    /// [`independence`] of the training rows of each joint; as it was where that was not fitted.
     pub fn independence_of(&self, fitted: &Fitted) -> Vec<f64> {
         let of_joint = |joint: usize| {
             let rows = self.rows(joint, Part::Train);
             let (e, w) = (&fitted.solution.residual[joint], &fitted.solution.weights[joint]);
             independence(e, w, &rows, MOST_LAGS)
         };
-        (0..self.baseline.len()).map(of_joint).collect()
+        let mut all = self.independence.clone();
+        fitted.joints.iter().for_each(|joint| all[*joint] = of_joint(*joint));
+        all
     }
 
     /// Counts independent samples once and for all.

@@ -144,9 +144,8 @@ fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Optio
                 terms.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, term)| term).collect();
             let fitted = problem.settle(&beside)?;
             let field = Field::new(problem, joints, &beside, &fitted.solution.scale);
-            let target: Vec<Vec<f64>> = (0..problem.baseline.len())
-                .map(|joint| problem.baseline[joint].target(&problem.motion, joint))
-                .collect();
+            let target: Vec<Vec<f64>> =
+                (0..problem.baseline.len()).map(|joint| problem.baseline[joint].target().to_vec()).collect();
             let shape = field.best(*effect, &field.stretched(&target))?.shape;
             let term = Term::new(&problem.motion, *effect, joints, shape);
             // Told by something else than torque against motion: by the command, by what happens at reversals.
@@ -194,11 +193,9 @@ impl<'p, 'm> Field<'p, 'm> {
         let mut field = Self { problem, joints: joints.to_vec(), rows, motions, factor, basis: Vec::new() };
         for (place, joint) in joints.iter().enumerate() {
             let baseline = &problem.baseline[*joint];
-            let mut columns = baseline.columns(&problem.motion, *joint);
-            columns.extend(baseline.stribeck_derivative(&problem.motion, *joint));
-            for column in columns {
+            for column in baseline.columns().iter().chain(baseline.stribeck_derivative()) {
                 let mut only = vec![Vec::new(); joints.len()];
-                only[place] = field.picked(place, &column);
+                only[place] = field.picked(place, column);
                 field.take_out(&field.joined(&only));
             }
         }

@@ -171,7 +171,7 @@ fn add_stribeck(problem: &Problem, fitted: &Fitted, system: &mut System) -> Vec<
     let mut positions = Vec::new();
     for (joint, baseline) in problem.baseline.iter().enumerate() {
         let falling = fitted.solution.coefficients.get(fitted.baseline_at[joint] + FALLING).copied().unwrap_or(0.0);
-        let derivative = baseline.stribeck_derivative(&problem.motion, joint).filter(|_| falling.abs() > 1e-12);
+        let derivative = baseline.stribeck_derivative().filter(|_| falling.abs() > 1e-12);
         positions.push(derivative.map(|column| {
             let rows = problem.rows(joint, Part::Train);
             let column = rows.iter().map(|row| falling * column[*row]).collect();

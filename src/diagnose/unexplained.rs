@@ -75,7 +75,8 @@ pub fn likeliest(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usi
         trials.extend(periodic_trials(problem, terms, fitted, kind, joint));
     }
     let gain = |trial: Trial| {
-        let fitted = problem.fit_near(&with_term(terms, &trial.term), Part::Train, fitted)?;
+        let terms = with_term(terms, &trial.term);
+        let fitted = problem.fit_near(&problem.coupled(&terms, &[joint]), &terms, Part::Train, fitted)?;
         let gain = fitted.solution.log_likelihood[joint] - (trial.tried as f64).ln();
         gain.is_finite().then_some((gain, trial))
     };
@@ -108,7 +109,7 @@ fn periodic_trials(
 ) -> Vec<Trial> {
     let motion = &problem.motion;
     let rows = problem.rows(joint, Part::Train);
-    let (system, _, _) = problem.system(terms, Part::Train, true);
+    let (system, _, _) = problem.system_of(&[joint], terms, Part::Train, true);
     let solution = &fitted.solution;
     let score =
         Score::new(&system.blocks[joint], &solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
@@ -143,7 +144,7 @@ pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
 
 /// RMS of what the last term takes of the residual times √2 [N·m or N]: the amplitude of a harmonic.
 fn amplitude(problem: &Problem, terms: &[&Term], without: &Fitted, joint: usize) -> Option<f64> {
-    let with = problem.fit_near(terms, Part::Train, without)?;
+    let with = problem.fit_near(&problem.coupled(terms, &[joint]), terms, Part::Train, without)?;
     let (before, after) = (&without.solution.residual[joint], &with.solution.residual[joint]);
     let power: f64 = before.iter().zip(after).map(|(before, after)| (before - after).powi(2)).sum();
     Some((2.0 * power / before.len().max(1) as f64).sqrt())

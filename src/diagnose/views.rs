@@ -19,8 +19,8 @@ pub struct Residual {
 pub fn residual(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<f64> {
     let baseline = &problem.baseline[joint];
     let c = &fitted.solution.coefficients;
-    let mut residual = baseline.target(&problem.motion, joint);
-    for (k, column) in baseline.columns(&problem.motion, joint).iter().enumerate() {
+    let mut residual = baseline.target().to_vec();
+    for (k, column) in baseline.columns().iter().enumerate() {
         let c = c[fitted.baseline_at[joint] + k];
         residual.iter_mut().zip(column).for_each(|(e, x)| *e -= c * x);
     }

@@ -112,7 +112,7 @@ impl Quantity {
     pub fn reference(&self, problem: &Problem, joint: usize) -> (f64, Vec<(usize, f64)>) {
         let law = problem.motion.joints[joint].friction;
         let baseline = &problem.baseline[joint];
-        let free = matches!(baseline.falling, Falling::Free(_));
+        let free = matches!(baseline.falling(), Falling::Free(_));
         let fall = law.breakaway - law.coulomb;
         match self.what {
             What::Coulomb => (law.coulomb, vec![(COULOMB, 1.0)]),

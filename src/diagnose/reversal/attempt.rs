@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::channel::Channel;
 use super::gear::{Altered, Gear};
 use crate::diagnose::problem::Part;
-use crate::effects::{AtTurns, Trial};
+use crate::effects::{AtTurns, SymmetricFriction, Trial};
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 
 /// Most steps of a fit.
@@ -97,8 +97,7 @@ impl Setting {
 impl Channel<'_, '_> {
     /// What the rows lack in a setting, and how that changes with a delay; `None` where an effect refuses its parameters.
     pub fn simulate(&self, setting: &Setting) -> Option<[Vec<f64>; 2]> {
-        let friction = self.problem.motion.joints[self.joint].friction;
-        let gear = Gear { gap: setting.gap, share: setting.share, friction };
+        let gear = Gear { gap: setting.gap, share: setting.share };
         let lack = self.torque(&gear, &setting.planted)?;
         let step = self.path.step;
         let rate: Vec<f64> = (0..lack.len())
@@ -112,12 +111,8 @@ impl Channel<'_, '_> {
             return Some(super::gear::lack(&self.path, gear, &Altered::default()));
         }
         let mut model = self.problem.motion.model.clone();
-        let side = Exponential {
-            coulomb: gear.friction.coulomb,
-            breakaway: gear.friction.breakaway,
-            stribeck_velocity: gear.friction.stribeck_velocity,
-            viscous: gear.friction.viscous,
-        };
+        let SymmetricFriction { coulomb, breakaway, stribeck_velocity, viscous } = self.path.friction;
+        let side = Exponential { coulomb, breakaway, stribeck_velocity, viscous };
         model.joints[self.joint].backlash = Some(gear.gap);
         model.joints[self.joint].friction =
             Some(Friction { law: FrictionLaw::Exponential([side; 2]), link_share: gear.share });

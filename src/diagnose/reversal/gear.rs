@@ -14,7 +14,7 @@
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, the hard-contact model.
 
 use super::path::{Path, Span};
-use crate::effects::{Action, GearAction, SymmetricFriction};
+use crate::effects::{Action, GearAction};
 use crate::gearhead::{Memory, Mesh};
 
 /// What is taken for known of a joint's gear.
@@ -24,8 +24,6 @@ pub struct Gear {
     pub gap: f64,
     /// `s` [1] part of the friction that acts on the link.
     pub share: f64,
-    /// `F` friction of rotor and link together.
-    pub friction: SymmetricFriction,
 }
 
 /// What effects do to a joint's gear.
@@ -81,7 +79,7 @@ impl Run<'_> {
     /// Friction that remembers, on the rotor; and how much dry friction has grown.
     fn remember(&mut self) {
         let Some(memory) = self.altered.memory else { return };
-        let (h, friction, rotor) = (self.path.step, &self.gear.friction, 1.0 - self.gear.share);
+        let (h, rotor) = (self.path.step, 1.0 - self.gear.share);
         if matches!(memory, Memory::Rest { .. }) {
             self.grown = vec![0.0; self.path.time.len()];
         }
@@ -89,7 +87,7 @@ impl Run<'_> {
             let mut state = 0.0;
             for k in span.start..span.end {
                 let v = self.path.v[k];
-                let dry = (rotor * friction.dry(v)).max(1e-12);
+                let dry = (rotor * self.path.dry[k]).max(1e-12);
                 // ṡ = r0 − f s with both constant over a step.
                 let (forgets, rate) = (memory.forgets(v.abs(), dry), memory.rate(state, v, dry));
                 let decay = if forgets * h > 1e-9 { -(-forgets * h).exp_m1() / forgets } else { h };
@@ -98,7 +96,7 @@ impl Run<'_> {
                 match memory {
                     Memory::Bristles { stiffness, damping } => {
                         let force = stiffness * (before + 0.5 * change) + damping * change / h;
-                        self.lack[k] += force - rotor * friction.dry(v) * sign(v);
+                        self.lack[k] += force - rotor * self.path.dry[k] * sign(v);
                     }
                     Memory::Rest { .. } => {
                         self.grown[k] = memory.level(before + 0.5 * change);
@@ -115,8 +113,16 @@ impl Run<'_> {
 
     /// Friction of the link [N·m or N], at least zero.
     fn friction(&self, k: usize, w: f64) -> f64 {
-        let law = &self.gear.friction;
-        self.gear.share * (law.dry(w) + self.grown(k) + law.viscous * w.abs())
+        let law = &self.path.friction;
+        // On a flank of a perfect gear the link goes as the rotor does, whose friction is known.
+        let dry = if w == self.path.v[k] { self.path.dry[k] } else { law.dry(w) };
+        self.gear.share * (dry + self.grown(k) + law.viscous * w.abs())
+    }
+
+    /// What the motor needs if the link follows the rotor [N·m or N], its rotor's friction aside.
+    fn usual(&self, k: usize) -> f64 {
+        let v = self.path.v[k];
+        self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.path.friction.viscous * v.abs())
     }
 
     fn mesh(&self, k: usize) -> Mesh {
@@ -172,24 +178,19 @@ impl Run<'_> {
 
     /// What the motor lacks while the link is on a flank.
     fn follows(&self, k: usize, w: f64, lever: f64, gain: f64) -> f64 {
-        let v = self.path.v[k];
-        let usual = self.path.load[k]
-            + self.gear.share * sign(v) * (self.gear.friction.dry(v) + self.gear.friction.viscous * v.abs());
         if self.altered.gears.is_empty() {
-            return self.gear.share * sign(v) * self.grown(k);
+            return self.gear.share * sign(self.path.v[k]) * self.grown(k);
         }
-        lever * self.on_flank(k, w, gain) - usual
+        lever * self.on_flank(k, w, gain) - self.usual(k)
     }
 
     /// The rest of a step, from the part `begin` of it on, with the link between the flanks.
     fn float(&mut self, link: &mut Link, k: usize, begin: f64, mesh: &Mesh, next: &Mesh) {
         let path = self.path;
-        let (h, inertia, v) = ((1.0 - begin) * path.step, path.inertia[k], path.v[k]);
+        let (h, inertia) = ((1.0 - begin) * path.step, path.inertia[k]);
         let held = path.load[k] - path.inertial[k];
         let w = slowed(link.w - h * held / inertia, h * self.friction(k, link.w) / inertia);
         let q = link.q + 0.5 * h * (link.w + w);
-        let missing = path.load[k]
-            + self.gear.share * sign(v) * (self.gear.friction.dry(v) + self.gear.friction.viscous * v.abs());
         let mut end = 1.0;
         for side in [1.0, -1.0] {
             let ((q0, w0), (q1, w1)) = (self.flank(k, mesh, side), self.flank(k + 1, next, side));
@@ -208,7 +209,7 @@ impl Run<'_> {
         if end == 1.0 && link.side == 0.0 {
             (link.q, link.w) = (q, w);
         }
-        self.lack[k] -= (end - begin) * missing;
+        self.lack[k] -= (end - begin) * self.usual(k);
     }
 
     /// An impulse [N·m·s or N·s] at a part of a step: shared with the neighbour, so that it moves evenly with its time.

@@ -8,7 +8,7 @@
 use nalgebra::DMatrix;
 
 use crate::dynamics::Dynamics;
-use crate::effects::Motion;
+use crate::effects::{Motion, SymmetricFriction};
 use crate::timeseries::{Channel, TimeSeries};
 
 /// Steps of the grid in the narrowest half width of a kernel.
@@ -37,6 +37,10 @@ pub struct Path {
     pub inertial: Vec<f64>,
     /// `I` [kg·m² or kg] inertia of all that the joint moves, the other joints held.
     pub inertia: Vec<f64>,
+    /// `F` friction of rotor and link together.
+    pub friction: SymmetricFriction,
+    /// Dry part of `F(θ̇)` [N·m or N].
+    pub dry: Vec<f64>,
 }
 
 /// Instants of a session.
@@ -56,8 +60,9 @@ impl Path {
         let narrowest = motion.half_width.iter().copied().fold(f64::INFINITY, f64::min);
         let step = (narrowest / STEPS).clamp(GRID[0], GRID[1]);
         let (time, theta, v, load) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (inertial, inertia, spans) = (Vec::new(), Vec::new(), Vec::new());
-        let mut path = Self { joint, step, spans, time, theta, v, load, inertial, inertia };
+        let (inertial, inertia, dry, spans) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let friction = motion.joints[joint].friction;
+        let mut path = Self { joint, step, spans, time, theta, v, load, inertial, inertia, friction, dry };
         let inertia = inertia_at_rows(motion, joint);
         let mut first = 0;
         while first < motion.rows() {
@@ -101,7 +106,9 @@ impl Path {
                 Some([[t0, q0], [t1, q1]]) => q0 + (q1 - q0) * ((t - t0) / (t1 - t0)).clamp(0.0, 1.0),
                 _ => between(&m.q),
             });
-            self.v.push(between(&m.v));
+            let v = between(&m.v);
+            self.v.push(v);
+            self.dry.push(self.friction.dry(v));
             self.load.push(between(&m.link_torque));
             let inertia = between(inertia);
             self.inertia.push(inertia);

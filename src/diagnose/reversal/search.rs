@@ -97,7 +97,7 @@ fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual:
             if !visible {
                 return None;
             }
-            judged(&channel, &nominal, [&before, &channel.predict(&fit)?.0], &without, &fit, tried)
+            judged(&channel, &nominal, &before, &without, &fit, tried)
         })
         .collect()
 }
@@ -161,12 +161,12 @@ fn best_trials(channel: &Channel, nominal: &Fit, effect: &'static dyn AtTurns, t
 fn judged(
     channel: &Channel,
     nominal: &Fit,
-    [before, after]: [&Prediction; 2],
+    before: &Prediction,
     without: &Solution,
     fit: &Fit,
     tried: usize,
 ) -> Option<Candidate> {
-    let (_, solution) = channel.predict(fit)?;
+    let (after, solution) = channel.predict(fit)?;
     let planted = fit.setting.planted.first()?;
     // How many rows are independent is judged by the richer model: an effect that is left out makes errors that never forget.
     let independence = after.independence;

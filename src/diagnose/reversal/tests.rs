@@ -21,13 +21,14 @@ fn turn() -> Path {
     let theta = time.iter().map(|t| U * (t - 1.0).abs()).collect();
     let none = vec![0.0; n];
     let spans = vec![Span { session: 0, start: 0, end: n }];
-    Path { joint: 0, step: H, spans, time, theta, v, load: none.clone(), inertial: none, inertia: vec![I; n] }
+    let (load, inertial, inertia, dry) = (none.clone(), none, vec![I; n], vec![DRY.coulomb; n]);
+    Path { joint: 0, step: H, spans, time, theta, v, load, inertial, inertia, friction: DRY, dry }
 }
 
 #[test]
 fn analytic_link_rests_while_the_rotor_crosses_the_gap() {
     let (gap, share) = (0.0123, 0.25);
-    let lack = lack(&turn(), &Gear { gap, share, friction: DRY }, &Altered::default());
+    let lack = lack(&turn(), &Gear { gap, share }, &Altered::default());
     // Without a load the link keeps to its flank while the rotor brakes, and stands where it turns.
     let touch = 1.0 + gap / U;
     let at = |t: f64| lack[(t / H) as usize];
@@ -45,7 +46,7 @@ fn analytic_link_rests_while_the_rotor_crosses_the_gap() {
 fn analytic_bristles_bend_before_they_slip() {
     let (stiffness, damping) = (100.0, 0.0);
     let actions = [Action::Friction(0, Memory::Bristles { stiffness, damping })];
-    let gear = Gear { gap: 0.0, share: 0.0, friction: DRY };
+    let gear = Gear { gap: 0.0, share: 0.0 };
     let lack = lack(&turn(), &gear, &Altered::by(&actions, 0));
     // z = z0 + (g/σ0 − z0)(1 − e^{−σ0 x/g}) over the travel x since the turn, from z0 = −g/σ0: F − g = −2 g e^{−σ0 x/g}.
     for t in [1.05, 1.1, 1.3] {
@@ -58,7 +59,7 @@ fn analytic_bristles_bend_before_they_slip() {
 
 #[test]
 fn property_a_gear_without_a_gap_lacks_nothing() {
-    let lack = lack(&turn(), &Gear { gap: 0.0, share: 0.0, friction: DRY }, &Altered::default());
+    let lack = lack(&turn(), &Gear { gap: 0.0, share: 0.0 }, &Altered::default());
     // But for the impulse that turns the link, which a smooth motion spreads over its kernel.
     let away: f64 = lack.iter().enumerate().filter(|(k, _)| k.abs_diff(1000) > 2).map(|(_, torque)| torque.abs()).sum();
     assert_eq!(away, 0.0);
