@@ -18,7 +18,7 @@ use super::{
     Options, command, extend, floor, held, maps, mended, observe, reversal, shares, slip, spectra, two_encoders,
     typical_inertia, unexplained,
 };
-use crate::effects::SymmetricFriction;
+use crate::effects::{Catalogue, SymmetricFriction};
 use crate::error::Result;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
@@ -73,11 +73,12 @@ pub fn diagnosis(
     } else {
         vec![Gap::default(); model.joints.len()]
     };
+    let gap_values: Vec<_> = gaps.iter().map(|gap| gap.measured.as_ref().map(|gap| gap.value)).collect();
+    blur_by_gaps(&mut effects, model, &gap_values, &options.catalogue);
     if !data.shaken {
         effects.extend(at_turns(data, problem, &residuals));
     }
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
-    let gap_values: Vec<_> = gaps.iter().map(|gap| gap.measured.as_ref().map(|gap| gap.value)).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
     let nominal = if effects.is_empty() { None } else { nominal_friction(problem) };
     let nominal = nominal.unwrap_or_else(|| friction.clone());
@@ -310,7 +311,8 @@ fn rivals(taken: &Taken, options: &Options) -> (Vec<String>, f64) {
 }
 
 /// Probability that an effect of this evidence is what is named: the evidence is that of a model which is never quite right, so that
-/// differences count relative to it; a rival pays for parameters that it needs beyond those of the effect.
+/// differences count relative to it; a rival pays for parameters that it needs beyond those of the effect. Nothing is a rival too, with
+/// as much as laws that are not quite right leave behind.
 fn probability<'c>(total: f64, own: usize, options: &Options, rivals: impl Iterator<Item = &'c Candidate>) -> f64 {
     let unit = 0.02 * total + 3.0;
     let odds = |difference: f64| (difference / unit).exp();
@@ -319,7 +321,7 @@ fn probability<'c>(total: f64, own: usize, options: &Options, rivals: impl Itera
         odds(rival.total() - total - extra * (options.rules.tie * total + unit))
     };
     let of_rivals: f64 = rivals.map(of_rival).sum();
-    calibrated(of_rivals + odds(options.rules.nats - 2.0 * unit - total))
+    calibrated(of_rivals + odds(options.rules.further - total))
 }
 
 /// [%] by which a term lowers the RMS error of its joints on what is held out.
@@ -390,6 +392,22 @@ fn gaps(
         Gap { measured: Some(measured), link_share, left_out: None }
     };
     (0..model.joints.len()).map(measure).collect()
+}
+
+/// Where in its gap `b` a link stands the rotor's angle does not tell: an angle of the link is anywhere within `± b/2` of it, which is a standard
+/// error of `b/√12`.
+fn blur_by_gaps(effects: &mut [FoundEffect], model: &Model, gaps: &[Option<f64>], catalogue: &Catalogue) {
+    for found in effects {
+        let joint = model.joints.iter().position(|joint| Some(&joint.name) == found.joints.first());
+        let effect = catalogue.diagnosable().find(|effect| effect.about().name == found.effect);
+        let (Some(joint), Some(effect)) = (joint, effect) else { continue };
+        let gap = gaps[joint].or(model.joints[joint].backlash).unwrap_or(0.0);
+        for name in effect.angles_of_link() {
+            if let Some(angle) = found.parameters.get_mut(*name) {
+                angle.std_error = angle.std_error.hypot(gap / 12.0_f64.sqrt());
+            }
+        }
+    }
 }
 
 /// The effects that the turns of the joints tell of. A gap that was measured as if there were none may stand for what they do.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::DVector;
 
 use super::baseline::{COULOMB, FALLING, Falling, VISCOUS};
-use super::problem::{Fitted, Part, Problem, Term};
+use super::problem::{Fitted, Problem, Term};
 use super::result::Measured;
 use super::uncertainty::{SYSTEMATIC, Uncertainty};
 use crate::effects::{Motion, SymmetricFriction};
@@ -64,30 +64,13 @@ pub fn parameters(
         shape[k] += step;
         slope(*position, values(c, &shape), step);
     }
-    let systematic = systematic(problem, term, &c.as_slice()[at..at + term.coefficients()]);
     let specs = about.parameters.iter().zip(centre).zip(&gradients);
     specs
         .map(|((spec, value), gradient)| {
-            let own = gradient.iter().filter(|(position, _)| (at..at + term.coefficients()).contains(position));
-            let wrong = own.map(|(position, slope)| (slope * systematic[position - at]).powi(2)).sum::<f64>().sqrt();
-            let std_error = uncertainty.std_error(gradient).hypot(wrong);
+            let std_error = uncertainty.std_error(gradient).hypot(uncertainty.systematic(index, gradient));
             (spec.name.to_owned(), Measured { value, std_error, unit: spec.unit_for(kind) })
         })
         .collect()
-}
-
-/// Systematic error of each coefficient: [`SYSTEMATIC`] of the torque that all of them move.
-fn systematic(problem: &Problem, term: &Term, coefficients: &[f64]) -> Vec<f64> {
-    let size = |k: usize| -> f64 {
-        let of_joint = |(place, joint): (usize, &usize)| {
-            let column = &term.columns[place][k];
-            problem.rows(*joint, Part::Train).iter().map(|row| column[*row].powi(2)).sum::<f64>()
-        };
-        term.joints.iter().enumerate().map(of_joint).sum::<f64>().sqrt()
-    };
-    let sizes: Vec<f64> = (0..coefficients.len()).map(size).collect();
-    let all = coefficients.iter().zip(&sizes).map(|(c, size)| (c * size).powi(2)).sum::<f64>().sqrt();
-    sizes.iter().map(|size| if *size > 0.0 { SYSTEMATIC * all / size } else { 0.0 }).collect()
 }
 
 /// A difference of angles may be off by a whole turn; other differences here are tiny.

@@ -146,8 +146,8 @@ pub fn diagnose(
     } else {
         None
     };
-    let mut selection =
-        selection::select(&mut problem, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
+    let rules = if as_recorded.is_some() { options.rules.beside_another() } else { options.rules };
+    let mut selection = selection::select(&mut problem, &rules, progress).ok_or_else(|| nothing_moves(model))?;
     stand_ins::withdraw(&mut problem, &mut selection).ok_or_else(|| nothing_moves(model))?;
     let data =
         conclude::Data { model, sessions: &sessions, trained: train.len(), late, shaken: lines.is_some(), as_recorded };

@@ -12,8 +12,11 @@
 //! combination `c` rests on `G_c = (Σ h_g)²/Σ h_g²` blocks, and the error is scaled so that ±1.96 of it hold 95 % of Student's t
 //! with `G_c − 1` degrees of freedom.
 //!
-//! What every block gets wrong alike no block can show: smoothing, the direction within a row, a rigid link. It is taken as [`SYSTEMATIC`]
-//! of the torque that an effect moves, split over its coefficients by the size of their columns, independent of the scatter.
+//! What every block gets wrong alike no block can show: smoothing, the direction within a row, a rigid link. It is taken as an error
+//! of the torque `T` that an effect moves, of the size `ε |T|`, `ε` = [`SYSTEMATIC`], in the direction that hurts most, independent of the scatter:
+//!
+//! `|cᵀδ| ≤ ε |T| √(cᵀ (XᵀX)⁻¹ c)`, `X` the columns of the effect's own coefficients and shapes. One coefficient: `ε |β|`. A mass and its
+//! place, whose columns are nearly parallel, are known the worse for it.
 //! References: R. Bell, D. McCaffrey (2002), Bias reduction in standard errors for linear regression with multi-stage samples;
 //! P. Huber (1981), Robust Statistics, ch. 7.
 
@@ -42,8 +45,20 @@ pub struct Uncertainty {
     unknowns: usize,
     /// Position of each joint's Stribeck velocity.
     pub stribeck_at: Vec<Option<usize>>,
-    /// Position of each term's first shape parameter.
+    /// Positions of each term's shape parameters.
     pub shape_at: Vec<Vec<usize>>,
+    /// The torque of each term.
+    moved: Vec<MovedTorque>,
+}
+
+/// Torque that a term moves, and how it changes with what is fitted of it.
+struct MovedTorque {
+    /// Positions of the term's coefficients and shapes.
+    at: Vec<usize>,
+    /// `|T|`, root of the sum over rows of all joints.
+    size: f64,
+    /// `(XᵀX)⁻¹`
+    inverse: DMatrix<f64>,
 }
 
 /// Movements of the solution without each block.
@@ -61,6 +76,11 @@ impl Uncertainty {
         let (mut system, _, _) = problem.system(terms, Part::Train, false);
         let stribeck_at = add_stribeck(problem, fitted, &mut system);
         let shape_at = add_shapes(problem, terms, fitted, &mut system);
+        let of_term = |(index, term): (usize, &&Term)| {
+            let own = fitted.term_at[index]..fitted.term_at[index] + term.coefficients();
+            MovedTorque::new(&system, own, &shape_at[index], fitted.solution.coefficients.as_slice())
+        };
+        let moved = terms.iter().enumerate().map(of_term).collect::<Option<_>>()?;
         let solution = system.solve(NU)?;
         let rows: Vec<Vec<usize>> = (0..problem.baseline.len()).map(|joint| problem.rows(joint, Part::Train)).collect();
         let jackknives = BLOCKS.iter().filter_map(|length| {
@@ -76,7 +96,7 @@ impl Uncertainty {
                 .flatten()
         });
         let jackknives: Vec<Jackknife> = jackknives.collect();
-        (!jackknives.is_empty()).then_some(Self { jackknives, unknowns: system.unknowns, stribeck_at, shape_at })
+        (!jackknives.is_empty()).then_some(Self { jackknives, unknowns: system.unknowns, stribeck_at, shape_at, moved })
     }
 
     /// Standard error of `Σ slope · coefficient`, each `(position, slope)`.
@@ -88,10 +108,52 @@ impl Uncertainty {
         self.jackknives.iter().map(|jackknife| jackknife.std_error(&c)).fold(0.0, f64::max)
     }
 
+    /// Largest `Σ slope · error` of a term's coefficients and shapes that an error of its torque by [`SYSTEMATIC`] makes.
+    pub fn systematic(&self, term: usize, gradient: &[(usize, f64)]) -> f64 {
+        self.moved[term].error(gradient)
+    }
+
     /// Scale of one coefficient, for steps of numerical derivatives.
     pub fn spread(&self, position: usize) -> f64 {
         self.jackknives[0].inverse[(position, position)].max(0.0).sqrt().max(1e-12)
     }
+}
+
+impl MovedTorque {
+    /// Of the coefficients `own` and the shapes of a term; `None` where their columns cannot be told apart.
+    fn new(system: &System, own: std::ops::Range<usize>, shapes: &[usize], coefficients: &[f64]) -> Option<Self> {
+        let at: Vec<usize> = own.clone().chain(shapes.iter().copied()).collect();
+        let mut gram = DMatrix::zeros(at.len(), at.len());
+        for block in &system.blocks {
+            let columns: Vec<_> =
+                at.iter().map(|at| block.columns.iter().find(|(position, _)| position == at)).collect();
+            for (i, one) in columns.iter().enumerate() {
+                for (j, other) in columns.iter().enumerate() {
+                    if let (Some((_, one)), Some((_, other))) = (one, other) {
+                        gram[(i, j)] += one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
+                    }
+                }
+            }
+        }
+        let beta = DVector::from_fn(at.len(), |i, _| if i < own.len() { coefficients[at[i]] } else { 0.0 });
+        let size = beta.dot(&(&gram * &beta)).max(0.0).sqrt();
+        Some(Self { at, size, inverse: inverse(&gram)? })
+    }
+
+    fn error(&self, gradient: &[(usize, f64)]) -> f64 {
+        let slope = |at: &usize| gradient.iter().filter(|(position, _)| position == at).map(|(_, slope)| slope).sum();
+        let c = DVector::from_iterator(self.at.len(), self.at.iter().map(slope));
+        SYSTEMATIC * self.size * c.dot(&(&self.inverse * &c)).max(0.0).sqrt()
+    }
+}
+
+/// Inverse of a matrix of products, by way of unit diagonals: columns of any unit keep their digits.
+fn inverse(products: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = products.nrows();
+    let size = products.diagonal().map(|d: f64| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
+    let scaled = DMatrix::from_fn(n, n, |i, j| products[(i, j)] * size[i] * size[j]);
+    let inverse = Cholesky::new(scaled + RIDGE * DMatrix::identity(n, n))?.inverse();
+    Some(DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * size[i] * size[j]))
 }
 
 impl Jackknife {
@@ -215,7 +277,24 @@ fn add_shapes(problem: &Problem, terms: &[&Term], fitted: &Fitted, system: &mut 
 #[cfg(test)]
 mod tests {
     use super::super::regression::{Block, NU, System};
-    use super::{Jackknife, widening};
+    use super::{Jackknife, MovedTorque, SYSTEMATIC, widening};
+
+    /// Two unit columns at an angle α, the second a shape: an error `ε |β|` of the torque across the first moves the second by `ε |β|/sin α`,
+    /// and the first by as much; of one column alone it is `ε |β|`.
+    #[test]
+    fn analytic_an_error_across_nearly_parallel_columns_weighs_more() {
+        let (beta, angle) = (-2.0, 0.2_f64);
+        let columns = vec![(0, vec![1.0, 0.0]), (1, vec![angle.cos(), angle.sin()])];
+        let system = System { blocks: vec![Block { y: vec![0.0; 2], columns }], unknowns: 2, priors: Vec::new() };
+        let error = |shapes: &[usize], position| {
+            MovedTorque::new(&system, 0..1, shapes, &[beta]).expect("two columns").error(&[(position, 1.0)])
+        };
+        let expected = SYSTEMATIC * 2.0;
+        // The ridge changes the inverse by 1e-10/sin² α.
+        assert!((error(&[], 0) / expected - 1.0).abs() < 1e-8);
+        assert!((error(&[1], 0) * angle.sin() / expected - 1.0).abs() < 1e-8);
+        assert!((error(&[1], 1) * angle.sin() / expected - 1.0).abs() < 1e-8);
+    }
 
     /// A mean whose errors are the same throughout a block is known as well as that many blocks tell, not rows.
     #[test]

@@ -6,6 +6,7 @@
 //! directions of motion. A part of the range has to be free, else it is a cable. The damping is too small a part of the torque to be told.
 //! On a machine with gaps a diagnosis leaves out what happens around reversals: a contact that a joint only grazes to turn around there
 //! is missed. While the joint presses, its gear is loaded on one flank, and the rows count.
+//! Where the link touches the rotor tells to half a gap only: `q = θ − side · b/2` while it presses, from a zero that lies somewhere in the gap.
 //! Left out: friction along the surface, and what the contact does to other joints.
 //! Reference: S. Haddadin, A. De Luca, A. Albu-Schäffer (2017), Robot collisions: a survey on detection, isolation, and identification.
 
@@ -104,6 +105,10 @@ impl Diagnosable for ExternalContact {
         let m = &motion.joints[joint];
         let deepest = m.q.iter().map(|q| side * (q - place)).fold(0.0, f64::max);
         coefficients[0] * deepest > PRESSING * m.friction.coulomb
+    }
+
+    fn angles_of_link(&self) -> &'static [&'static str] {
+        &["angle"]
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

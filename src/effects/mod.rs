@@ -239,6 +239,11 @@ pub trait Diagnosable: Effect {
         0.0
     }
 
+    /// Names of parameters that are angles (or places) of the link: the rotor's tell them to half a gap.
+    fn angles_of_link(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Its parameters from the coefficients, in the order of [`About::parameters`]; those with a default may be missing at the end.
     fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64>;
 }
