@@ -64,7 +64,8 @@ fn document(name: &str, question: &Question, found: &Designed) -> Document {
     let verdict = if found.decides {
         format!("{} for {:.0} s answers it: {causes}.", parts(&found.best), found.best.duration)
     } else {
-        format!("No experiment within the budget answers it ({causes}); the best is {}.", parts(&found.best))
+        let within = if found.beyond_budget.is_some() { " within the budget" } else { "" };
+        format!("No experiment{within} decides it ({causes}); the best is {}.", parts(&found.best))
     };
     let mut table = Table::new("", &["experiment", "length", "cause", "named with", "standard error"]);
     for trial in &found.tried {
@@ -80,15 +81,23 @@ fn document(name: &str, question: &Question, found: &Designed) -> Document {
     }
     let mut section = Section::new("What was simulated");
     section.text.push(
-        "Each cause was put into the simulated machine, a tenth of the torque strong, and the recording diagnosed. \
-         `named with` is the probability with which the diagnosis names it and not the other, 0 where it does not."
+        "Each cause was put into the simulated machine, a tenth of the torque strong, and the recording diagnosed; where that \
+         decided, into two further machines, one weaker and one stronger. `named with` is the probability with which the \
+         diagnosis names it and not the other, 0 where it does not and at most 0.5 where it cannot rule the other out."
             .to_owned(),
     );
     section.text.push(
         "Carry it out on the machine as scenario.toml describes it, or on the simulated one with \
-         `lostmotion run scenario.toml`; a mass under [added_mass] is fastened to the last link beforehand."
+         `lostmotion run scenario.toml`; a mass under [session.added_mass] is fastened to the last link for that session. To \
+         diagnose recordings of the machine, write it into the model file as [[loads]] with `session`, the recording's name."
             .to_owned(),
     );
+    if !found.decides {
+        section.text.push(format!("What would tell: {}.", found.told_apart_by.join("; ")));
+        if let Some(least) = found.beyond_budget {
+            section.text.push(format!("The next experiment takes {least:.0} s: try a longer --budget."));
+        }
+    }
     section.tables.push(table);
     let title = format!("{name}: an experiment for {causes}");
     let undecided = "scenario.toml is the best that was found; what it records may leave the question open";

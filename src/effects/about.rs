@@ -116,6 +116,8 @@ pub enum Experiment {
     SlowSteps,
     /// Slow ways through the whole range, to and fro.
     WideRange,
-    /// Fast, with a known mass on the tool.
+    /// Fast, without and then with a known mass on the tool.
     AddedMass,
+    /// Nothing moves, and no drive has anything to hold.
+    AtRest,
 }

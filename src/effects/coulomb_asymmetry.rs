@@ -64,7 +64,7 @@ impl Effect for CoulombAsymmetry {
     }
 
     fn shown_by(&self) -> &'static [Experiment] {
-        &[Experiment::SlowSteps]
+        &[Experiment::AtRest, Experiment::SlowSteps]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

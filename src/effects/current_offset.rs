@@ -49,7 +49,7 @@ impl Effect for CurrentOffset {
     }
 
     fn shown_by(&self) -> &'static [Experiment] {
-        &[Experiment::SlowSteps]
+        &[Experiment::AtRest, Experiment::SlowSteps]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -111,7 +111,7 @@ pub trait Effect: Sync {
         parameters: &BTreeMap<String, f64>,
     ) -> Result<Vec<Action>>;
 
-    /// Experiments that show it best; none: any may.
+    /// Experiments that show it or tell it from others, the best first; none: any may.
     fn shown_by(&self) -> &'static [Experiment] {
         &[]
     }

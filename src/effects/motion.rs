@@ -158,6 +158,23 @@ impl Motion<'_> {
         [[-v * sin, v * cos], [-a * sin - v * v * cos, a * cos - v * v * sin]].map(|pair| pair.map(|x| gain * x))
     }
 
+    /// Adds what the known masses ask for that the model's last body carries in some sessions; `names` are those of the sessions.
+    pub fn carry<'n>(&mut self, names: impl Iterator<Item = &'n str>) {
+        for (number, name) in names.enumerate() {
+            let Some(load) = self.model.load_in(name) else { continue };
+            let rows: Vec<usize> = (0..self.rows()).filter(|row| self.session[*row] == number).collect();
+            let own = self.at_rows(&rows);
+            let (torques, inertias) = (own.inverse_dynamics(&load, false), own.link_inertias(&load));
+            for (joint, (torque, inertia)) in self.joints.iter_mut().zip(torques.iter().zip(&inertias)) {
+                for ((row, torque), inertia) in rows.iter().zip(torque).zip(inertia) {
+                    joint.rigid[*row] += torque;
+                    joint.link_torque[*row] += torque;
+                    joint.link_inertia[*row] += inertia;
+                }
+            }
+        }
+    }
+
     /// Distance that a joint covers, largest of its sessions [rad or m].
     pub fn range(&self, joint: usize) -> f64 {
         let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); self.sessions];

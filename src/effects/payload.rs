@@ -30,7 +30,7 @@ static ABOUT: About = About {
     ],
     signature: "torque in proportion to acceleration and to the Coriolis terms of all joints at once",
     look_alikes: &["load_dependent_friction", "sensor_delay", "base_tilt"],
-    separate_by: "accelerate one joint while another rests: a payload couples them, a wrong rotor inertia or torque constant does not",
+    separate_by: "accelerate one joint while another rests: a payload couples them, a wrong rotor inertia or torque constant does not; or add a known mass: what it adds is measured as it is",
     reference: "W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters",
 };
 
@@ -79,7 +79,7 @@ impl Effect for Payload {
     }
 
     fn shown_by(&self) -> &'static [Experiment] {
-        &[Experiment::Fast, Experiment::OneByOne]
+        &[Experiment::AddedMass, Experiment::Fast, Experiment::OneByOne]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -44,7 +44,7 @@ impl Effect for TorqueConstantError {
     }
 
     fn shown_by(&self) -> &'static [Experiment] {
-        &[Experiment::Fast, Experiment::OneByOne, Experiment::AddedMass]
+        &[Experiment::AddedMass, Experiment::Fast, Experiment::OneByOne]
     }
 
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {

@@ -114,6 +114,7 @@ pub struct Replay {
 /// A joint lacks position or torque and current, or the sign of its current in open loop, the model's effects do not fit, or the
 /// simulation diverges.
 pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
+    let model = &model.in_session(&session.series.name);
     let mut notes = Vec::new();
     let inputs = inputs::inputs(model, session, options.control, &mut notes)?;
     let mut simulated = simulate(model, session, &inputs, options)?;

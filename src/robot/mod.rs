@@ -8,6 +8,6 @@ pub mod tree;
 mod urdf;
 mod write;
 
-pub use model::{EffectEntry, JointModel, Masses, Model};
+pub use model::{EffectEntry, JointModel, Load, Masses, Model};
 pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape, UnreadShape};
 pub use urdf::STANDARD_GRAVITY;

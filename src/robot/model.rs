@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::Robot;
+use nalgebra::Matrix3;
+
+use super::{Inertia, Robot};
 use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, VelocitySensor};
 use crate::gearhead::Friction;
 use crate::units::JointKind;
@@ -29,6 +31,47 @@ pub struct Model {
     pub masses: Masses,
     /// What the nominal machine lacks.
     pub effects: Vec<EffectEntry>,
+    /// Known masses that the last body carries in some recordings.
+    pub loads: Vec<Load>,
+}
+
+impl Model {
+    /// The machine as it is in the recording of this name, with what it carries there.
+    pub fn in_session(&self, name: &str) -> Self {
+        let mut model = Self { loads: Vec::new(), ..self.clone() };
+        for load in self.loads.iter().filter(|load| load.session == name) {
+            if let Some(body) = model.robot.bodies.last_mut() {
+                body.inertia = body.inertia.joined(&load.inertia());
+            }
+        }
+        model
+    }
+
+    /// What the machine carries in the recording of this name, as a tree without any other mass; `None` where it carries nothing.
+    pub fn load_in(&self, name: &str) -> Option<Robot> {
+        let mut robot = self.robot.clone();
+        robot.bodies.iter_mut().for_each(|body| body.inertia = Inertia::zero());
+        let alone = Self { robot, ..self.clone() };
+        self.loads.iter().any(|load| load.session == name).then(|| alone.in_session(name).robot)
+    }
+}
+
+/// An entry of the list `[[loads]]`: a point mass that is known, on the last body in one recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Load {
+    /// Name of the recording: of a file, its name without the ending.
+    pub session: String,
+    /// [kg] > 0.
+    pub mass: f64,
+    /// [m] its place `x, y, z` in the frame of the last body.
+    pub position: [f64; 3],
+}
+
+impl Load {
+    /// Its inertia in the frame of the last body.
+    pub fn inertia(&self) -> Inertia {
+        Inertia { mass: self.mass, com: self.position.into(), tensor: Matrix3::zeros() }
+    }
 }
 
 /// Where masses and inertias of a model come from.

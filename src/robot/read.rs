@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
-use super::model::{EffectEntry, JointModel, Masses, Model};
+use super::model::{EffectEntry, JointModel, Load, Masses, Model};
 use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
@@ -85,6 +85,7 @@ impl Model {
         }
         let effects =
             root.tables("effects")?.iter().map(|table| read_effect(table, &robot.bodies)).collect::<Result<_>>()?;
+        let loads = root.tables("loads")?.iter().map(read_load).collect::<Result<_>>()?;
         root.finish()?;
         Ok(Self {
             name,
@@ -96,6 +97,7 @@ impl Model {
             held,
             masses,
             effects,
+            loads,
         })
     }
 
@@ -122,6 +124,7 @@ impl Model {
             held,
             masses: Masses::Known,
             effects: Vec::new(),
+            loads: Vec::new(),
         })
     }
 }
@@ -169,6 +172,25 @@ fn first_joint(body: &Body) -> JointModel {
         velocity_sensor: None,
         current_sensor: None,
         friction: None,
+    }
+}
+
+fn read_load(table: &Table<'_>) -> Result<Load> {
+    let load = Load::read(table, table.text("session")?)?;
+    table.finish()?;
+    Ok(load)
+}
+
+impl Load {
+    /// Reads `mass`, `x`, `y`, `z` of a table.
+    ///
+    /// # Errors
+    /// The mass is missing or not above zero, or a number is none.
+    pub fn read(table: &Table<'_>, session: &str) -> Result<Self> {
+        let mass = table.number("mass", &Range::positive("kg"))?;
+        let coordinate = |axis: &str| table.number_or(axis, &Range::any("m"), 0.0);
+        let position = [coordinate("x")?, coordinate("y")?, coordinate("z")?];
+        Ok(Self { session: session.to_owned(), mass, position })
     }
 }
 

@@ -59,6 +59,14 @@ impl Model {
                 number(&mut out, name, *value, "");
             }
         }
+        for load in &self.loads {
+            out.push_str("\n[[loads]]\n");
+            line(&mut out, "session", &written_text(&load.session), "recording in which the last body carries it");
+            number(&mut out, "mass", load.mass, "[kg]");
+            for (axis, value) in ["x", "y", "z"].into_iter().zip(load.position) {
+                number(&mut out, axis, value, "[m]");
+            }
+        }
         out
     }
 }

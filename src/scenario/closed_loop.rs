@@ -97,6 +97,7 @@ fn run_session(
     progress: &mut dyn FnMut(f64),
 ) -> Result<(TimeSeries, Vec<Contact>)> {
     let Scenario { model, options, control_period, controller, .. } = scenario;
+    let model = &model.in_session(&session.name);
     let mut plant = Plant::new(model, &Options { seed, ..options.clone() })?;
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);

@@ -15,6 +15,7 @@
 //! [controller]                                 # law, velocity, a table of gains for every joint
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
 //! # a scenario on recordings has `data` instead of all that follows, see `recorded`
+//! # [session.added_mass]                       # the same in one session of a list [[session]] alone
 //! [[obstacles]]                                # what stands in the way, see `read_obstacles`
 //! [expect.joint1]                              # largest errors in per cent, see `expect`
 //! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
@@ -22,15 +23,13 @@
 
 use std::path::Path;
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
 use super::{ContactExpectation, Expectation, Procedure, SCHEMA, Scenario, Session};
 use super::{read_controller, read_obstacles, read_reference};
 use crate::error::Result;
 use crate::plant::{Engine, Evaluations, Options};
-use crate::robot::{Inertia, Model};
+use crate::robot::{Load, Model};
 use crate::toml_input::{Document, Range, Table};
 
 impl Scenario {
@@ -73,11 +72,13 @@ impl Scenario {
     fn read(root: &Table<'_>, of_model: &[&str], at_hand: Option<&Model>) -> Result<Self> {
         root.optional_choice("schema", &[(SCHEMA, ())])?
             .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
-        let model = read_model(root, of_model, at_hand)?;
+        let mut model = read_model(root, of_model, at_hand)?;
         let words = [("identify", Procedure::Identify), ("diagnose", Procedure::Diagnose), ("none", Procedure::None)];
         let mut options = read_options(root)?;
         options.obstacles = read_obstacles::read(root, &model.robot, options.engine)?;
         let (expectations, contact_expectations) = read_expectations(root, &model, &options)?;
+        let (sessions, loads): (Vec<Session>, Vec<Option<Load>>) = read_sessions(root, &model)?.into_iter().unzip();
+        model.loads.extend(loads.into_iter().flatten());
         let scenario = Self {
             name: root.text("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
@@ -86,7 +87,7 @@ impl Scenario {
             seed: root.optional_integer("seed", 0, i64::MAX)?.unwrap_or(1).unsigned_abs(),
             control_period: root.number_or("control_period", &Range::positive("s"), 1e-3)?,
             controller: read_controller::read(&root.table("controller")?, &model)?,
-            sessions: read_sessions(root, &model)?,
+            sessions,
             procedure: root.optional_choice("procedure", &words)?.unwrap_or(Procedure::None),
             expectations,
             contact_expectations,
@@ -100,7 +101,7 @@ impl Scenario {
 /// The model that `robot` names, changed by the scenario's own assignments and then by those of the command line.
 fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -> Result<Model> {
     let file = root.file().parent().unwrap_or(Path::new("")).join(root.text("robot")?);
-    let added = read_added_mass(root)?;
+    let added = read_added_mass(root, "")?;
     let own = root.optional_texts("model")?.unwrap_or_default();
     let mut model = match at_hand {
         Some(model) => model.clone(),
@@ -114,19 +115,17 @@ fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -
         }
     };
     if let (Some(added), Some(body)) = (added, model.robot.bodies.last_mut()) {
-        body.inertia = body.inertia.joined(&added);
+        body.inertia = body.inertia.joined(&added.inertia());
     }
     Ok(model)
 }
 
 /// `[added_mass]`: a known mass at a point of the last body. The machine carries it, and its nominal model knows of it.
-fn read_added_mass(root: &Table<'_>) -> Result<Option<Inertia>> {
-    let Some(table) = root.optional_table("added_mass")? else { return Ok(None) };
-    let mass = table.number("mass", &Range::positive("kg"))?;
-    let coordinate = |axis: &str| table.number_or(axis, &Range::any("m"), 0.0);
-    let com = Vector3::new(coordinate("x")?, coordinate("y")?, coordinate("z")?);
+pub(super) fn read_added_mass(parent: &Table<'_>, session: &str) -> Result<Option<Load>> {
+    let Some(table) = parent.optional_table("added_mass")? else { return Ok(None) };
+    let load = Load::read(&table, session)?;
     table.finish()?;
-    Ok(Some(Inertia { mass, com, tensor: Matrix3::zeros() }))
+    Ok(Some(load))
 }
 
 fn read_options(root: &Table<'_>) -> Result<Options> {
@@ -149,7 +148,7 @@ fn read_options(root: &Table<'_>) -> Result<Options> {
     Ok(options)
 }
 
-fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<Session>> {
+fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<(Session, Option<Load>)>> {
     let sessions = root.tables("session")?;
     match root.optional_table("reference")? {
         Some(table) if sessions.is_empty() => Ok(vec![read_reference::read(&table, model, "session1")?]),

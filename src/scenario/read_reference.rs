@@ -3,10 +3,11 @@
 //! Angles and what derives from them may be given in SI (`speed`) or, for turning joints, in degrees (`speed_deg`).
 
 use super::Session;
+use super::read::read_added_mass;
 use super::read_controller::speed_unit;
 use crate::control::{Excitation, Gentle, JointRange, Profile, Staircase, Steps};
 use crate::error::Result;
-use crate::robot::Model;
+use crate::robot::{Load, Model};
 use crate::toml_input::{Range, Table};
 use crate::units::{DEG, JointKind};
 
@@ -24,8 +25,8 @@ enum Kind {
     Rest,
 }
 
-/// A reading of `[reference]` or one `[[session]]`.
-pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Result<Session> {
+/// A reading of `[reference]` or one `[[session]]`, and what the machine carries in it alone.
+pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Result<(Session, Option<Load>)> {
     let kinds =
         [("staircase", Kind::Staircase), ("fast", Kind::Fast), ("waypoints", Kind::Waypoints), ("rest", Kind::Rest)];
     let kind = table
@@ -51,8 +52,9 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
         Kind::Fast => whole,
         _ => table.number_or("duration", &Range::positive("s"), whole)?,
     };
+    let load = read_added_mass(table, &name)?;
     table.finish()?;
-    Ok(Session { name, profile, duration })
+    Ok((Session { name, profile, duration }, load))
 }
 
 /// Positions at the start, zero where none is given.

@@ -94,6 +94,7 @@ impl Machine {
             held: Vec::new(),
             masses: lostmotion::robot::Masses::Known,
             effects: Vec::new(),
+            loads: Vec::new(),
         }
     }
 

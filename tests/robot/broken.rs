@@ -107,6 +107,11 @@ const BROKEN_MODELS: &[(&str, &str, &str)] = &[
     ),
     (
         "urdf = \"elbow.urdf\"",
+        "urdf = \"elbow.urdf\"\n[[loads]]\nsession = \"loaded\"\nmass = 0",
+        "elbow/model.toml:7: loads[1].mass = 0: expected a number > 0 [kg]",
+    ),
+    (
+        "urdf = \"elbow.urdf\"",
         "urdf = \"elbow.urdf\"\n[[effects]]\neffect = \"payload\"\nmass = \"1 kg\"",
         "elbow/model.toml:7: effects[1].mass = \"1 kg\": expected a finite number [SI]",
     ),

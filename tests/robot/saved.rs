@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lostmotion::drive::{CurrentSensor, LinkEncoder, Sensing, VelocitySensor};
 use lostmotion::gearhead::{FrictionLaw, Lines};
-use lostmotion::robot::{EffectEntry, Masses, Model};
+use lostmotion::robot::{EffectEntry, Load, Masses, Model};
 use rand::RngExt;
 
 use super::support::random;
@@ -43,6 +43,8 @@ fn equivalent_saved_models_load_as_they_were() {
             EffectEntry { effect: "payload".into(), joint: None, parameters: [("mass".into(), number(1.0))].into() },
             EffectEntry { effect: "cogging".into(), joint: Some("elbow".into()), parameters: [].into() },
         ];
+        let position = [number(1.0), -number(1.0), 0.0];
+        model.loads = vec![Load { session: "with a disc".into(), mass: number(1.0), position }];
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("model.toml");
         model.save(&file).unwrap();

@@ -158,6 +158,7 @@ pub fn model(robot: Robot, joints: Vec<JointModel>) -> Model {
         held: Vec::new(),
         masses: lostmotion::robot::Masses::Known,
         effects: Vec::<EffectEntry>::new(),
+        loads: Vec::new(),
     }
 }
 

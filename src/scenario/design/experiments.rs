@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 use crate::dynamics::Dynamics;
 use crate::effects::Experiment;
-use crate::robot::Model;
+use crate::robot::{Load, Model};
 use crate::units::JointKind;
 
 /// A kind of experiment, several of them one after the other, with a length.
@@ -30,8 +30,10 @@ impl Plan {
 
 /// What may be tried, roughly from short to long.
 pub fn plans() -> Vec<Plan> {
-    use Experiment::{AddedMass, Fast, OneByOne, SlowSteps, WideRange};
-    let kinds: [&[Experiment]; 8] = [
+    use Experiment::{AddedMass, AtRest, Fast, OneByOne, SlowSteps, WideRange};
+    let kinds: [&[Experiment]; 10] = [
+        &[AddedMass],
+        &[AtRest, SlowSteps],
         &[Fast],
         &[WideRange],
         &[OneByOne],
@@ -83,6 +85,33 @@ fn reaches(model: &Model) -> Vec<Reach> {
     (0..dof).map(reach).collect()
 }
 
+/// A known mass at the centre of mass of the last body, so heavy that the joint that feels it most has half as much inertia again, and
+/// that no joint needs more than a quarter of its effort to hold it, the arm at q = 0.
+fn added_mass(model: &Model, session: &str) -> Load {
+    let dof = model.joints.len();
+    let position = model.robot.bodies.last().map_or([0.0; 3], |body| body.inertia.com.into());
+    let unit = Load { session: session.to_owned(), mass: 1.0, position };
+    let loaded = Model { loads: vec![unit.clone()], ..model.clone() };
+    let Some(alone) = loaded.load_in(session) else { return unit };
+    let [own, added] = [&model.robot, &alone].map(|robot| {
+        let mut mass = DMatrix::zeros(dof, dof);
+        Dynamics::new(robot).mass_matrix(&vec![0.0; dof], &mut mass);
+        mass
+    });
+    let still = vec![0.0; dof];
+    let mut weight = vec![0.0; dof];
+    Dynamics::new(&alone).inverse(&still, &still, &still, &mut weight);
+    let bearable = |index: usize| {
+        let inertia = own[(index, index)] + model.joints[index].reflected_inertia();
+        let effort = model.robot.bodies[index].joint.limits.effort;
+        (0.5 * inertia / added[(index, index)]).min(0.25 * effort / weight[index].abs())
+    };
+    let mass = (0..dof).map(bearable).filter(|mass| mass.is_finite()).fold(f64::INFINITY, f64::min);
+    // Three digits are as much as anybody weighs.
+    let digits = 10f64.powf(2.0 - mass.log10().floor());
+    if mass.is_finite() && mass > 0.0 { Load { mass: (mass * digits).floor() / digits, ..unit } } else { unit }
+}
+
 /// The scenario file of a plan; `robot` is the path of the model file.
 pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, question: &str) -> String {
     let reaches = reaches(model);
@@ -90,19 +119,22 @@ pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, questi
         "# Written by `lostmotion design`.\nschema = \"lostmotion/scenario/1\"\nname = {name:?}\nquestion = {question:?}\n\
          robot = {robot:?}\nsensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n"
     );
-    if plan.parts.contains(&Experiment::AddedMass)
-        && let Some(body) = model.robot.bodies.last()
-    {
-        // As much as the last body has itself, at its own centre of mass.
-        let (mass, com) = (body.inertia.mass, body.inertia.com);
-        let _ = writeln!(text, "\n[added_mass]\nmass = {mass}\nx = {}\ny = {}\nz = {}", com.x, com.y, com.z);
-    }
     for part in &plan.parts {
         match part {
-            Experiment::Fast | Experiment::AddedMass => {
+            Experiment::Fast => {
                 for run in 1..=2 {
                     fast(&mut text, &reaches, &format!("fast_{run}"), run, 30.0 * plan.length, None);
                 }
+            }
+            Experiment::AddedMass => {
+                fast(&mut text, &reaches, "bare", 1, 30.0 * plan.length, None);
+                fast(&mut text, &reaches, "loaded", 2, 30.0 * plan.length, None);
+                let Load { mass, position: [x, y, z], .. } = added_mass(model, "loaded");
+                let _ = writeln!(text, "[session.added_mass]\nmass = {mass}\nx = {x}\ny = {y}\nz = {z}");
+            }
+            Experiment::AtRest => {
+                head(&mut text, &reaches, "at_rest", "rest");
+                let _ = writeln!(text, "duration = {}", 2.0 * plan.length);
             }
             Experiment::OneByOne => {
                 for (index, reach) in reaches.iter().enumerate() {
@@ -143,9 +175,9 @@ fn fast(text: &mut String, reaches: &[Reach], name: &str, seed: usize, duration:
 }
 
 fn slow_steps(text: &mut String, reaches: &[Reach], length: f64) {
+    head(text, reaches, "steps", "staircase");
     for reach in reaches {
         let Reach { name, speed, acceleration, .. } = reach;
-        head(text, reaches, &format!("steps_{name}"), "staircase");
         let step = speed / 40.0;
         let _ = writeln!(
             text,
@@ -153,7 +185,7 @@ fn slow_steps(text: &mut String, reaches: &[Reach], length: f64) {
              steady_time = {}",
             5.0 * step,
             0.2 * acceleration,
-            0.05 * acceleration,
+            0.2 * acceleration,
             1.5 * length
         );
     }

@@ -1,8 +1,10 @@
 //! The experiment that separates causes, or measures one best, found by simulation.
 //!
 //! Each experiment within the budget is simulated with one cause in the machine and then with the other, of a strength that moves a
-//! tenth of the torque, and diagnosed as a recording would be; how surely it decides is the smaller of the probabilities with which
-//! the right cause is named. The shortest that decides is taken. Of one cause: the one that gives its first parameter the smallest standard error.
+//! tenth of the torque, and diagnosed as a recording would be; where that decides, with further machines of other strengths and noise.
+//! How surely it decides is the smaller of the mean probabilities with which the right cause is named and the other is not in doubt.
+//! What the effects say that shows them best is tried first, the shorter before the longer, and the first that decides is taken. Of one
+//! cause: the one that gives its first parameter the smallest standard error.
 
 mod experiments;
 
@@ -21,8 +23,8 @@ use experiments::{Plan, plans, scenario_text};
 
 /// [1] Probability of naming the right cause from which an experiment counts as one that decides.
 pub const DECIDES: f64 = 0.9;
-/// [1] Share of the torque that a cause moves in RMS where it is assumed to be there.
-const STRENGTH: f64 = 0.1;
+/// [1] Shares of the torque that a cause moves in RMS in the machines that are simulated: the further ones only where the first decides.
+const STRENGTHS: [f64; 3] = [0.1, 0.07, 0.14];
 /// Seed of the noise of a prediction; a machine that carries the experiment out has noise of its own.
 const SEED: u64 = 4711;
 
@@ -66,11 +68,13 @@ impl Question {
 /// What an experiment would say if a cause were there.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prediction {
-    /// The cause that was put into the machine.
+    /// The cause that was put into the machines.
     pub cause: String,
-    /// Its strength there.
+    /// Its strength in the first of them.
     pub assumed: EffectEntry,
-    /// Probability that it is named, and no other of the question, 0 to 1.
+    /// Machines that were simulated with it.
+    pub machines: usize,
+    /// Probability that it is named, and no other of the question, 0 to 1: mean of the machines.
     pub probability: f64,
     /// [1] Standard error of its first parameter relative to it, where it is named.
     pub relative_error: Option<f64>,
@@ -116,12 +120,17 @@ pub struct Design {
     pub best: Trial,
     /// All that were simulated, in that order.
     pub tried: Vec<Trial>,
+    /// [s] The shortest of the experiments that the budget leaves out; `None` where it leaves none out.
+    pub beyond_budget: Option<f64>,
+    /// What would tell the causes apart, as the catalogue has it, one a cause.
+    pub told_apart_by: Vec<&'static str>,
 }
 
 /// Designs the experiment for a machine, `budget` [s] long at most; `progress` hears what is simulated and which share is done.
 ///
 /// # Errors
-/// The model lacks friction, no experiment fits the budget or the machine's limits, or a simulation fails.
+/// The model lacks friction, no experiment fits the budget (the error says how long the shortest is) or the machine's limits, or a
+/// simulation fails.
 pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dyn FnMut(&str, f64)) -> Result<Design> {
     let refused = |key: &str, expected: &str| Error::input(&model.source, Place::File, key, "", expected);
     if let Some(joint) = model.joints.iter().find(|joint| joint.friction.is_none()) {
@@ -132,25 +141,30 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
         ));
     }
     let catalogue = Catalogue::default();
-    let suits = |plan: &Plan| {
-        question.causes().iter().all(|cause| {
-            let wanted = catalogue.find(cause).map_or(&[][..], |effect| effect.shown_by());
-            wanted.is_empty() || wanted.iter().any(|kind| plan.holds(*kind))
-        })
-    };
-    let mut scenarios: Vec<(Plan, String, Scenario)> = Vec::new();
-    for plan in plans().into_iter().filter(suits) {
+    let mut scenarios: Vec<(usize, Plan, String, Scenario)> = Vec::new();
+    let mut beyond_budget: Option<f64> = None;
+    for plan in plans() {
+        let Some(rank) = rank(&plan, question, &catalogue) else { continue };
         let text = text_of(model, question, &plan);
         let scenario = Scenario::of_model(&text, Path::new("scenario.toml"), model)?;
-        if duration(&scenario) <= budget && scenario.check_motion().is_ok() {
-            scenarios.push((plan, text, scenario));
+        if scenario.check_motion().is_err() {
+            continue;
+        }
+        if duration(&scenario) <= budget {
+            scenarios.push((rank, plan, text, scenario));
+        } else {
+            beyond_budget = Some(beyond_budget.map_or(duration(&scenario), |least| least.min(duration(&scenario))));
         }
     }
-    scenarios.sort_by(|a, b| duration(&a.2).total_cmp(&duration(&b.2)));
+    if let (true, Some(least)) = (scenarios.is_empty(), beyond_budget) {
+        let expected = format!("at least {:.0} s: no experiment for this question is shorter", least.ceil());
+        return Err(Error::input("command line".as_ref(), Place::File, "budget", &format!("{budget} s"), expected));
+    }
+    scenarios.sort_by(|a, b| a.0.cmp(&b.0).then(duration(&a.3).total_cmp(&duration(&b.3))));
     let mut tried: Vec<Trial> = Vec::new();
     let mut too_little = None;
     let count = scenarios.len() as f64;
-    for (index, (plan, text, scenario)) in scenarios.into_iter().enumerate() {
+    for (index, (_, plan, text, scenario)) in scenarios.into_iter().enumerate() {
         progress("simulating experiments", index as f64 / count);
         let trial = match attempt(question, &plan, text, &scenario) {
             // Too short for this machine: another may not be.
@@ -167,14 +181,31 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
         }
     }
     let best = tried.iter().max_by(|a, b| a.merit().total_cmp(&b.merit()).then(b.duration.total_cmp(&a.duration)));
-    let none =
-        || too_little.unwrap_or_else(|| refused("budget", "long enough for an experiment within the joints' limits"));
+    let none = || {
+        too_little.unwrap_or_else(|| refused("joints", "limits that leave room for an experiment without a collision"))
+    };
     let best = best.cloned().ok_or_else(none)?;
     let decides = match question.causes().len() {
         1 => best.certainty() > 0.5,
         _ => best.certainty() >= DECIDES,
     };
-    Ok(Design { decides, best, tried })
+    let about = question.causes().iter().filter_map(|cause| catalogue.find(cause));
+    Ok(Design {
+        decides,
+        best,
+        tried,
+        beyond_budget,
+        told_apart_by: about.map(|effect| effect.about().separate_by).collect(),
+    })
+}
+
+/// How far down the lists of the causes the best thing stands that a plan does for each, added up; `None` where it does nothing for one.
+fn rank(plan: &Plan, question: &Question, catalogue: &Catalogue) -> Option<usize> {
+    let of_cause = |cause: &String| {
+        let wanted = catalogue.find(cause).map_or(&[][..], |effect| effect.shown_by());
+        if wanted.is_empty() { Some(0) } else { wanted.iter().position(|kind| plan.holds(*kind)) }
+    };
+    question.causes().iter().map(of_cause).sum()
 }
 
 /// The scenario file, to lie beside the model file.
@@ -200,18 +231,32 @@ fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) 
     let options = Options { backlash: false, ..Options::default() };
     let told = nominal(&scenario.model);
     let plain = simulate(&with(scenario, None), SEED, &|_, _| {})?.measured();
-    let mut predictions = Vec::new();
-    for (index, cause) in question.causes().iter().enumerate() {
-        let Some(assumed) = diagnose::typical(&told, &plain, cause, STRENGTH, &options)? else {
+    let mut seed = SEED;
+    let mut predict = |cause: &String, strength: f64| -> Result<Prediction> {
+        let Some(assumed) = diagnose::typical(&told, &plain, cause, strength, &options)? else {
             let expected = "effects that can move the torque of this machine in an experiment";
             return Err(Error::input("command line".as_ref(), Place::File, "question", cause, expected));
         };
-        let seed = SEED + 1 + index as u64;
+        seed += 1;
         let recorded: Vec<TimeSeries> = simulate(&with(scenario, Some(&assumed)), seed, &|_, _| {})?.measured();
         let found = diagnose::diagnose(&told, &recorded, &[], &options, &mut |_, _| {})?;
-        predictions.push(prediction(&found, cause, question, assumed));
+        Ok(prediction(&found, cause, question, assumed))
+    };
+    let [first, further @ ..] = STRENGTHS;
+    let predictions = question.causes().iter().map(|cause| predict(cause, first)).collect::<Result<_>>()?;
+    let mut trial = Trial { experiment: plan.parts.clone(), duration: duration(scenario), predictions, scenario: text };
+    for strength in further {
+        if question.causes().len() < 2 || trial.certainty() < DECIDES {
+            break;
+        }
+        for one in &mut trial.predictions {
+            let again = predict(&one.cause, strength)?;
+            let machines = one.machines as f64;
+            one.probability = (one.probability * machines + again.probability) / (machines + 1.0);
+            one.machines += 1;
+        }
     }
-    Ok(Trial { experiment: plan.parts.clone(), duration: duration(scenario), predictions, scenario: text })
+    Ok(trial)
 }
 
 /// The scenario with one effect in its machine and no other.
@@ -234,5 +279,5 @@ fn prediction(found: &Diagnosis, cause: &str, question: &Question, assumed: Effe
     let measured = named.and_then(|one| one.parameters.get(first?));
     let relative_error = measured.map(|one| (one.std_error / one.value).abs());
     let also_named = found.effects.iter().map(|one| one.effect.clone()).filter(|name| name != cause).collect();
-    Prediction { cause: cause.to_owned(), assumed, probability, relative_error, also_named }
+    Prediction { cause: cause.to_owned(), assumed, machines: 1, probability, relative_error, also_named }
 }
