@@ -59,6 +59,9 @@ pub fn record(name: &str, model: &Model, motion: &Motion, seed: u64) -> TimeSeri
             for (channel, value) in samples {
                 joints[i].channels.entry(channel).or_default().push(written(value));
             }
+            if let Some(link) = readings[i].link_position {
+                joints[i].channels.entry(Channel::LinkPosition).or_default().push(written(link));
+            }
         }
         plant.advance(&commands, INTERVAL).unwrap();
     }

@@ -10,10 +10,12 @@ use crate::units::JointKind;
 
 /// Share of friction that acts behind the gear where the model file does not say.
 const LINK_SHARE: f64 = 0.1;
+/// Least and largest share of friction behind the gear: where both put the link on the same flank it lies there for certain.
+const LINK_SHARES: [f64; 2] = [0.05, 0.5];
 /// Part of the largest load (95 % of the rows lie below it) under which the link lies on neither flank for certain.
 const UNLOADED: f64 = 0.05;
 
-/// Rows of a joint where both encoders were recorded.
+/// Rows of a joint where both encoders were recorded, and the link lies on a flank as far as that is known.
 #[derive(Debug, Clone)]
 pub struct Difference {
     /// Index of the joint.
@@ -36,6 +38,14 @@ pub struct Difference {
 pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag: f64) -> Option<Difference> {
     let motion = &problem.motion;
     let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
+    let motor_side = motion.model.masses == Masses::Estimated;
+    let friction = |row: usize| m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
+    let shares = model.friction.map_or(LINK_SHARES, |friction| [friction.link_share; 2]);
+    // A link that floats, or changes its flank, is ahead by anything; where masses are a guess nobody knows when it does.
+    let in_contact = |row: usize| {
+        let [few, many] = shares.map(|share| m.link_torque[row] + share * friction(row));
+        motor_side || problem.judged[joint][row] && few * many > 0.0
+    };
     let mut kernels: BTreeMap<usize, Kernel> = BTreeMap::new();
     let (mut rows, mut ahead) = (Vec::new(), Vec::new());
     for (number, session) in sessions.iter().enumerate() {
@@ -44,7 +54,7 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
         };
         let dt = session.sample_interval();
         let link = shifted(link, lag / dt);
-        for row in (0..motion.rows()).filter(|row| motion.session[*row] == number) {
+        for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && in_contact(*row)) {
             let centre = session.time.partition_point(|time| *time < motion.time[row]);
             let reach = (motion.half_width[row] / dt) as usize;
             // Beyond the ends of the recording nothing is known.
@@ -60,12 +70,11 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
     if rows.is_empty() {
         return None;
     }
-    let motor_side = motion.model.masses == Masses::Estimated;
     let share = model.friction.map_or(LINK_SHARE, |friction| friction.link_share);
     let reflected = model.reflected_inertia();
-    let load = |row: &usize| {
-        let friction = m.friction.dry(m.v[*row]) * m.direction[*row] + m.friction.viscous * m.v[*row];
-        if motor_side { m.torque[*row] - reflected * m.a[*row] } else { m.link_torque[*row] + share * friction }
+    let load = |row: &usize| match motor_side {
+        true => m.torque[*row] - reflected * m.a[*row],
+        false => m.link_torque[*row] + share * friction(*row),
     };
     Some(Difference {
         joint,
@@ -81,6 +90,9 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
 impl Difference {
     /// Which flank carries, −1 to 1, where `friction` [N·m or N] of the load does not pass the gear.
     pub fn side(&self, friction: f64) -> Vec<f64> {
+        if !self.motor_side {
+            return self.load.iter().map(|load| load.signum()).collect();
+        }
         let carried: Vec<f64> = self.load.iter().zip(&self.direction).map(|(load, d)| load - friction * d).collect();
         let mut sizes: Vec<f64> = carried.iter().map(|load| load.abs()).collect();
         sizes.sort_by(f64::total_cmp);
