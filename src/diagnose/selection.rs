@@ -117,7 +117,6 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     let mut taken: Vec<Taken> = Vec::new();
     let mut first_round = Vec::new();
     let mut fitted = problem.settle(&[])?;
-    let beside = rules.beside_another();
     // Forward, then what a further effect lets another do better in the place of an earlier one; again where that changed something.
     for pass in 0..PASSES {
         while taken.len() <= rules.most {
@@ -128,18 +127,18 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             if first_round.is_empty() {
                 first_round.clone_from(&found);
             }
-            let asked = if taken.is_empty() { rules } else { &beside };
-            let Some(best) = choose(&found, asked).filter(|_| taken.len() < rules.most) else { break };
+            let Some(best) = choose(&found, rules).filter(|_| taken.len() < rules.most) else { break };
             taken.push(Taken::new(best, &found));
             fitted = resettle(problem, &mut taken)?;
         }
-        prune(problem, &beside, &mut taken);
-        if taken.len() < 2 || !exchange(problem, &beside, &mut taken)? {
+        prune(problem, rules, &mut taken);
+        if taken.len() < 2 || !exchange(problem, rules, &mut taken)? {
             break;
         }
         fitted = resettle(problem, &mut taken)?;
     }
-    prune(problem, &beside, &mut taken);
+    // What is weak beside another is let in on the way, because the fit settles with it, but does not stay.
+    prune(problem, &rules.beside_another(), &mut taken);
     drop_residues(problem, rules, &mut taken)?;
     let fitted = resettle(problem, &mut taken)?;
     problem.count_independent(&fitted);
