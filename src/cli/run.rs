@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::dataset::{self, Session};
 use crate::effects;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::identify::{self as identification, Options};
 use crate::report::diagnosis::traces as residuals;
 use crate::report::files::envelope;
@@ -176,18 +176,27 @@ fn diagnosed<'a>(
     let recordings: Vec<_> = measured.iter().map(|series| recording(series, &scenario.source)).collect();
     let findings = Findings::new(&nominal(&scenario.model), &recordings, &[], progress)?;
     let extended = &findings.diagnosis.extended_model;
-    let (mut report, unmet) = identified_with(&corrected(extended)?, scenario, sessions, measured, progress)?;
-    report.model = report.model.map(|identified| Model { effects: extended.effects.clone(), ..identified });
-
     let diagnosis = findings.report(&scenario.name);
-    let joints = std::mem::take(&mut report.json["joints"]);
-    report.json = diagnosis.json;
-    report.json["identification"] = json!({ "joints": joints });
-    let friction = std::mem::replace(&mut report.document, diagnosis.document);
-    report.document.verdict += &format!("\n{}", friction.verdict);
-    let details = report.document.sections.iter().position(|section| section.detail);
-    let at = details.unwrap_or(report.document.sections.len());
-    report.document.sections.splice(at..at, friction.sections);
+    let (mut report, unmet) = match identified_with(&corrected(extended)?, scenario, sessions, measured, progress) {
+        // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
+        Err(Error::TooLittleData { .. }) if scenario.expectations.is_empty() => {
+            let (json, document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
+            (Report { json, document, model, ..simulated(scenario, sessions) }, Vec::new())
+        }
+        result => {
+            let (mut report, unmet) = result?;
+            report.model = report.model.map(|identified| Model { effects: extended.effects.clone(), ..identified });
+            let joints = std::mem::take(&mut report.json["joints"]);
+            report.json = diagnosis.json;
+            report.json["identification"] = json!({ "joints": joints });
+            let friction = std::mem::replace(&mut report.document, diagnosis.document);
+            report.document.verdict += &format!("\n{}", friction.verdict);
+            let details = report.document.sections.iter().position(|section| section.detail);
+            let at = details.unwrap_or(report.document.sections.len());
+            report.document.sections.splice(at..at, friction.sections);
+            (report, unmet)
+        }
+    };
     for motion in &mut report.motions {
         motion.traces = residuals(&findings.diagnosis, &motion.session.name);
     }
