@@ -158,7 +158,7 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
     }
     if let (true, Some(least)) = (scenarios.is_empty(), beyond_budget) {
         let expected = format!("at least {:.0} s: no experiment for this question is shorter", least.ceil());
-        return Err(Error::input("command line".as_ref(), Place::File, "budget", &format!("{budget} s"), expected));
+        return Err(Error::input("command line".as_ref(), Place::File, "budget", format!("{budget} s"), expected));
     }
     scenarios.sort_by(|a, b| a.0.cmp(&b.0).then(duration(&a.3).total_cmp(&duration(&b.3))));
     let mut tried: Vec<Trial> = Vec::new();
