@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
-use crate::effects::{About, Action, Diagnosable, Effect, Kind, Motion, Scope};
+use crate::effects::{About, Action, Diagnosable, Effect, JointMotion, Kind, Motion, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -147,6 +147,15 @@ impl Diagnosable for Smooth {
 }
 
 impl Periodic {
+    /// Size of the harmonic at a row.
+    pub fn amplitude(&self, m: &JointMotion, row: usize) -> f64 {
+        match self {
+            Self::Alike => 1.0,
+            Self::WithDirection => m.direction[row],
+            Self::WithTorque => m.torque[row],
+        }
+    }
+
     /// In words, at an order of a joint's angle.
     pub fn words(&self, order: f64, gear_ratio: f64) -> String {
         let period = TAU * gear_ratio / order / crate::units::DEG;
@@ -175,12 +184,7 @@ impl Diagnosable for Periodic {
     }
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        let amplitude = |m: &crate::effects::JointMotion, row: usize| match self {
-            Self::Alike => 1.0,
-            Self::WithDirection => m.direction[row],
-            Self::WithTorque => m.torque[row],
-        };
-        motion.harmonic(joint, shape[0], amplitude).into()
+        motion.harmonic(joint, shape[0], |m, row| self.amplitude(m, row)).into()
     }
 
     fn parameters(&self, _: &Motion, _: usize, _: &[f64], _: &[f64]) -> Vec<f64> {

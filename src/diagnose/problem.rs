@@ -158,12 +158,13 @@ impl<'m> Problem<'m> {
 
     /// Whether an effect of this shape would be at the order of a line that was taken out, as far as the joint's range tells orders apart.
     pub fn is_taken_out(&self, effect: &dyn Diagnosable, joint: usize, shape: &[f64]) -> bool {
+        let mut lines = self.taken_out.iter().filter(|(of, _)| *of == joint).peekable();
+        if lines.peek().is_none() {
+            return false;
+        }
         let resolution = std::f64::consts::TAU / self.motion.range(joint).max(1e-9);
-        let mut lines = self.taken_out.iter().filter(|(of, _)| *of == joint);
-        !self.taken_out.is_empty()
-            && effect
-                .order(&self.motion, joint, shape)
-                .is_some_and(|order| lines.any(|(_, line)| (line - order).abs() < resolution))
+        let order = effect.order(&self.motion, joint, shape);
+        order.is_some_and(|order| lines.any(|(_, line)| (line - order).abs() < resolution))
     }
 
     /// Whether a row belongs to a part, whatever its zone.

@@ -13,7 +13,6 @@ use super::regression::Score;
 use super::result::Unexplained;
 use super::selection::Rules;
 use super::views::Residual;
-use crate::effects::Diagnosable;
 
 /// Part of the RMS torque that a pattern has to have: less is what the law of an effect or of friction does not get right. Patterns
 /// with evidence enough on 16 clean machines (seeds 1000 to 1015 of `benches/blind`) stay below it.
@@ -71,9 +70,7 @@ fn strongest(
 /// The pattern that gains most on the training rows of a joint beside these terms and their loose fit.
 pub fn likeliest(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Option<Trial> {
     let mut trials = smooth_trials(problem, joint);
-    for kind in &PERIODIC {
-        trials.extend(periodic_trials(problem, terms, fitted, kind, joint));
-    }
+    trials.extend(periodic_trials(problem, terms, fitted, joint));
     let gain = |trial: Trial| {
         let terms = with_term(terms, &trial.term);
         let fitted = problem.fit_near(&problem.coupled(&terms, &[joint]), &terms, Part::Train, fitted)?;
@@ -99,14 +96,8 @@ fn smooth_trials(problem: &Problem, joint: usize) -> Vec<Trial> {
     columns.into_iter().enumerate().map(trial).collect()
 }
 
-/// The harmonics of one kind whose score is best.
-fn periodic_trials(
-    problem: &Problem,
-    terms: &[&Term],
-    fitted: &Fitted,
-    kind: &'static Periodic,
-    joint: usize,
-) -> Vec<Trial> {
+/// The harmonics of each kind whose score is best.
+fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<Trial> {
     let motion = &problem.motion;
     let rows = problem.rows(joint, Part::Train);
     let (system, _, _) = problem.system_of(&[joint], terms, Part::Train, true);
@@ -115,16 +106,27 @@ fn periodic_trials(
         Score::new(&system.blocks[joint], &solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
     let orders = orders(motion, joint);
     let seen = motion.at_rows(&rows);
-    let mut scored: Vec<(f64, f64)> =
-        orders.par_iter().map(|order| (score.gain(&kind.columns(&seen, joint, &[*order])), *order)).collect();
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let ratio = motion.model.joints[joint].gear_ratio;
-    let trial = |(_, order): &(f64, f64)| Trial {
-        term: Term::new(motion, kind, &[joint], vec![*order]),
-        tried: orders.len(),
-        words: kind.words(*order, ratio),
+    // All kinds at once: they differ in the size of the harmonic alone.
+    let gains = |order: &f64| -> [f64; PERIODIC.len()] {
+        let harmonic = seen.harmonic(joint, *order, |_, _| 1.0);
+        PERIODIC.each_ref().map(|kind| {
+            let size = |(row, x): (usize, &f64)| x * kind.amplitude(&seen.joints[joint], row);
+            score.gain(&harmonic.each_ref().map(|column| column.iter().enumerate().map(size).collect()))
+        })
     };
-    scored.iter().take(SHORTLIST).map(trial).collect()
+    let scored: Vec<[f64; PERIODIC.len()]> = orders.par_iter().map(gains).collect();
+    let ratio = motion.model.joints[joint].gear_ratio;
+    let of_kind = |(index, kind): (usize, &'static Periodic)| {
+        let mut best: Vec<usize> = (0..orders.len()).collect();
+        best.sort_by(|a, b| scored[*b][index].total_cmp(&scored[*a][index]));
+        let trial = |order: f64| Trial {
+            term: Term::new(motion, kind, &[joint], vec![order]),
+            tried: orders.len(),
+            words: kind.words(order, ratio),
+        };
+        best.into_iter().take(SHORTLIST).map(|at| trial(orders[at])).collect::<Vec<_>>()
+    };
+    PERIODIC.iter().enumerate().flat_map(of_kind).collect()
 }
 
 /// What a model whose masses are a guess leaves of the torque: no cause is sought in it.

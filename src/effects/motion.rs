@@ -230,5 +230,6 @@ pub fn kernel_gain(x: f64) -> f64 {
     if x2 < 0.01 {
         return 1.0 - x2 / 14.0 + x2 * x2 / 504.0;
     }
-    15.0 * ((3.0 - x2) * x.sin() - 3.0 * x * x.cos()) / (x2 * x2 * x)
+    let (sin, cos) = x.sin_cos();
+    15.0 * ((3.0 - x2) * sin - 3.0 * x * cos) / (x2 * x2 * x)
 }
