@@ -43,7 +43,11 @@ fn render(effect: &dyn Effect) -> String {
         Scope::Joint => "one joint",
         Scope::Machine => "the whole machine",
     };
-    let diagnosed = if effect.can_be_told() { "yes" } else { "not yet: it can be simulated" };
+    let diagnosed = match (effect.can_be_told(), effect.needs_link_encoder()) {
+        (true, false) => "yes",
+        (true, true) => "by a second encoder behind the gear",
+        (false, _) => "not yet: it can be simulated",
+    };
     let mut text = format!("{}: {}\n\n  {}\n\n", about.name, about.summary, about.equation);
     let mut table = Table::new("", &["parameter", "symbol", "unit", "range", "meaning"]);
     for parameter in about.parameters {

@@ -30,7 +30,11 @@ impl List {
             What::Effects => effects::CATALOGUE
                 .iter()
                 .map(|effect| {
-                    let note = if effect.can_be_told() { "" } else { " (simulated, not yet diagnosed)" };
+                    let note = match (effect.can_be_told(), effect.needs_link_encoder()) {
+                        (true, false) => "",
+                        (true, true) => " (told by a second encoder behind the gear)",
+                        (false, _) => " (simulated, not yet diagnosed)",
+                    };
                     (effect.name().to_owned(), format!("{}{note}", effect.about().summary))
                 })
                 .collect(),

@@ -45,6 +45,10 @@ impl Effect for JointCompliance {
         Ok(Vec::new())
     }
 
+    fn needs_link_encoder(&self) -> bool {
+        true
+    }
+
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {
         Some(self)
     }

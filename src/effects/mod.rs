@@ -132,9 +132,22 @@ pub trait Effect: Sync {
         None
     }
 
+    /// Whether it is a gap `b + a cos(n θ + φ)`, told by a second encoder; its parameters are then `a` [rad], `n` [1/turn] and `φ` [rad].
+    fn is_uneven_gap(&self) -> bool {
+        false
+    }
+
+    /// Whether a diagnosis can tell it by a second encoder behind the gear only.
+    fn needs_link_encoder(&self) -> bool {
+        self.is_uneven_gap()
+    }
+
     /// Whether a diagnosis can tell it, one way or another.
     fn can_be_told(&self) -> bool {
-        self.diagnosable().is_some() || self.at_turns().is_some() || self.of_step(0.0, 0.0).is_some()
+        self.diagnosable().is_some()
+            || self.at_turns().is_some()
+            || self.of_step(0.0, 0.0).is_some()
+            || self.is_uneven_gap()
     }
 }
 

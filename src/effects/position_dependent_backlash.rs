@@ -3,8 +3,9 @@
 //! `b → b + a cos(n θ + φ)`, `n` periods a turn of the joint, never below zero. The flanks stand at `± b(θ)/2`; where they slope, the
 //! torque `T` of a flank takes `T (1 ∓ b'(θ)/2)` of the rotor.
 //! `θ` is the rotor's angle; the link's differs from it by the gap itself.
-//! A diagnosis does not tell it: on the motor's side single reversals of fast motion give the gap to 0.2 to 1 mrad on some machines, and
-//! wrong by all of it on others (seeds 11 to 14 of the draw in `tests/gaps`, with friction and its share behind the gear known).
+//! A diagnosis tells it where a second encoder behind the gear was recorded, which sees `± b(θ)/2` on the flanks. On the motor's side
+//! alone single reversals of fast motion give the gap to 0.2 to 1 mrad on some machines, and wrong by all of it on others (seeds 11 to 14
+//! of the draw in `tests/gaps`, with friction and its share behind the gear known): it is not told there.
 //! Left out: other harmonics (each is an effect of its own).
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey.
 
@@ -31,7 +32,7 @@ static ABOUT: About = About {
     ],
     signature: "the way that the rotor takes through the gap at a reversal depends on where it reverses",
     look_alikes: &["coupling_slip", "position_dependent_friction", "joint_compliance"],
-    separate_by: "reversals at many angles, each several times",
+    separate_by: "a second encoder behind the gear, and reversals at many angles, each several times",
     reference: "M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey",
 };
 
@@ -76,5 +77,9 @@ impl Effect for PositionDependentBacklash {
             return Err(misfit(&ABOUT, model, "amplitude", amplitude, expected));
         }
         Ok(vec![Action::Gear(joint, Box::new(Gap { amplitude, order, phase: given.get("phase") }))])
+    }
+
+    fn is_uneven_gap(&self) -> bool {
+        true
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::contact::contact;
 use crate::diagnose::kernel::Kernel;
 use crate::diagnose::problem::Problem;
 use crate::robot::Masses;
@@ -10,8 +11,6 @@ use crate::units::JointKind;
 
 /// Share of friction that acts behind the gear where the model file does not say.
 const LINK_SHARE: f64 = 0.1;
-/// Least and largest share of friction behind the gear: where both put the link on the same flank it lies there for certain.
-const LINK_SHARES: [f64; 2] = [0.05, 0.5];
 /// Part of the largest load (95 % of the rows lie below it) under which the link lies on neither flank for certain.
 const UNLOADED: f64 = 0.05;
 
@@ -24,6 +23,8 @@ pub struct Difference {
     pub rows: Vec<usize>,
     /// `q − l` [rad or m] with the link's recording taken `lag` later, passed by the rows' kernel.
     pub ahead: Vec<f64>,
+    /// `q` [rad or m].
+    pub q: Vec<f64>,
     /// `q̇` [rad/s or m/s].
     pub v: Vec<f64>,
     /// Direction of motion, −1 to 1.
@@ -40,12 +41,7 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
     let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
     let motor_side = motion.model.masses == Masses::Estimated;
     let friction = |row: usize| m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
-    let shares = model.friction.map_or(LINK_SHARES, |friction| [friction.link_share; 2]);
-    // A link that floats, or changes its flank, is ahead by anything; where masses are a guess nobody knows when it does.
-    let in_contact = |row: usize| {
-        let [few, many] = shares.map(|share| m.link_torque[row] + share * friction(row));
-        motor_side || problem.judged[joint][row] && few * many > 0.0
-    };
+    let contact = contact(problem, joint);
     let mut kernels: BTreeMap<usize, Kernel> = BTreeMap::new();
     let (mut rows, mut ahead) = (Vec::new(), Vec::new());
     for (number, session) in sessions.iter().enumerate() {
@@ -54,7 +50,7 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
         };
         let dt = session.sample_interval();
         let link = shifted(link, lag / dt);
-        for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && in_contact(*row)) {
+        for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && contact[*row]) {
             let centre = session.time.partition_point(|time| *time < motion.time[row]);
             let reach = (motion.half_width[row] / dt) as usize;
             // Beyond the ends of the recording nothing is known.
@@ -78,6 +74,7 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
     };
     Some(Difference {
         joint,
+        q: rows.iter().map(|row| m.q[*row]).collect(),
         v: rows.iter().map(|row| m.v[*row]).collect(),
         direction: rows.iter().map(|row| m.direction[*row]).collect(),
         load: rows.iter().map(load).collect(),
@@ -112,13 +109,12 @@ impl Difference {
                 columns.push(column);
             }
         }
-        let q: Vec<f64> = self.rows.iter().map(|row| motion.joints[self.joint].q[*row]).collect();
         match motion.model.joints[self.joint].kind {
             JointKind::Revolute => {
-                columns.push(q.iter().map(|q| q.cos() - 1.0).collect());
-                columns.push(q.iter().map(|q| q.sin()).collect());
+                columns.push(self.q.iter().map(|q| q.cos() - 1.0).collect());
+                columns.push(self.q.iter().map(|q| q.sin()).collect());
             }
-            JointKind::Prismatic => columns.push(q),
+            JointKind::Prismatic => columns.push(self.q.clone()),
         }
         columns
     }
@@ -131,6 +127,7 @@ impl Difference {
             joint: self.joint,
             rows: kept.iter().map(|index| self.rows[*index]).collect(),
             ahead: pick(&self.ahead),
+            q: pick(&self.q),
             v: pick(&self.v),
             direction: pick(&self.direction),
             load: pick(&self.load),

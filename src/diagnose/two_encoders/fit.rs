@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::difference::{Difference, difference};
+use super::wave::{Wave, wave};
 use crate::diagnose::observe::root_mean_square;
 use crate::diagnose::problem::Problem;
 use crate::diagnose::regression::{Block, NU, System};
@@ -46,9 +47,11 @@ pub struct AxisFit {
     pub lost: Option<Estimate>,
     /// [1] share of the square of what the motor is ahead that a lag alone explains.
     pub explained: f64,
+    /// How the gap varies, where an order was given.
+    pub wave: Option<Wave>,
     /// Friction before the gear [N·m or N] that was found.
     friction: f64,
-    /// Coefficients of lag (where it is free), load, side (where there is one), direction (where it counts).
+    /// Coefficients of lag (where it is free), load, side (where there is one), direction (where it counts), the two of the wave.
     coefficients: Vec<f64>,
     layout: Layout,
 }
@@ -59,6 +62,7 @@ struct Layout {
     speed: bool,
     side: bool,
     direction: bool,
+    order: Option<f64>,
 }
 
 impl Layout {
@@ -74,13 +78,20 @@ impl Layout {
         if self.direction {
             columns.push(rows.direction.clone());
         }
+        columns.extend(self.order.iter().flat_map(|order| wave(rows, &rows.side(friction), *order)));
         columns
     }
 }
 
-/// Fits the training rows of a joint; `None` where its link was not recorded or does not move.
-pub fn fit(problem: &Problem, sessions: &[&TimeSeries], joint: usize, known: Lag) -> Option<AxisFit> {
-    let trained = |lag: f64| Some(difference(problem, sessions, joint, lag)?.filtered(|row| !problem.held_out[row]));
+/// Fits the training rows of a joint, its gap constant or of an `order`; `None` where its link was not recorded or does not move.
+pub fn fit(
+    problem: &Problem,
+    sessions: &[&TimeSeries],
+    joint: usize,
+    known: Lag,
+    order: Option<f64>,
+) -> Option<AxisFit> {
+    let trained = |lag: f64| trained(problem, sessions, joint, lag);
     let mut lag = if let Lag::Known(lag) = known { lag } else { 0.0 };
     let mut friction = 0.0;
     let mut found = None;
@@ -89,7 +100,7 @@ pub fn fit(problem: &Problem, sessions: &[&TimeSeries], joint: usize, known: Lag
         let side = rows.side(friction);
         let (changes, observable) = flanks(&side);
         let speed = known == Lag::Free || (rows.motor_side && known != Lag::Ignored);
-        let layout = Layout { speed, side: observable, direction: rows.motor_side };
+        let layout = Layout { speed, side: observable, direction: rows.motor_side, order };
         let mut columns = layout.columns(&rows, friction);
         let first = columns.len();
         columns.extend(rows.mounting(problem));
@@ -107,10 +118,12 @@ pub fn fit(problem: &Problem, sessions: &[&TimeSeries], joint: usize, known: Lag
         found = Some((rows, columns, solution, layout, changes, first));
     }
     let (rows, columns, solution, layout, changes, first) = found?;
-    let variance = clustered(problem, &rows, &columns, &solution);
+    let variance = clustered(problem, &rows, &columns, &solution).diagonal().map(|v| v.max(0.0));
     let at = usize::from(layout.speed);
     let c = &solution.coefficients;
     let wind_up = Estimate { value: c[at], std_error: variance[at].sqrt() };
+    let unknown = SHARE_BEFORE[1] * problem.motion.joints[joint].friction.coulomb * wind_up.value.max(0.0);
+    let wave = layout.order.map(|n| Wave::of(problem, &rows, n, first - 2, &columns, &solution, unknown));
     let rms = solution.rms;
     let gap = layout.side.then(|| {
         // Each change of flank shows the gap once, as the difference of two errors.
@@ -137,17 +150,28 @@ pub fn fit(problem: &Problem, sessions: &[&TimeSeries], joint: usize, known: Lag
         gap,
         lost,
         explained,
+        wave,
         friction,
         coefficients: c.as_slice()[..first].to_vec(),
         layout,
     })
 }
 
+/// The training rows of a joint.
+pub fn trained(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag: f64) -> Option<Difference> {
+    Some(difference(problem, sessions, joint, lag)?.filtered(|row| !problem.held_out[row]))
+}
+
 impl AxisFit {
+    /// What was fitted to, the mounting aside, in some rows.
+    pub fn columns(&self, rows: &Difference) -> Vec<Vec<f64>> {
+        self.layout.columns(rows, self.friction)
+    }
+
     /// What is left of rows at the fit's lag, the mounting fitted anew.
     pub fn residual(&self, problem: &Problem, rows: &Difference) -> Option<Vec<f64>> {
         let mut left = rows.ahead.clone();
-        for (column, c) in self.layout.columns(rows, self.friction).iter().zip(&self.coefficients) {
+        for (column, c) in self.columns(rows).iter().zip(&self.coefficients) {
             left.iter_mut().zip(column).for_each(|(e, x)| *e -= c * x);
         }
         rest(problem, rows, &left)
@@ -194,24 +218,41 @@ pub fn rest(problem: &Problem, rows: &Difference, values: &[f64]) -> Option<Vec<
     Some(solve(values, &rows.mounting(problem))?.residual)
 }
 
-struct Solved {
-    coefficients: DVector<f64>,
-    residual: Vec<f64>,
-    weights: Vec<f64>,
+/// A robust fit.
+pub struct Solved {
+    /// Of each column.
+    pub coefficients: DVector<f64>,
+    /// What each row leaves.
+    pub residual: Vec<f64>,
+    /// Weight of each row.
+    pub weights: Vec<f64>,
+    /// Log-likelihood, a constant left out.
+    pub log_likelihood: f64,
+    /// Scale of the robust error.
+    pub scale: f64,
+    /// Root mean square of what is left.
     rms: f64,
 }
 
-fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
+/// Fits columns to values.
+pub fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
     let block = Block { y: y.to_vec(), columns: columns.iter().cloned().enumerate().collect() };
     let system = System { blocks: vec![block], unknowns: columns.len(), priors: Vec::new() };
     let mut solution = system.solve(NU)?;
     let residual = solution.residual.swap_remove(0);
     let rms = root_mean_square(&residual);
-    Some(Solved { coefficients: solution.coefficients, residual, weights: solution.weights.swap_remove(0), rms })
+    Some(Solved {
+        coefficients: solution.coefficients,
+        residual,
+        weights: solution.weights.swap_remove(0),
+        log_likelihood: solution.log_likelihood[0],
+        scale: solution.scale[0],
+        rms,
+    })
 }
 
 /// Changes from one flank to the other, and whether both are there for long enough.
-fn flanks(side: &[f64]) -> (usize, bool) {
+pub fn flanks(side: &[f64]) -> (usize, bool) {
     let (mut last, mut changes) = (0.0, 0);
     for side in side.iter().copied().filter(|side| side.abs() >= 1.0) {
         changes += usize::from(side * last < 0.0);
@@ -223,8 +264,8 @@ fn flanks(side: &[f64]) -> (usize, bool) {
     (changes, enough && changes >= LEAST_CHANGES)
 }
 
-/// Variances of the coefficients where errors of one block of time may depend on each other in any way (sandwich of Liang and Zeger 1986).
-fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved: &Solved) -> Vec<f64> {
+/// Covariance of the coefficients where errors of one block of time may depend on each other in any way (sandwich of Liang and Zeger 1986).
+pub fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved: &Solved) -> DMatrix<f64> {
     let n = columns.len();
     let mut bread = DMatrix::zeros(n, n);
     let mut meat = DMatrix::zeros(n, n);
@@ -246,11 +287,11 @@ fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved:
     }
     let scale = DVector::from_iterator(n, bread.diagonal().iter().map(|d: &f64| 1.0 / d.max(1e-300).sqrt()));
     let scaled = DMatrix::from_fn(n, n, |i, j| bread[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 });
-    let Some(inverse) = scaled.try_inverse() else { return vec![f64::INFINITY; n] };
+    let Some(inverse) = scaled.try_inverse() else { return DMatrix::from_element(n, n, f64::INFINITY) };
     let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
     // Few blocks: what the fit took from them is given back.
     let correction = f64::from(blocks) / f64::from(blocks - n.min(blocks as usize - 1) as i32).max(1.0);
-    (correction * &inverse * meat * &inverse).diagonal().iter().map(|v| v.max(0.0)).collect()
+    correction * &inverse * meat * &inverse
 }
 
 /// Share of what the motor is ahead, a constant a session aside, that a lag alone explains.

@@ -9,17 +9,20 @@
 //! The time shift is carried out on the samples, so it holds at any speed. Without it `T q̇` is left over, which in a motion of
 //! nearly constant speeds looks like a gap `2 T |q̇|`: on the KUKA KR300 of 0.016 to 0.033° where there is none.
 //!
-//! A link that floats in its gap, or is about to, is ahead by anything: rows count where the rigid zone says that the links follow, and
-//! where any likely share of friction behind the gear puts the link on the same flank. Before that, machines with a gap of 8 mrad and
-//! without gravity had soft gears named (160 N·m/rad for 3000).
+//! A link that floats in its gap, or is about to, is ahead by anything: rows count in which it lies on a flank for certain (`contact`).
+//! Before that, machines with a gap of 8 mrad and without gravity had soft gears named (160 N·m/rad for 3000). A gap that varies with the
+//! angle is looked for (`varying`), and the rest is fitted beside it where there is one.
 //!
 //! `T_g` is what the links need, with the share of friction behind the gear. Where the model's masses are estimated it is the measured torque
 //! less the rotor's; friction before the gear is then fitted beside it.
 //! Left out: stiffness that grows with torque, errors of the gear's transmission. Both stay in the residual, and the residual in the errors.
 //! Reference: J. Weigand et al. (2022), KUKA KR300 data set.
 
+mod contact;
 mod difference;
 mod fit;
+mod varying;
+mod wave;
 
 use super::Options;
 use super::observe::root_mean_square;
@@ -27,11 +30,12 @@ use super::probability::{calibrated, odds_against};
 use super::problem::Problem;
 use super::result::{FitError, FoundEffect, Measured, Split, TwoEncoders, Unexplained};
 use super::views::{self, Residual};
-use crate::effects::Diagnosable;
+use crate::effects::About;
 use crate::timeseries::{Estimate, TimeSeries};
 use crate::units::JointKind;
 use difference::{Difference, difference};
 use fit::{AxisFit, Lag, fit, rest};
+use varying::{Varying, varying};
 
 /// [s] Lag that two channels sampled by one recorder may show without a delay: the channel's own filter, friction that is not as fitted.
 const NOTICEABLE: f64 = 2e-4;
@@ -60,7 +64,7 @@ pub struct Found {
 /// Looks at all joints that have a second encoder.
 pub fn found(problem: &Problem, sessions: &[&TimeSeries], options: &Options) -> Found {
     let dof = problem.motion.joints.len();
-    let free: Vec<AxisFit> = (0..dof).filter_map(|joint| fit(problem, sessions, joint, Lag::Free)).collect();
+    let free: Vec<AxisFit> = (0..dof).filter_map(|joint| fit(problem, sessions, joint, Lag::Free, None)).collect();
     let mut found = Found { gaps: vec![None; dof], ..Found::default() };
     if free.is_empty() {
         return found;
@@ -70,9 +74,11 @@ pub fn found(problem: &Problem, sessions: &[&TimeSeries], options: &Options) -> 
     let shift = if late { lag.value } else { 0.0 };
     let mut errors = Vec::new();
     for free in &free {
-        let Some(of) = fit(problem, sessions, free.joint, Lag::Known(shift)) else { continue };
-        let without = fit(problem, sessions, free.joint, Lag::Ignored).and_then(|fit| fit.gap);
-        let joint = TwoEncoders::of(problem, free, &of, without);
+        let Some(constant) = fit(problem, sessions, free.joint, Lag::Known(shift), None) else { continue };
+        let uneven = varying(problem, sessions, &constant, shift, &options.rules);
+        let of = uneven.as_ref().map_or(&constant, |uneven| &uneven.fit);
+        let without = fit(problem, sessions, free.joint, Lag::Ignored, None).and_then(|fit| fit.gap);
+        let joint = TwoEncoders::of(problem, free, of, without);
         let model = &problem.motion.model.joints[free.joint];
         if let (Some(gap), Some(nominal)) = (&joint.backlash, model.backlash)
             && (gap.value - nominal).abs() > SURELY * gap.std_error
@@ -85,8 +91,9 @@ pub fn found(problem: &Problem, sessions: &[&TimeSeries], options: &Options) -> 
             found.unexplained.push(Unexplained { joint: model.name.clone(), pattern });
         }
         found.gaps[free.joint].clone_from(&joint.backlash);
-        let of_joint = compared(problem, sessions, &of, shift);
-        found.effects.extend(soft(problem, &of, &of_joint, options));
+        let of_joint = compared(problem, sessions, of, shift);
+        found.effects.extend(soft(problem, of, &of_joint, options));
+        found.effects.extend(uneven.and_then(|uneven| varies(problem, &uneven, options)));
         errors.extend(of_joint);
         found.joints.push(joint);
     }
@@ -183,27 +190,25 @@ fn gain(errors: &[FitError]) -> f64 {
 }
 
 fn effect(
-    effect: &dyn Diagnosable,
+    about: &About,
     joints: Vec<String>,
     kind: JointKind,
-    values: &[f64],
-    std_error: f64,
+    values: &[Estimate],
     probability: f64,
-    errors: &[FitError],
+    gain_percent: f64,
 ) -> FoundEffect {
-    let about = effect.about();
-    let parameters = about.parameters.iter().zip(values).filter(|(_, value)| **value > 0.0);
+    let parameters = about.parameters.iter().zip(values).filter(|(_, estimate)| estimate.value != 0.0);
     FoundEffect {
         effect: about.name.to_owned(),
         joints,
         kind: about.kind,
         parameters: parameters
-            .map(|(spec, value)| {
-                (spec.name.to_owned(), Measured { value: *value, std_error, unit: spec.unit_for(kind) })
+            .map(|(spec, Estimate { value, std_error })| {
+                (spec.name.to_owned(), Measured { value: *value, std_error: *std_error, unit: spec.unit_for(kind) })
             })
             .collect(),
         probability,
-        gain_percent: gain(errors),
+        gain_percent,
         confusable_with: Vec::new(),
         separate_by: about.separate_by.to_owned(),
     }
@@ -219,15 +224,9 @@ fn delay(
     let mut all = options.catalogue.diagnosable();
     let (known, values) = all.find_map(|effect| Some((effect, effect.of_link_lag(lag.value)?)))?;
     let joints = fits.iter().map(|fit| problem.motion.model.joints[fit.joint].name.clone()).collect();
-    Some(effect(
-        known,
-        joints,
-        JointKind::Revolute,
-        &values,
-        lag.std_error,
-        calibrated(odds_against(lag.value.abs(), NOTICEABLE, lag.std_error)),
-        errors,
-    ))
+    let values: Vec<Estimate> = values.iter().map(|value| Estimate { value: *value, ..lag }).collect();
+    let probability = calibrated(odds_against(lag.value.abs(), NOTICEABLE, lag.std_error));
+    Some(effect(known.about(), joints, JointKind::Revolute, &values, probability, gain(errors)))
 }
 
 fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError], options: &Options) -> Option<FoundEffect> {
@@ -239,13 +238,16 @@ fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError], options: &Options
     let mut all = options.catalogue.diagnosable();
     let (known, values) = all.find_map(|effect| Some((effect, effect.of_stiffness(1.0 / c.value)?)))?;
     let std_error = c.std_error / c.value.powi(2);
-    Some(effect(
-        known,
-        vec![model.name.clone()],
-        model.kind,
-        &values,
-        std_error,
-        calibrated(odds_against(c.value, soft, c.std_error)),
-        errors,
-    ))
+    let values: Vec<Estimate> = values.iter().map(|value| Estimate { value: *value, std_error }).collect();
+    let probability = calibrated(odds_against(c.value, soft, c.std_error));
+    Some(effect(known.about(), vec![model.name.clone()], model.kind, &values, probability, gain(errors)))
+}
+
+/// The effect that a gap is which varies with the angle.
+fn varies(problem: &Problem, uneven: &Varying, options: &Options) -> Option<FoundEffect> {
+    let model = &problem.motion.model.joints[uneven.fit.joint];
+    let waves = [uneven.wave.amplitude, uneven.wave.order, uneven.wave.phase];
+    let known = options.catalogue.iter().find(|effect| effect.is_uneven_gap())?;
+    let probability = calibrated((-uneven.log_odds).exp());
+    Some(effect(known.about(), vec![model.name.clone()], model.kind, &waves, probability, uneven.gain_percent))
 }
