@@ -35,19 +35,25 @@ pub struct Difference {
     pub motor_side: bool,
 }
 
+/// What a second encoder recorded of a joint.
+fn recorded<'s>(session: &'s TimeSeries, joint: &str) -> Option<&'s [f64]> {
+    session.joint(joint)?.get(Channel::LinkPosition)
+}
+
 /// The links' recordings of a joint, shifted so that a delay of `lag` [s] is gone.
 pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag: f64) -> Option<Difference> {
     let motion = &problem.motion;
     let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
     let motor_side = motion.model.masses == Masses::Estimated;
     let friction = |row: usize| m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
+    if !sessions.iter().any(|session| recorded(session, &model.name).is_some()) {
+        return None;
+    }
     let contact = contact(problem, joint);
     let mut kernels: BTreeMap<usize, Kernel> = BTreeMap::new();
     let (mut rows, mut ahead) = (Vec::new(), Vec::new());
     for (number, session) in sessions.iter().enumerate() {
-        let Some(link) = session.joint(&model.name).and_then(|series| series.get(Channel::LinkPosition)) else {
-            continue;
-        };
+        let Some(link) = recorded(session, &model.name) else { continue };
         let dt = session.sample_interval();
         let link = shifted(link, lag / dt);
         for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && contact[*row]) {
