@@ -100,7 +100,9 @@ fn blocks(sessions: &[Pairs]) -> Vec<Power> {
         (Some(first), Some(last)) => last - first,
         _ => 0.0,
     };
-    let total: f64 = sessions.iter().map(span).sum();
+    // Time in which something was judged: of a recording that is judged here and there, whole blocks would hold nothing.
+    let judged = |pairs: &Pairs| pairs.time.windows(2).map(|pair| (pair[1] - pair[0]).min(SHORTEST_BLOCK)).sum::<f64>();
+    let total: f64 = sessions.iter().map(judged).sum();
     let length = BLOCK.min(total / WANTED_BLOCKS).max(SHORTEST_BLOCK);
     let mut blocks = Vec::new();
     for pairs in sessions.iter().filter(|pairs| !pairs.time.is_empty()) {
