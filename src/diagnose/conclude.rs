@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::baseline::JointBaseline;
 use super::candidates::{Candidate, Evidence};
-use super::compare::gentlest;
 use super::estimate;
+use super::gaps::Gap;
 use super::probability::calibrated;
 use super::problem::{Part, Problem, Term};
 use super::regression::NU;
@@ -15,13 +15,11 @@ use super::timing::Late;
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
 use super::{
-    Options, command, extend, floor, held, maps, mended, observe, reversal, shares, slip, spectra, two_encoders,
+    Options, command, extend, floor, gaps, maps, mended, observe, reversal, shares, slip, spectra, two_encoders,
     typical_inertia, unexplained,
 };
-use crate::effects::{Catalogue, SymmetricFriction};
+use crate::effects::SymmetricFriction;
 use crate::error::Result;
-use crate::gearhead::{Exponential, Friction, FrictionLaw};
-use crate::identify::backlash;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 
@@ -69,12 +67,12 @@ pub fn diagnosis(
     let gaps = if options.backlash {
         // Rotor and link cross the gap under friction and inertia alone: what was named would push them.
         let mended = mended::without(problem, selection, &sessions[..trained], &|_| true);
-        gaps(model, &mended.iter().collect::<Vec<_>>(), problem, selection, &encoders.gaps)
+        gaps::measured(model, &mended.iter().collect::<Vec<_>>(), problem, selection, &encoders.gaps)
     } else {
         vec![Gap::default(); model.joints.len()]
     };
     let gap_values: Vec<_> = gaps.iter().map(|gap| gap.measured.as_ref().map(|gap| gap.value)).collect();
-    blur_by_gaps(&mut effects, model, &gap_values, &options.catalogue);
+    gaps::blur(&mut effects, model, &gap_values, &options.catalogue);
     if !data.shaken {
         effects.extend(at_turns(data, problem, &residuals));
     }
@@ -96,6 +94,8 @@ pub fn diagnosis(
     progress("drawing residuals", 0.95);
     let torque = torques(model, sessions);
     let floor = floor::floor(problem, sessions, &typical_inertia(model), &torque);
+    let fit = views::fit_errors(problem, &residuals, &floor);
+    unexplained.extend(unexplained::shapeless(&fit, &unexplained));
     let verdict = match (effects.is_empty(), unexplained.is_empty()) {
         (false, _) => Verdict::EffectsFound,
         (true, false) => Verdict::Unexplained,
@@ -111,7 +111,7 @@ pub fn diagnosis(
         changes: None,
         candidates: records(problem, selection, options),
         effects,
-        fit: views::fit_errors(problem, &residuals, &floor).into_iter().chain(encoders.fit).collect(),
+        fit: fit.into_iter().chain(encoders.fit).collect(),
         replay: Vec::new(),
         baseline: baseline(problem, selection, &uncertainty, sessions, &gaps),
         unexplained,
@@ -337,77 +337,6 @@ fn gain(problem: &Problem, terms: &[&Term], index: usize, selection: &Selection)
         after += power(views::residual(problem, terms, &selection.fitted, *joint));
     }
     if before > 0.0 { 100.0 * (1.0 - (after / before).sqrt()) } else { 0.0 }
-}
-
-/// What turns say of a gap that the model file does not give.
-#[derive(Debug, Clone, Default)]
-struct Gap {
-    /// The gap, where the data show one.
-    measured: Option<Measured>,
-    /// [1] Share of friction behind it.
-    link_share: Option<f64>,
-    /// Why it was not measured.
-    left_out: Option<String>,
-}
-
-fn gaps(
-    model: &Model,
-    sessions: &[&TimeSeries],
-    problem: &Problem,
-    selection: &Selection,
-    seen: &[Option<Measured>],
-) -> Vec<Gap> {
-    let measure = |index: usize| {
-        let joint = &model.joints[index];
-        if joint.backlash.is_some() {
-            return Gap::default();
-        }
-        // Two encoders show a gap directly.
-        if let Some(gap) = &seen[index] {
-            let gap = Measured { value: gap.value.max(0.0), ..gap.clone() };
-            return Gap { measured: Some(gap), ..Gap::default() };
-        }
-        if model.masses == Masses::Estimated {
-            return Gap::default();
-        }
-        let left_out = held::why_not(problem, selection, index, sessions);
-        if left_out.is_some() {
-            return Gap { left_out, ..Gap::default() };
-        }
-        let law = problem.motion.joints[index].friction;
-        let side = Exponential {
-            coulomb: law.coulomb,
-            breakaway: law.breakaway,
-            stribeck_velocity: law.stribeck_velocity,
-            viscous: law.viscous,
-        };
-        let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
-        let Ok(found) = backlash::identify(model, index, &gentlest(model, index, sessions), &friction) else {
-            return Gap::default();
-        };
-        let mean = &found.best.mean;
-        let unit = joint.kind.position_unit();
-        let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
-        let measured = Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit };
-        Gap { measured: Some(measured), link_share, left_out: None }
-    };
-    (0..model.joints.len()).map(measure).collect()
-}
-
-/// Where in its gap `b` a link stands the rotor's angle does not tell: an angle of the link is anywhere within `± b/2` of it, which is a standard
-/// error of `b/√12`.
-fn blur_by_gaps(effects: &mut [FoundEffect], model: &Model, gaps: &[Option<f64>], catalogue: &Catalogue) {
-    for found in effects {
-        let joint = model.joints.iter().position(|joint| Some(&joint.name) == found.joints.first());
-        let effect = catalogue.diagnosable().find(|effect| effect.about().name == found.effect);
-        let (Some(joint), Some(effect)) = (joint, effect) else { continue };
-        let gap = gaps[joint].or(model.joints[joint].backlash).unwrap_or(0.0);
-        for name in effect.angles_of_link() {
-            if let Some(angle) = found.parameters.get_mut(*name) {
-                angle.std_error = angle.std_error.hypot(gap / 12.0_f64.sqrt());
-            }
-        }
-    }
 }
 
 /// The effects that the turns of the joints tell of. A gap that was measured as if there were none may stand for what they do.

@@ -29,6 +29,7 @@ mod conclude;
 mod estimate;
 mod extend;
 mod floor;
+mod gaps;
 mod golden;
 mod held;
 mod kernel;

@@ -10,7 +10,7 @@ use super::candidates::{Prediction, predict};
 use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
 use super::problem::{Fitted, Part, Problem, Term};
 use super::regression::Score;
-use super::result::Unexplained;
+use super::result::{FitError, Split, Unexplained};
 use super::selection::Rules;
 use super::views::Residual;
 
@@ -19,6 +19,11 @@ use super::views::Residual;
 const LEAST_AMPLITUDE: f64 = 0.01;
 /// The same where what is held out has evidence enough of its own, which it had on none of them.
 const LEAST_CONFIRMED: f64 = 0.005;
+/// [%] of the torque held out beyond which nobody would say that a model explains it, whatever its shape: clean machines leave up to 12 %
+/// (seeds 1000 to 1003 of `benches/blind`), a textbook's law of friction 4 % of a real carriage's force.
+const LEFT: f64 = 40.0;
+/// The same in floors of the sensors: less may be their noise.
+const ABOVE_FLOOR: f64 = 5.0;
 /// Harmonics of a kind that are fitted in full after a scan of all orders.
 const SHORTLIST: usize = 2;
 
@@ -142,6 +147,24 @@ pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
         Unexplained { joint: model.name.clone(), pattern }
     };
     residuals.iter().enumerate().map(of_joint).collect()
+}
+
+/// What is left of the torque of joints of which no shape was `said`, where it is too much for an explanation.
+pub fn shapeless(fit: &[FitError], said: &[Unexplained]) -> Vec<Unexplained> {
+    let too_much = |one: &&FitError| {
+        one.split == Split::HeldOut && one.after_percent > LEFT && one.after > ABOVE_FLOOR * one.floor
+    };
+    let silent = |one: &&FitError| said.iter().all(|known| known.joint != one.joint);
+    let words = |one: &FitError| Unexplained {
+        joint: one.joint.clone(),
+        pattern: format!(
+            "{:.0} % of the {}, {:.0} times what the sensors leave, in no shape that repeats (a control loop that shakes the joint looks so)",
+            one.after_percent,
+            one.quantity,
+            one.after / one.floor.max(1e-300)
+        ),
+    };
+    fit.iter().filter(too_much).filter(silent).map(words).collect()
 }
 
 /// RMS of what the last term takes of the residual times √2 [N·m or N]: the amplitude of a harmonic.
