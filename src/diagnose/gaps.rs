@@ -6,7 +6,6 @@ use super::problem::Problem;
 use super::result::{FoundEffect, Measured};
 use super::selection::Selection;
 use crate::effects::Catalogue;
-use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
@@ -47,14 +46,7 @@ pub fn measured(
         if left_out.is_some() {
             return Gap { left_out, ..Gap::default() };
         }
-        let law = problem.motion.joints[index].friction;
-        let side = Exponential {
-            coulomb: law.coulomb,
-            breakaway: law.breakaway,
-            stribeck_velocity: law.stribeck_velocity,
-            viscous: law.viscous,
-        };
-        let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
+        let friction = problem.motion.joints[index].friction.on_motor();
         let Ok(found) = backlash::identify(model, index, &gentlest(model, index, sessions), &friction) else {
             return Gap::default();
         };

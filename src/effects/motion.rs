@@ -6,6 +6,7 @@
 //! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`.
 
 use crate::dynamics::Dynamics;
+use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::robot::{Model, Robot};
 
 /// Smooth measured motion, one row after the other; sessions follow each other.
@@ -74,6 +75,17 @@ impl Default for SymmetricFriction {
 }
 
 impl SymmetricFriction {
+    /// As a gear has it: the same law in both directions, all of it on the motor's side of the gap.
+    pub fn on_motor(&self) -> Friction {
+        let side = Exponential {
+            coulomb: self.coulomb,
+            breakaway: self.breakaway,
+            stribeck_velocity: self.stribeck_velocity,
+            viscous: self.viscous,
+        };
+        Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 }
+    }
+
     /// Dry part [N·m or N] at a velocity, ≥ 0.
     pub fn dry(&self, velocity: f64) -> f64 {
         self.coulomb + (self.breakaway - self.coulomb) * (-velocity.abs() / self.stribeck_velocity).exp()

@@ -5,7 +5,6 @@
 use rayon::prelude::*;
 
 use crate::effects::SymmetricFriction;
-use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::identify::backlash;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
@@ -92,13 +91,7 @@ fn measured(
     law: SymmetricFriction,
     at: Option<Start>,
 ) -> Option<Gap> {
-    let side = Exponential {
-        coulomb: law.coulomb,
-        breakaway: law.breakaway,
-        stribeck_velocity: law.stribeck_velocity,
-        viscous: law.viscous,
-    };
-    let friction = Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 };
+    let friction = law.on_motor();
     let found = match at {
         None => backlash::identify(model, joint, sessions, &friction).ok()?,
         Some(Start { gap, share }) => {
