@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::dataset::Session;
 use crate::diagnose::{self as diagnosis, Diagnosis, Options, ReplayError, ResidualSeries, Split, Verdict, ZoneShares};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::replay::{self, Compared, Quantity, Replay};
 use crate::report::files::envelope;
 use crate::report::recording::Motion;
@@ -74,24 +74,26 @@ pub struct Findings {
     pub diagnosis: Diagnosis,
     /// All recordings.
     sessions: Vec<TimeSeries>,
+    /// Why the models could not be replayed beside the data.
+    replay_failure: Option<Error>,
 }
 
 impl Findings {
     /// Diagnoses and replays.
     ///
     /// # Errors
-    /// As [`diagnosis::diagnose`] and [`replay::replay`].
+    /// As [`diagnosis::diagnose`]. A replay that fails is a warning of the report.
     pub fn new(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
         let mut findings = Self::without_replay(model, train, hold_out, progress)?;
         let share = Options::default().held_out_share;
-        Self::replay(&mut findings.diagnosis, train, hold_out, share, progress)?;
+        findings.add_replay(train, hold_out, share, progress);
         Ok(findings)
     }
 
     /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
     ///
     /// # Errors
-    /// As [`diagnosis::compare`] and [`replay::replay`].
+    /// As [`diagnosis::compare`]. A replay that fails is a warning of the report.
     pub fn compared(
         model: &Model,
         reference: &[Session],
@@ -102,11 +104,13 @@ impl Findings {
         let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
         let (before, after, judged) = (named(series(reference), "reference"), series(now), series(hold_out));
         let options = Options::default();
-        let mut diagnosis = diagnosis::compare(model, &before, &after, &judged, &options, &mut |doing, share| {
+        let diagnosis = diagnosis::compare(model, &before, &after, &judged, &options, &mut |doing, share| {
             progress.show(doing, share);
         })?;
-        Self::replay(&mut diagnosis, now, hold_out, options.held_out_share, progress)?;
-        Ok(Self { diagnosis, sessions: before.into_iter().chain(after).chain(judged).collect() })
+        let sessions = before.into_iter().chain(after).chain(judged).collect();
+        let mut findings = Self { diagnosis, sessions, replay_failure: None };
+        findings.add_replay(now, hold_out, options.held_out_share, progress);
+        Ok(findings)
     }
 
     /// Diagnoses alone.
@@ -121,7 +125,12 @@ impl Findings {
             progress.show(doing, share);
         })?;
         let sessions = train_series.into_iter().chain(hold_out_series).collect();
-        Ok(Self { diagnosis, sessions })
+        Ok(Self { diagnosis, sessions, replay_failure: None })
+    }
+
+    /// Replays; what is diagnosed stays, whatever happens here.
+    fn add_replay(&mut self, train: &[Session], hold_out: &[Session], share: f64, progress: &Progress) {
+        self.replay_failure = Self::replay(&mut self.diagnosis, train, hold_out, share, progress).err();
     }
 
     /// Both models in simulation beside the data held out.
@@ -155,8 +164,11 @@ impl Findings {
             let traces = rendering::traces(&self.diagnosis, &session.name);
             Motion { traces, ..Motion::new(&model.robot, session) }
         });
+        let mut document = rendering::document(name, &self.diagnosis);
+        let failure = self.replay_failure.iter();
+        document.warnings.extend(failure.map(|why| format!("the models were not replayed beside the data: {why}")));
         Report {
-            document: rendering::document(name, &self.diagnosis),
+            document,
             json: envelope(Diagnosis::SCHEMA, name, json),
             motions: motions.collect(),
             model: Some(model.clone()),
