@@ -47,28 +47,29 @@ pub fn warn(warnings: &[String]) -> Outcome {
     if warnings.is_empty() { Outcome::Done } else { Outcome::Warned }
 }
 
-/// Writes the report's files into place, prints it, and says where it stands.
+/// Writes the report's files into place, prints it, and says where it stands. What cannot be written is printed all the same.
 ///
 /// # Errors
-/// A file or standard output is refused; then nothing is left behind.
+/// No folder takes the files, or standard output is refused.
 pub fn finish(report: &Report<'_>, folder: &Folder, options: &OutputOptions) -> Result<Outcome> {
     let files = report.files()?;
-    folder.write(files.iter().map(|(name, content)| (name.as_str(), content.as_slice())))?;
+    let written = folder.write(&files);
     if options.json {
         print(&format!("{:#}\n", report.json))?;
     } else if !options.quiet {
         let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-        print(&format!(
-            "{}\nwritten to {}: {}\n",
-            report.document.to_text(),
-            folder.path().display(),
-            names.join(", ")
-        ))?;
+        print(&format!("{}\n", report.document.to_text()))?;
+        if let Ok(results) = &written {
+            print(&format!("written to {}: {}\n", results.folder.display(), names.join(", ")))?;
+        }
         if !cfg!(feature = "rerun") {
             print("no trace.rrd: this build lacks the feature `rerun`\n")?;
         }
     }
-    Ok(warn(&report.document.warnings))
+    let results = written?;
+    let moved = results.moved.map(|why| format!("the results are in {}, because of {why}", results.folder.display()));
+    let warnings: Vec<String> = report.document.warnings.iter().cloned().chain(moved).collect();
+    Ok(warn(&warnings))
 }
 
 /// A progress line on standard error: hidden when quiet or when standard error is no terminal, and wiped when dropped.

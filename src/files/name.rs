@@ -1,0 +1,35 @@
+//! Which names of files' contents may become names of files.
+
+/// Longest name [bytes in UTF-8]: file systems take 255, and endings such as `.csv` need room.
+const LONGEST: usize = 200;
+
+/// What [`is_fit_name`] expects, for errors.
+pub const FIT_NAME: &str =
+    "a name: 1 to 200 bytes without / and \\, control characters, a dot in front or spaces around it";
+
+/// Whether a text can name a file or a folder in any folder and leaves that folder on no system.
+///
+/// Refused are the empty name, `.`, `..` and hidden names, separators of paths, control characters (also those that turn
+/// the direction of writing), spaces around it, and more than 200 bytes.
+pub fn is_fit_name(name: &str) -> bool {
+    let turns = |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let unfit = |c: char| matches!(c, '/' | '\\') || c.is_control() || turns(c);
+    !name.is_empty() && name.len() <= LONGEST && !name.starts_with('.') && name.trim() == name && !name.contains(unfit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_fit_name;
+
+    #[test]
+    fn property_a_fit_name_is_one_part_of_a_path() {
+        for name in ["scara", "KUKA KR300 R2500", "v1.2", "Übung-3_β", "a..b", &"x".repeat(200)] {
+            assert!(is_fit_name(name), "{name}");
+            assert_eq!(std::path::Path::new(name).components().count(), 1, "{name}");
+        }
+        let long = "x".repeat(201);
+        for name in ["", ".", "..", ".git", "a/b", "/a", "a/", "..\\a", "a\nb", "a\0", "\u{202e}a", " a", "a ", &long] {
+            assert!(!is_fit_name(name), "{name:?}");
+        }
+    }
+}
