@@ -6,8 +6,10 @@
 //!
 //! New files are written and synced in `.lostmotion/new`, listed beside the earlier ones, and then renamed one by one. Wherever a
 //! process is killed, every file is as it was or as it is to be, never half and never missing, and the next run removes what is left in
-//! `.lostmotion/new`. A lock keeps a second process out of the folder from before the work until after it.
+//! `.lostmotion/new`. A lock keeps a second process out of the folder from before the work until after it. A process that is
+//! interrupted by Ctrl-C writes to the end what it has begun to write, and removes the folders that it made for nothing.
 
+mod interrupt;
 mod place;
 mod written;
 
@@ -17,6 +19,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Place as At, Result};
 use crate::files::{FIT_NAME, is_fit_name};
 
+use interrupt::uninterrupted;
 use place::Place;
 use written::{Written, sha256_of};
 
@@ -81,13 +84,14 @@ impl Folder {
     pub fn write(&self, files: &[Content]) -> Result<Results> {
         let names: Vec<String> = files.iter().map(|(name, _)| name.clone()).collect();
         check_names(&names)?;
-        let Err(refused) = self.check(&names).and_then(|written| self.replace(&written, files)) else {
+        let Err(refused) = self.check(&names).and_then(|written| uninterrupted(|| self.replace(&written, files)))
+        else {
             return Ok(Results { folder: self.place.shown().to_owned(), moved: None });
         };
         let Some(place) = self.place.beside() else { return Err(refused) };
         let folder = place.shown().to_owned();
         let other = Self { place, verb: self.verb, inputs: Vec::new() };
-        match other.replace(&Written::default(), files) {
+        match uninterrupted(|| other.replace(&Written::default(), files)) {
             Ok(()) => Ok(Results { folder, moved: Some(refused) }),
             Err(_) => Err(refused),
         }

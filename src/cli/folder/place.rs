@@ -4,12 +4,15 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::Content;
 use super::written::sha256;
+use super::{Content, interrupt};
 use crate::error::{Error, Place as At, Result};
 
 /// Folder of lostmotion's own in a folder of results: `files.json`, `lock`, and `new` while files are written.
 const OWN: &str = ".lostmotion";
+const LIST: &str = "files.json";
+const LOCK: &str = "lock";
+const NEW: &str = "new";
 
 /// How often a lock is tried that another process removes in the same moment.
 const ATTEMPTS: usize = 100;
@@ -66,7 +69,7 @@ impl Place {
 
     /// The list of the files that lostmotion wrote.
     pub fn list(&self) -> PathBuf {
-        self.own().join("files.json")
+        self.own().join(LIST)
     }
 
     /// Refuses a folder in which no file can be made.
@@ -138,13 +141,13 @@ impl Place {
     }
 
     fn new_files(&self) -> PathBuf {
-        self.own().join("new")
+        self.own().join(NEW)
     }
 
     /// Locks the folder for this process.
     fn lock(&mut self) -> Result<()> {
         let own = self.own();
-        let path = own.join("lock");
+        let path = own.join(LOCK);
         let failed = |source| Error::file(&self.shown, "write", source);
         for _ in 0..ATTEMPTS {
             match fs::create_dir(&own) {
@@ -173,6 +176,7 @@ impl Place {
                 Ok(()) => {}
             }
             self.lock = Some(file);
+            interrupt::note(&self.folder, &self.made);
             return Ok(());
         }
         Err(failed(io::ErrorKind::ResourceBusy.into()))
@@ -183,17 +187,30 @@ impl Drop for Place {
     /// Removes what was staged and not moved into place; where no result was ever written, also what was made for it.
     fn drop(&mut self) {
         if self.lock.is_some() {
-            // What cannot be removed is left to the next run.
-            let _ = fs::remove_dir_all(self.new_files());
-            if !self.list().exists() {
-                let _ = fs::remove_file(self.own().join("lock"));
-                let _ = fs::remove_dir(self.own());
-            }
+            interrupt::forget(&self.folder);
+            clean(&self.folder, &self.made);
+        } else {
+            remove_empty(&self.made);
         }
-        for folder in self.made.iter().rev() {
-            // Folders that hold anything stay.
-            let _ = fs::remove_dir(folder);
-        }
+    }
+}
+
+/// Removes what was staged in a folder and not moved into place; where no result was ever written, also what was made for it. What
+/// cannot be removed is left to the next run.
+pub fn clean(folder: &Path, made: &[PathBuf]) {
+    let own = folder.join(OWN);
+    let _ = fs::remove_dir_all(own.join(NEW));
+    if !own.join(LIST).exists() {
+        let _ = fs::remove_file(own.join(LOCK));
+        let _ = fs::remove_dir(&own);
+    }
+    remove_empty(made);
+}
+
+/// Removes folders, the innermost first; one that holds anything stays.
+fn remove_empty(folders: &[PathBuf]) {
+    for folder in folders.iter().rev() {
+        let _ = fs::remove_dir(folder);
     }
 }
 

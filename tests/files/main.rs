@@ -1,0 +1,8 @@
+//! What the program does to files: it replaces those that it wrote and no others, whatever names its input bears, whatever stands at
+//! `--out`, and at whatever moment it is killed.
+
+mod fixture;
+mod kills;
+mod names;
+mod owned;
+mod places;
