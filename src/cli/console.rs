@@ -14,7 +14,7 @@ use crate::report::Report;
 /// Options that every command that computes shares.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputOptions {
-    /// Folder for the results [default: out/NAME]
+    /// Folder for the results; of its files only those that lostmotion wrote are replaced [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<std::path::PathBuf>,
     /// No progress and no result on the terminal; errors and warnings only

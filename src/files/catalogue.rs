@@ -41,21 +41,3 @@ pub(super) fn path_in(path: &Path) -> Option<String> {
     }
     Some(parts.join("/"))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn property_paths_of_the_catalogue_lead_to_its_files_and_to_nothing_else() {
-        let scenario = path("scenarios/01_identify_scara/scenario.toml");
-        let model = scenario.parent().unwrap().join("../../robots/scara/model.toml");
-        assert_eq!(path_in(&model).as_deref(), Some("robots/scara/model.toml"));
-        assert_eq!(super::super::read(&model).unwrap(), content("robots/scara/model.toml").unwrap());
-        assert!(super::super::is_file(&scenario) && !super::super::is_file(&path("robots")));
-        let error = super::super::read(&path("robots/gone/model.toml")).unwrap_err();
-        assert_eq!(error.kind(), std::io::ErrorKind::NotFound);
-        assert_eq!(path_in(Path::new("robots/scara/model.toml")), None);
-        assert_eq!(path_in(Path::new("/catalogue:/robots")), None);
-    }
-}

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use super::fixture::{Files, RESULTS, done, refused, wait_for};
 
 /// A run that takes minutes, if nothing ends it.
-const LONG: [&str; 7] = ["run", "scenario.toml", "--set", "control_period=0.00001", "--quiet", "--out", "results"];
+const LONG: [&str; 7] = ["run", "scenario.toml", "--set", "control_period=0.0001", "--quiet", "--out", "results"];
 
 fn send(signal: &str, child: &Child) {
     let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().expect("kill");
@@ -27,7 +27,7 @@ fn working(files: &Files) -> Child {
     let child = files.start(&LONG);
     wait_for("the lock", || files.path("results/.lostmotion/lock").exists());
     // From the lock to the simulation it is a matter of a check and a probe; a run without it would be in the simulation too.
-    std::thread::sleep(Duration::from_millis(50));
+    std::thread::sleep(Duration::from_millis(300));
     child
 }
 
@@ -153,7 +153,7 @@ fn regress_an_interrupted_run_leaves_no_catalogue_behind() {
     let files = Files::new();
     fs::create_dir(files.path("tmp")).unwrap();
     for signal in ["-INT", "-KILL"] {
-        let arguments = ["run", "01_identify_scara", "--quiet", "--set", "control_period=0.00002", "--out", "results"];
+        let arguments = ["run", "01_identify_scara", "--quiet", "--set", "control_period=0.0002", "--out", "results"];
         let mut command = files.command(&arguments);
         let child = command.env("TMPDIR", files.path("tmp")).spawn().expect("the program runs");
         wait_for("the lock", || files.path("results/.lostmotion/lock").exists());
@@ -192,7 +192,7 @@ fn regress_messages_and_models_name_no_temporary_file() {
 fn property_a_finished_result_is_written_beside_a_folder_that_changed_meanwhile() {
     let files = Files::new();
     let text = files.text("scenario.toml");
-    files.put("scenario.toml", text.replacen("duration = 0.2", "duration = 20", 1));
+    files.put("scenario.toml", text.replacen("duration = 0.2", "duration = 100", 1));
     let child = working(&files);
     files.put("results/report.html", "put there meanwhile");
     let output = ended(child);

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use lostmotion::files::{catalogue, is_file, is_fit_name, read};
+
 use super::fixture::{Files, MODEL, SCENARIO, done, refused};
 
 /// An obstacle of the scenario.
@@ -52,7 +54,7 @@ fn regress_names_that_are_paths_are_refused_with_place_and_key() {
             ("model.toml", "name = \"turntable\"", "model.toml:2", "name = "),
             ("scenario.toml", "name = \"to_and_fro\"", "scenario.toml:2", "name = "),
             ("scenario.toml", "name = \"first\"", "scenario.toml:7", "session[1].name = "),
-            ("scenario.toml", "name = \"post\"", "scenario.toml:31", "obstacles[1].name = "),
+            ("scenario.toml", "name = \"post\"", "scenario.toml:33", "obstacles[1].name = "),
         ] {
             let text = files.text(&format!("work/{file}"));
             assert!(text.contains(good));
@@ -94,7 +96,7 @@ fn regress_two_sessions_of_one_name_are_refused() {
     for (second, taken) in [("first", "`first`"), ("First", "`First`")] {
         files.put("scenario.toml", SCENARIO.replace("\"second\"", &format!("\"{second}\"")));
         let output = files.run("results", "1");
-        refused(&output, &["scenario.toml:15", "session[2].name", "no other session has", taken]);
+        refused(&output, &["scenario.toml:16", "session[2].name", "no other session has", taken]);
         assert!(!files.path("results").exists());
     }
     // A session without a name is called by its number.
@@ -106,7 +108,7 @@ fn regress_two_sessions_of_one_name_are_refused() {
 fn regress_two_obstacles_of_one_name_are_refused() {
     let files = Files::new();
     files.put("scenario.toml", scenario() + OBSTACLE);
-    refused(&files.run("results", "1"), &["scenario.toml:38", "obstacles[2].name", "no other obstacle"]);
+    refused(&files.run("results", "1"), &["scenario.toml:39", "obstacles[2].name", "no other obstacle"]);
 }
 
 /// The catalogue's robot `scara` with its URDF under another name, and the scenario that identifies it.
@@ -145,5 +147,30 @@ fn regress_a_first_model_of_a_robot_with_an_odd_name_is_accepted() {
         assert!(files.text("first/model.toml").contains("name = \"arm\""));
         done(&files.lostmotion(&["check", "first/model.toml"]));
         fs::remove_file(files.path("first/model.toml")).unwrap();
+    }
+}
+
+#[test]
+fn property_a_fit_name_is_one_part_of_a_path() {
+    for name in ["scara", "KUKA KR300 R2500", "v1.2", "Übung-3_β", "a..b", &"x".repeat(200)] {
+        assert!(is_fit_name(name), "{name}");
+        assert_eq!(Path::new(name).components().count(), 1, "{name}");
+    }
+    let long = "x".repeat(201);
+    for name in ["", ".", "..", ".git", "a/b", "/a", "a/", "..\\a", "a\nb", "a\0", "\u{202e}a", " a", "a ", &long] {
+        assert!(!is_fit_name(name), "{name:?}");
+    }
+}
+
+#[test]
+fn property_paths_of_the_catalogue_lead_to_its_files_and_to_nothing_else() {
+    let scenario = catalogue::path("scenarios/01_identify_scara/scenario.toml");
+    let model = scenario.parent().unwrap().join("../../robots/scara/model.toml");
+    let on_disk = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/scara/model.toml")).unwrap();
+    assert_eq!(read(&model).unwrap(), on_disk);
+    assert!(is_file(&scenario) && !is_file(&catalogue::path("robots")));
+    for nowhere in ["robots/gone/model.toml", "../../../../etc/passwd", ""] {
+        assert_eq!(read(&catalogue::path(nowhere)).unwrap_err().kind(), std::io::ErrorKind::NotFound);
+        assert!(!is_file(&catalogue::path(nowhere)));
     }
 }

@@ -34,7 +34,6 @@ fn regress_what_is_no_folder_is_refused_and_stays() {
         ("socket", "a socket"),
         ("/dev/null", "a device"),
         ("dangling", "a link that leads to nothing"),
-        ("", "expected a folder"),
     ] {
         refused_before_the_work(&files, out, &["--out", out, found]);
     }

@@ -218,9 +218,6 @@ fn remove_empty(folders: &[PathBuf]) {
 fn check_kind(path: &Path) -> Result<()> {
     let refuse =
         |found: &str| Err(Error::input(path, At::File, "--out", found, "a folder, or a place where one can be made"));
-    if path.as_os_str().is_empty() {
-        return Err(Error::input("command line".as_ref(), At::File, "--out", "\"\"", "a folder"));
-    }
     match path.metadata() {
         Ok(found) if found.is_dir() => Ok(()),
         Ok(found) => refuse(kind(found.file_type())),
