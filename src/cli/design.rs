@@ -12,7 +12,7 @@ use crate::report::{Document, Report, Section, Table};
 use crate::scenario::{Design as Designed, Question, Trial, design};
 
 use super::console::{OutputOptions, Progress};
-use super::folder::{Folder, Plan};
+use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
 /// Design the experiment that separates two causes, or measures one best, as a scenario file
@@ -38,7 +38,7 @@ impl Design {
         let question = Question::parse(&self.question, &Catalogue::default())?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
-            Plan {
+            Request {
                 verb: "design",
                 name: "design",
                 files: planned(Some(&model), ["scenario.toml".to_owned()]),

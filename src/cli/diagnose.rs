@@ -17,7 +17,7 @@ use crate::timeseries::TimeSeries;
 use crate::units::JointKind;
 
 use super::console::{OutputOptions, Progress};
-use super::folder::{Folder, Plan};
+use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
 /// Find what the simulation gets wrong: the named cause, the extended model, the gain
@@ -51,7 +51,7 @@ impl Diagnose {
         let reference = input::sessions(&self.reference, &model)?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
-            Plan {
+            Request {
                 verb: "diagnose",
                 name: &model.name,
                 files: planned(Some(&model), []),

@@ -14,7 +14,7 @@ use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
 use super::console::{OutputOptions, Progress};
-use super::folder::{Folder, Plan};
+use super::folder::{Folder, Request};
 use super::input;
 use super::{Outcome, console};
 
@@ -38,7 +38,7 @@ impl Identify {
         let sessions = input::sessions(&self.data, &model)?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
-            Plan {
+            Request {
                 verb: "identify",
                 name: &model.name,
                 files: planned(Some(&model), []),

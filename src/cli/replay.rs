@@ -12,7 +12,7 @@ use crate::report::recording::Motion;
 use crate::report::{Report, replay as rendering};
 
 use super::console::{OutputOptions, Progress};
-use super::folder::{Folder, Plan};
+use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
 /// Simulate a model under the recorded inputs, beside the data: error figures per channel
@@ -38,7 +38,7 @@ impl Replay {
         let sessions = input::sessions(&self.data, &model)?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
-            Plan {
+            Request {
                 verb: "replay",
                 name: &model.name,
                 files: planned(None, []),

@@ -19,7 +19,7 @@ use crate::timeseries::TimeSeries;
 
 use super::console::{self, OutputOptions, Progress};
 use super::diagnose::Findings;
-use super::folder::{Folder, Plan};
+use super::folder::{Folder, Request};
 use super::{Outcome, catalogue, identify, input};
 
 /// Scenario of the catalogue that `demo` carries out.
@@ -109,8 +109,8 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
     inputs.push(scenario.source.clone());
     let model = Some(&scenario.model).filter(|_| scenario.procedure != Procedure::None);
     let recordings = scenario.sessions.iter().filter(|_| common.csv).map(|session| csv_name(&session.name));
-    let plan = Plan { verb: "run", name: &scenario.name, files: planned(model, recordings), inputs };
-    Folder::reserve(common.output.out.as_deref(), plan)
+    let request = Request { verb: "run", name: &scenario.name, files: planned(model, recordings), inputs };
+    Folder::reserve(common.output.out.as_deref(), request)
 }
 
 /// Diagnoses recordings, and checks what is named.
@@ -120,8 +120,8 @@ fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<
     let hold_out = input::sessions(&scenario.hold_out, &model)?;
     let mut inputs = input::files(&model, &[&scenario.data, &scenario.hold_out], &[&train, &hold_out]);
     inputs.push(source.to_owned());
-    let plan = Plan { verb: "run", name: &scenario.name, files: planned(Some(&model), []), inputs };
-    let folder = Folder::reserve(common.output.out.as_deref(), plan)?;
+    let request = Request { verb: "run", name: &scenario.name, files: planned(Some(&model), []), inputs };
+    let folder = Folder::reserve(common.output.out.as_deref(), request)?;
     let progress = Progress::start("diagnosing", common.output.quiet);
     let findings = Findings::new(&model, &train, &hold_out, &progress)?;
     drop(progress);

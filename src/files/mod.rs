@@ -15,12 +15,16 @@ pub use name::{FIT_NAME, is_fit_name};
 /// # Errors
 /// The operating system refuses, or the catalogue has no such file.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    match catalogue::path_in(path) {
-        Some(name) => {
-            catalogue::content(&name).map(<[u8]>::to_vec).ok_or_else(|| io::Error::from(io::ErrorKind::NotFound))
-        }
-        None => fs::read(path),
-    }
+    embedded(path).unwrap_or_else(|| fs::read(path))
+}
+
+/// The content of a file of the catalogue; `None` for a path of the disk.
+///
+/// # Errors
+/// The catalogue has no such file.
+pub fn embedded(path: &Path) -> Option<io::Result<Vec<u8>>> {
+    let name = catalogue::path_in(path)?;
+    Some(catalogue::content(&name).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into()))
 }
 
 /// Whether a path leads to a file.

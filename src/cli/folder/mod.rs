@@ -10,17 +10,17 @@
 //! interrupted by Ctrl-C writes to the end what it has begun to write, and removes the folders that it made for nothing.
 
 mod interrupt;
-mod place;
+mod locked;
 mod written;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Place as At, Result};
+use crate::error::{Error, Place, Result};
 use crate::files::{FIT_NAME, is_fit_name};
 
 use interrupt::uninterrupted;
-use place::Place;
+use locked::LockedFolder;
 use written::{Written, sha256_of};
 
 /// Name and content of a file.
@@ -28,7 +28,7 @@ pub type Content = (String, Vec<u8>);
 
 /// What a command is about to write, and what it reads.
 #[derive(Debug, Default)]
-pub struct Plan<'a> {
+pub struct Request<'a> {
     /// The verb of the command, `replay`.
     pub verb: &'static str,
     /// Name of the folder below `out` where none is given.
@@ -43,7 +43,7 @@ pub struct Plan<'a> {
 /// command that fails is removed with the value.
 #[derive(Debug)]
 pub struct Folder {
-    place: Place,
+    place: LockedFolder,
     verb: &'static str,
     /// The files that the command reads, without links.
     inputs: Vec<PathBuf>,
@@ -66,11 +66,11 @@ impl Folder {
     /// # Errors
     /// The place is no folder, cannot be made or written, or another process writes there; a planned file stands there that
     /// lostmotion did not write, that was changed since, or that the command reads.
-    pub fn reserve(out: Option<&Path>, plan: Plan<'_>) -> Result<Self> {
-        let inputs: Vec<PathBuf> = plan.inputs.iter().filter_map(|file| file.canonicalize().ok()).collect();
-        let folder = out.map_or_else(|| usual(&plan, &inputs), Path::to_owned);
-        let folder = Self { place: Place::take(&folder)?, verb: plan.verb, inputs };
-        folder.check(&plan.files)?;
+    pub fn reserve(out: Option<&Path>, request: Request<'_>) -> Result<Self> {
+        let inputs: Vec<PathBuf> = request.inputs.iter().filter_map(|file| file.canonicalize().ok()).collect();
+        let folder = out.map_or_else(|| usual(&request, &inputs), Path::to_owned);
+        let folder = Self { place: LockedFolder::take(&folder)?, verb: request.verb, inputs };
+        folder.check(&request.files)?;
         folder.place.probe()?;
         Ok(folder)
     }
@@ -103,7 +103,7 @@ impl Folder {
         for name in names {
             let shown = self.place.shown().join(name);
             let path = self.place.folder().join(name);
-            let refuse = |expected: &str| Err(Error::input(&shown, At::File, "", "", expected));
+            let refuse = |expected: &str| Err(Error::input(&shown, Place::File, "", "", expected));
             let found = match path.symlink_metadata() {
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
                 found => found.map_err(|source| Error::file(&shown, "read", source))?,
@@ -151,11 +151,11 @@ impl Folder {
 }
 
 /// `out/<name>`, or `out/<name>_<verb>` where that folder holds a file that the command reads.
-fn usual(plan: &Plan<'_>, inputs: &[PathBuf]) -> PathBuf {
-    let folder = Path::new("out").join(plan.name);
+fn usual(request: &Request<'_>, inputs: &[PathBuf]) -> PathBuf {
+    let folder = Path::new("out").join(request.name);
     let read_here = |folder: PathBuf| inputs.iter().any(|file| file.parent() == Some(&folder));
     if fs::canonicalize(&folder).is_ok_and(read_here) {
-        return Path::new("out").join(format!("{}_{}", plan.name, plan.verb));
+        return Path::new("out").join(format!("{}_{}", request.name, request.verb));
     }
     folder
 }
@@ -166,7 +166,7 @@ fn check_names(names: &[String]) -> Result<()> {
     for name in names {
         if !is_fit_name(name) || !seen.insert(name.to_lowercase()) {
             let expected = format!("{FIT_NAME}, different from those of all other files of the results");
-            return Err(Error::input("results".as_ref(), At::File, "name", format!("{name:?}"), expected));
+            return Err(Error::input("results".as_ref(), Place::File, "name", format!("{name:?}"), expected));
         }
     }
     Ok(())

@@ -8,8 +8,8 @@ use std::{fmt::Write as _, io};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::place::Place;
-use crate::error::{Error, Place as At, Result};
+use super::locked::LockedFolder;
+use crate::error::{Error, Place, Result};
 use crate::files::is_fit_name;
 
 /// Schema of the list.
@@ -47,7 +47,7 @@ impl Written {
     ///
     /// # Errors
     /// The file cannot be read, or is no such list.
-    pub fn read(place: &Place) -> Result<Self> {
+    pub fn read(place: &LockedFolder) -> Result<Self> {
         let file = place.list();
         let bytes = match std::fs::read(&file) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
@@ -59,7 +59,7 @@ impl Written {
                 "a list of files as lostmotion writes it ({SCHEMA}): delete it to keep every file of the folder, or name another \
                  folder with --out"
             );
-            Error::input(&file, At::File, "", "", expected)
+            Error::input(&file, Place::File, "", "", expected)
         })
     }
 
@@ -74,7 +74,7 @@ impl Written {
     ///
     /// # Errors
     /// The operating system refuses.
-    pub fn save(&self, place: &Place) -> Result<()> {
+    pub fn save(&self, place: &LockedFolder) -> Result<()> {
         let mut text = serde_json::to_vec_pretty(self).unwrap_or_default();
         text.push(b'\n');
         place.save_list(&text)
@@ -126,19 +126,45 @@ impl Written {
     }
 }
 
-/// SHA-256 of bytes, in hexadecimal digits.
-pub fn sha256(bytes: &[u8]) -> String {
-    written(Sha256::digest(bytes).as_slice())
+/// Passes on what is written, and sums it up.
+#[derive(Debug)]
+pub struct Summed<W> {
+    out: W,
+    digest: Sha256,
 }
 
-/// SHA-256 of the content of a file.
+impl<W> Summed<W> {
+    /// Nothing is written yet.
+    pub fn new(out: W) -> Self {
+        Self { out, digest: Sha256::new() }
+    }
+
+    /// What was written to, and the SHA-256 of all of it.
+    pub fn finish(self) -> (W, String) {
+        (self.out, written(self.digest.finalize().as_slice()))
+    }
+}
+
+impl<W: io::Write> io::Write for Summed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.out.write(bytes)?;
+        self.digest.update(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// SHA-256 of the content of a file, in hexadecimal digits.
 ///
 /// # Errors
 /// The file cannot be read.
 pub fn sha256_of(file: &Path) -> io::Result<String> {
-    let mut digest = Sha256::new();
-    io::copy(&mut File::open(file)?, &mut digest)?;
-    Ok(written(digest.finalize().as_slice()))
+    let mut sum = Summed::new(io::sink());
+    io::copy(&mut File::open(file)?, &mut sum)?;
+    Ok(sum.finish().1)
 }
 
 fn written(digest: &[u8]) -> String {

@@ -1,12 +1,12 @@
 //! A folder on the disk: made, locked, written file by file.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{self, Write as _};
+use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::written::sha256;
+use super::written::Summed;
 use super::{Content, interrupt};
-use crate::error::{Error, Place as At, Result};
+use crate::error::{Error, Place, Result};
 
 /// Folder of lostmotion's own in a folder of results: `files.json`, `lock`, and `new` while files are written.
 const OWN: &str = ".lostmotion";
@@ -19,7 +19,7 @@ const ATTEMPTS: usize = 100;
 
 /// A folder that exists and is locked.
 #[derive(Debug)]
-pub struct Place {
+pub struct LockedFolder {
     /// As the user named it; what messages call it.
     shown: PathBuf,
     /// Without links.
@@ -30,7 +30,7 @@ pub struct Place {
     lock: Option<File>,
 }
 
-impl Place {
+impl LockedFolder {
     /// Makes and locks a folder, and removes what a killed process has left there.
     ///
     /// # Errors
@@ -90,10 +90,11 @@ impl Place {
     pub fn stage(&self, files: &[Content]) -> Result<Vec<(String, String)>> {
         let new = self.new_files();
         fs::create_dir_all(&new).map_err(|source| Error::file(&new, "create folder", source))?;
-        for (name, content) in files {
-            write(&new.join(name), content).map_err(|source| Error::file(&self.shown.join(name), "write", source))?;
-        }
-        Ok(files.iter().map(|(name, content)| (name.clone(), sha256(content))).collect())
+        let write = |(name, content): &Content| {
+            let sum = write(&new.join(name), content);
+            Ok((name.clone(), sum.map_err(|source| Error::file(&self.shown.join(name), "write", source))?))
+        };
+        files.iter().map(write).collect()
     }
 
     /// Replaces the list of the files that lostmotion wrote.
@@ -102,7 +103,7 @@ impl Place {
     /// The operating system refuses; the earlier list is as it was.
     pub fn save_list(&self, content: &[u8]) -> Result<()> {
         let (file, part) = (self.list(), self.own().join("files.json.part"));
-        let done = write(&part, content).and_then(|()| fs::rename(&part, &file));
+        let done = write(&part, content).and_then(|_| fs::rename(&part, &file));
         done.map_err(|source| Error::file(&file, "write", source))?;
         sync(&self.own());
         Ok(())
@@ -154,7 +155,7 @@ impl Place {
                 Err(source) if source.kind() != io::ErrorKind::AlreadyExists => return Err(failed(source)),
                 _ if own.symlink_metadata().is_ok_and(|found| !found.is_dir()) => {
                     let expected = "a folder that lostmotion itself makes, not a file or a link: move it away";
-                    return Err(Error::input(&self.shown.join(OWN), At::File, "", "", expected));
+                    return Err(Error::input(&self.shown.join(OWN), Place::File, "", "", expected));
                 }
                 _ => {}
             }
@@ -167,7 +168,7 @@ impl Place {
                 Err(TryLockError::WouldBlock) => {
                     let expected = "a folder to which no other lostmotion is writing: wait until that one has ended, or name \
                                     another folder with --out";
-                    return Err(Error::input(&self.shown, At::File, "", "", expected));
+                    return Err(Error::input(&self.shown, Place::File, "", "", expected));
                 }
                 // A file system without locks.
                 Err(TryLockError::Error(source)) if source.kind() == io::ErrorKind::Unsupported => {}
@@ -183,7 +184,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for LockedFolder {
     /// Removes what was staged and not moved into place; where no result was ever written, also what was made for it.
     fn drop(&mut self) {
         if self.lock.is_some() {
@@ -216,8 +217,9 @@ fn remove_empty(folders: &[PathBuf]) {
 
 /// Refuses what is there and no folder.
 fn check_kind(path: &Path) -> Result<()> {
-    let refuse =
-        |found: &str| Err(Error::input(path, At::File, "--out", found, "a folder, or a place where one can be made"));
+    let refuse = |found: &str| {
+        Err(Error::input(path, Place::File, "--out", found, "a folder, or a place where one can be made"))
+    };
     match path.metadata() {
         Ok(found) if found.is_dir() => Ok(()),
         Ok(found) => refuse(kind(found.file_type())),
@@ -258,11 +260,13 @@ fn make(folder: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a file down to the disk.
-fn write(path: &Path, content: &[u8]) -> io::Result<()> {
-    let mut file = File::create(path)?;
+/// Writes a file down to the disk; returns its SHA-256.
+fn write(path: &Path, content: &[u8]) -> io::Result<String> {
+    let mut file = BufWriter::new(Summed::new(File::create(path)?));
     file.write_all(content)?;
-    file.sync_all()
+    let (file, sum) = file.into_inner()?.finish();
+    file.sync_all()?;
+    Ok(sum)
 }
 
 /// Brings the names in a folder down to the disk, where the system can.
