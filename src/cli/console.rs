@@ -1,5 +1,6 @@
 //! What a command says: results on standard output, progress and warnings on standard error.
 
+use std::error::Error as _;
 use std::io::{self, Write as _};
 use std::path::Path;
 
@@ -67,7 +68,10 @@ pub fn finish(report: &Report<'_>, folder: &Folder, options: &OutputOptions) -> 
         }
     }
     let results = written?;
-    let moved = results.moved.map(|why| format!("the results are in {}, because of {why}", results.folder.display()));
+    let moved = results.moved.map(|why| {
+        let reason = why.source().map_or_else(String::new, |source| format!(": {source}"));
+        format!("the results are in {}, because of {why}{reason}", results.folder.display())
+    });
     let warnings: Vec<String> = report.document.warnings.iter().cloned().chain(moved).collect();
     Ok(warn(&warnings))
 }

@@ -188,12 +188,12 @@ pub fn refused(output: &Output, parts: &[&str]) {
     assert!(output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stdout));
 }
 
-/// Waits until something holds, or fails after two minutes.
+/// Waits until something holds, without a pause, or fails after two minutes.
 #[track_caller]
 pub fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
     while !holds() {
         assert!(start.elapsed() < Duration::from_secs(120), "waited for {what}");
-        std::thread::sleep(Duration::from_micros(200));
+        std::thread::yield_now();
     }
 }

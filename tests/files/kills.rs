@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::process::{Child, Command, Output};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -51,15 +51,28 @@ fn regress_a_kill_at_any_moment_leaves_every_file_whole_and_old_or_new() {
     assert!(RESULTS.iter().filter(|&&name| contents[0][name] != contents[1][name]).count() >= 4);
     done(&files.run("results", "1"));
     let mut rng = ChaCha8Rng::seed_from_u64(20);
+    let (staged, list) = (files.path("results/.lostmotion/new"), files.path("results/.lostmotion/files.json"));
     let (mut during, mut mixed) = (0, 0);
     for kill in 0..KILLS {
-        let seed = if kill % 2 == 0 { "2" } else { "1" };
+        let old = files.text("results/first.csv") == contents[0]["first.csv"];
+        let seed = if old { "2" } else { "1" };
+        // What the last kill left there would be taken for the beginning of this one's writing.
+        fs::remove_dir_all(&staged).ok();
+        let before = fs::read(&list).unwrap();
         let mut child = files.start(&["run", "scenario.toml", "--quiet", "--csv", "--seed", seed, "--out", "results"]);
-        // From the first staged file until after the last rename.
-        let ended = |child: &mut Child| child.try_wait().expect("its state").is_some();
-        wait_for("the first staged file", || files.path("results/.lostmotion/new").exists() || ended(&mut child));
-        std::thread::sleep(Duration::from_micros(rng.random_range(0..12_000)));
-        during += usize::from(!ended(&mut child));
+        // Half of the kills fall into the writing beside the earlier files, half between the two changes of the list, in which
+        // the files are renamed: that takes some tenths of a millisecond.
+        let renaming = kill % 2 == 0;
+        wait_for("the writing", || {
+            let writes = if renaming { fs::read(&list).unwrap() != before } else { staged.exists() };
+            writes || child.try_wait().expect("its state").is_some()
+        });
+        let longest = if renaming { 300 } else { 8_000 };
+        let until = Instant::now() + Duration::from_micros(rng.random_range(0..longest));
+        while Instant::now() < until {
+            std::hint::spin_loop();
+        }
+        during += usize::from(child.try_wait().expect("its state").is_none());
         child.kill().expect("killed, or ended");
         child.wait().expect("its end");
         let now = results("results");
@@ -67,8 +80,7 @@ fn regress_a_kill_at_any_moment_leaves_every_file_whole_and_old_or_new() {
             let known = contents.iter().any(|of| of[name] == *content);
             assert!(known, "kill {kill}: {name} is neither the old nor the new one, {} bytes", content.len());
         }
-        let is = |which: usize| contents[which] == now;
-        mixed += usize::from(!is(0) && !is(1));
+        mixed += usize::from(contents.iter().all(|of| *of != now));
     }
     // Kills after the end test nothing.
     assert!(during > KILLS / 4, "{during} of {KILLS} kills met a running process");
