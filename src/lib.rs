@@ -17,6 +17,8 @@ pub mod dynamics;
 pub mod effects;
 /// What can go wrong, with positions and numbers.
 pub mod error;
+/// Files on the disk and of the catalogue, and fit names.
+pub mod files;
 /// Friction and dead zone between rotor and link.
 pub mod gearhead;
 /// Friction and backlash from data.

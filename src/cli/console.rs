@@ -1,5 +1,6 @@
 //! What a command says: results on standard output, progress and warnings on standard error.
 
+use std::error::Error as _;
 use std::io::{self, Write as _};
 use std::path::Path;
 
@@ -14,7 +15,7 @@ use crate::report::Report;
 /// Options that every command that computes shares.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputOptions {
-    /// Folder for the results [default: out/NAME]
+    /// Folder for the results; of its files only those that lostmotion wrote are replaced [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<std::path::PathBuf>,
     /// No progress and no result on the terminal; errors and warnings only
@@ -47,28 +48,32 @@ pub fn warn(warnings: &[String]) -> Outcome {
     if warnings.is_empty() { Outcome::Done } else { Outcome::Warned }
 }
 
-/// Writes the report's files into place, prints it, and says where it stands.
+/// Writes the report's files into place, prints it, and says where it stands. What cannot be written is printed all the same.
 ///
 /// # Errors
-/// A file or standard output is refused; then nothing is left behind.
+/// No folder takes the files, or standard output is refused.
 pub fn finish(report: &Report<'_>, folder: &Folder, options: &OutputOptions) -> Result<Outcome> {
     let files = report.files()?;
-    folder.write(files.iter().map(|(name, content)| (name.as_str(), content.as_slice())))?;
+    let written = folder.write(&files);
     if options.json {
         print(&format!("{:#}\n", report.json))?;
     } else if !options.quiet {
         let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-        print(&format!(
-            "{}\nwritten to {}: {}\n",
-            report.document.to_text(),
-            folder.path().display(),
-            names.join(", ")
-        ))?;
+        print(&format!("{}\n", report.document.to_text()))?;
+        if let Ok(results) = &written {
+            print(&format!("written to {}: {}\n", results.folder.display(), names.join(", ")))?;
+        }
         if !cfg!(feature = "rerun") {
             print("no trace.rrd: this build lacks the feature `rerun`\n")?;
         }
     }
-    Ok(warn(&report.document.warnings))
+    let results = written?;
+    let moved = results.moved.map(|why| {
+        let reason = why.source().map_or_else(String::new, |source| format!(": {source}"));
+        format!("the results are in {}, because of {why}{reason}", results.folder.display())
+    });
+    let warnings: Vec<String> = report.document.warnings.iter().cloned().chain(moved).collect();
+    Ok(warn(&warnings))
 }
 
 /// A progress line on standard error: hidden when quiet or when standard error is no terminal, and wiped when dropped.

@@ -7,12 +7,12 @@ use serde_json::json;
 
 use crate::effects::Catalogue;
 use crate::error::Result;
-use crate::report::files::envelope;
+use crate::report::files::{envelope, planned};
 use crate::report::{Document, Report, Section, Table};
 use crate::scenario::{Design as Designed, Question, Trial, design};
 
 use super::console::{OutputOptions, Progress};
-use super::folder::Folder;
+use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
 /// Design the experiment that separates two causes, or measures one best, as a scenario file
@@ -36,7 +36,15 @@ impl Design {
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
         let question = Question::parse(&self.question, &Catalogue::default())?;
-        let folder = Folder::reserve(self.output.out.as_deref(), "design")?;
+        let folder = Folder::reserve(
+            self.output.out.as_deref(),
+            Request {
+                verb: "design",
+                name: "design",
+                files: planned(Some(&model), ["scenario.toml".to_owned()]),
+                inputs: input::files(&model, &[], &[]),
+            },
+        )?;
         let progress = Progress::start("designing", self.output.quiet);
         let found = design(&model, &question, self.budget, &mut |doing, share| progress.show(doing, share))?;
         drop(progress);

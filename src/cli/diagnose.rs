@@ -9,7 +9,7 @@ use crate::dataset::Session;
 use crate::diagnose::{self as diagnosis, Diagnosis, Options, ReplayError, ResidualSeries, Split, Verdict, ZoneShares};
 use crate::error::{Error, Result};
 use crate::replay::{self, Compared, Quantity, Replay};
-use crate::report::files::envelope;
+use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, diagnosis as rendering};
 use crate::robot::Model;
@@ -17,7 +17,7 @@ use crate::timeseries::TimeSeries;
 use crate::units::JointKind;
 
 use super::console::{OutputOptions, Progress};
-use super::folder::Folder;
+use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
 /// Find what the simulation gets wrong: the named cause, the extended model, the gain
@@ -49,7 +49,19 @@ impl Diagnose {
         let train = input::sessions(&self.data, &model)?;
         let hold_out = input::sessions(&self.hold_out, &model)?;
         let reference = input::sessions(&self.reference, &model)?;
-        let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
+        let folder = Folder::reserve(
+            self.output.out.as_deref(),
+            Request {
+                verb: "diagnose",
+                name: &model.name,
+                files: planned(Some(&model), []),
+                inputs: input::files(
+                    &model,
+                    &[&self.data, &self.hold_out, &self.reference],
+                    &[&train, &hold_out, &reference],
+                ),
+            },
+        )?;
         let progress = Progress::start("diagnosing", self.output.quiet);
         let found = if reference.is_empty() {
             Findings::new(&model, &train, &hold_out, &progress)?

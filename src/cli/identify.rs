@@ -7,14 +7,14 @@ use serde_json::{Value, json};
 
 use crate::error::Result;
 use crate::identify::{self, Identification, Options};
-use crate::report::files::envelope;
+use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, identification};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
 use super::console::{OutputOptions, Progress};
-use super::folder::Folder;
+use super::folder::{Folder, Request};
 use super::input;
 use super::{Outcome, console};
 
@@ -36,7 +36,15 @@ impl Identify {
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
         let sessions = input::sessions(&self.data, &model)?;
-        let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
+        let folder = Folder::reserve(
+            self.output.out.as_deref(),
+            Request {
+                verb: "identify",
+                name: &model.name,
+                files: planned(Some(&model), []),
+                inputs: input::files(&model, &[&self.data], &[&sessions]),
+            },
+        )?;
         let progress = Progress::start("identifying", self.output.quiet);
         let notes = input::notes(&sessions);
         let series = input::series(sessions);

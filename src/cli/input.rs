@@ -7,14 +7,14 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
-use super::catalogue::Source;
+use super::catalogue;
 
 /// The model of a file, a folder with a `model.toml`, or a robot of the catalogue.
 ///
 /// # Errors
 /// There is none of that name, or its file is refused.
 pub fn model(given: &Path) -> Result<Model> {
-    Model::load(&Source::find(given, "robots", "model.toml")?.path)
+    Model::load(&catalogue::find(given, "robots", "model.toml")?)
 }
 
 /// Reads recordings of the joints of a model.
@@ -24,6 +24,13 @@ pub fn model(given: &Path) -> Result<Model> {
 pub fn sessions(files: &[PathBuf], model: &Model) -> Result<Vec<Session>> {
     let joints = dataset::joints_of(model);
     files.iter().map(|file| dataset::load(file, &joints)).collect()
+}
+
+/// The files that a command reads: those of the model, those that were given, and those of the recordings that manifests name.
+pub fn files(model: &Model, given: &[&[PathBuf]], sessions: &[&[Session]]) -> Vec<PathBuf> {
+    let of_model = [&model.source, &model.urdf];
+    let of_data = sessions.iter().copied().flatten().map(|session| &session.source);
+    of_model.into_iter().chain(given.iter().copied().flatten()).chain(of_data).cloned().collect()
 }
 
 /// What was noticed or mended while reading.

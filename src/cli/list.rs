@@ -4,8 +4,9 @@ use clap::{Args, ValueEnum};
 
 use crate::effects;
 use crate::error::Result;
+use crate::files::catalogue;
 
-use super::{Outcome, catalogue, console};
+use super::{Outcome, console};
 
 /// List the robots, scenarios or effects that the program knows
 #[derive(Debug, Args)]

@@ -25,7 +25,8 @@ impl New {
     pub fn run(self) -> Result<Outcome> {
         let model = Model::from_urdf(&self.urdf)?;
         let file = self.out.unwrap_or_else(|| self.urdf.with_file_name("model.toml"));
-        if file.exists() {
+        // A link that leads to nothing is there as well.
+        if file.symlink_metadata().is_ok() {
             return Err(Error::input(&file, Place::File, "--out", "", "a file that does not exist yet"));
         }
         model.save(&file)?;

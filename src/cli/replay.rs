@@ -7,12 +7,12 @@ use serde_json::json;
 
 use crate::error::Result;
 use crate::replay::{self, Loop, Options};
-use crate::report::files::envelope;
+use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, replay as rendering};
 
 use super::console::{OutputOptions, Progress};
-use super::folder::Folder;
+use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
 /// Simulate a model under the recorded inputs, beside the data: error figures per channel
@@ -36,7 +36,15 @@ impl Replay {
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
         let sessions = input::sessions(&self.data, &model)?;
-        let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
+        let folder = Folder::reserve(
+            self.output.out.as_deref(),
+            Request {
+                verb: "replay",
+                name: &model.name,
+                files: planned(None, []),
+                inputs: input::files(&model, &[&self.data], &[&sessions]),
+            },
+        )?;
         let progress = Progress::start("replaying", self.output.quiet);
         let control = if self.open_loop { Loop::Open } else { Loop::Closed };
         let options = Options { control, ..Options::default() };

@@ -10,18 +10,17 @@ use crate::effects;
 use crate::error::{Error, Result};
 use crate::identify::{self as identification, Options};
 use crate::report::diagnosis::traces as residuals;
-use crate::report::files::envelope;
+use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, contacts};
 use crate::robot::Model;
 use crate::scenario::{self, Procedure, Recorded, Scenario, Unmet};
 use crate::timeseries::TimeSeries;
 
-use super::catalogue::Source;
 use super::console::{self, OutputOptions, Progress};
 use super::diagnose::Findings;
-use super::folder::Folder;
-use super::{Outcome, identify, input};
+use super::folder::{Folder, Request};
+use super::{Outcome, catalogue, identify, input};
 
 /// Scenario of the catalogue that `demo` carries out.
 const DEMO: &str = "02_name_the_cause";
@@ -72,13 +71,13 @@ impl Demo {
 }
 
 fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
-    let source = Source::find(given, "scenarios", "scenario.toml")?;
-    if let Some(recorded) = Recorded::load(&source.path, set)? {
-        return on_recordings(&recorded, common);
+    let source = catalogue::find(given, "scenarios", "scenario.toml")?;
+    if let Some(recorded) = Recorded::load(&source, set)? {
+        return on_recordings(&source, &recorded, common);
     }
-    let scenario = Scenario::load(&source.path, set)?;
+    let scenario = Scenario::load(&source, set)?;
     let seed = common.seed.unwrap_or(scenario.seed);
-    let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
+    let folder = reserve(&scenario, common)?;
     let progress = Progress::start("simulating", common.output.quiet);
     let run = scenario::simulate(&scenario, seed, &|done, all| progress.set(done / all))?;
     let measured = run.measured();
@@ -104,12 +103,25 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     Ok(Outcome::Failed)
 }
 
+/// The folder of a simulated scenario.
+fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
+    let mut inputs = input::files(&scenario.model, &[], &[]);
+    inputs.push(scenario.source.clone());
+    let model = Some(&scenario.model).filter(|_| scenario.procedure != Procedure::None);
+    let recordings = scenario.sessions.iter().filter(|_| common.csv).map(|session| csv_name(&session.name));
+    let request = Request { verb: "run", name: &scenario.name, files: planned(model, recordings), inputs };
+    Folder::reserve(common.output.out.as_deref(), request)
+}
+
 /// Diagnoses recordings, and checks what is named.
-fn on_recordings(scenario: &Recorded, common: &Common) -> Result<Outcome> {
+fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = Model::load(&scenario.robot)?;
     let train = input::sessions(&scenario.data, &model)?;
     let hold_out = input::sessions(&scenario.hold_out, &model)?;
-    let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
+    let mut inputs = input::files(&model, &[&scenario.data, &scenario.hold_out], &[&train, &hold_out]);
+    inputs.push(source.to_owned());
+    let request = Request { verb: "run", name: &scenario.name, files: planned(Some(&model), []), inputs };
+    let folder = Folder::reserve(common.output.out.as_deref(), request)?;
     let progress = Progress::start("diagnosing", common.output.quiet);
     let findings = Findings::new(&model, &train, &hold_out, &progress)?;
     drop(progress);
@@ -254,8 +266,13 @@ fn note(report: &mut Report<'_>, scenario: &Scenario, seed: u64, unmet: &[String
     }
 }
 
+/// Name of the file of a session.
+fn csv_name(session: &str) -> String {
+    format!("{session}.csv")
+}
+
 /// Name and content of a session as its machine would have recorded it.
 fn csv(scenario: &Scenario, session: &TimeSeries) -> (String, Vec<u8>) {
     let kinds: Vec<_> = scenario.model.joints.iter().map(|joint| joint.kind).collect();
-    (format!("{}.csv", session.name), dataset::csv_text(session, &kinds).into_bytes())
+    (csv_name(&session.name), dataset::csv_text(session, &kinds).into_bytes())
 }

@@ -111,7 +111,7 @@ impl Manifest {
 fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
     let name = root.text("file")?;
     let beside = manifest.parent().unwrap_or(Path::new("")).join(name);
-    if beside.is_file() {
+    if crate::files::is_file(&beside) {
         return Ok(beside);
     }
     let Some(folder) = std::env::var_os(DATA_FOLDER) else {

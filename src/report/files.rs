@@ -8,6 +8,7 @@ use super::document::Document;
 use super::html;
 use super::recording::{self, Motion};
 use crate::error::Result;
+use crate::files::is_fit_name;
 use crate::plant::RAPIER_VERSION;
 use crate::robot::Model;
 
@@ -71,13 +72,33 @@ fn footer() -> String {
     )
 }
 
+/// Names of the files that a report may hold: one with this model, and with these further files.
+pub fn planned(model: Option<&Model>, extra: impl IntoIterator<Item = String>) -> Vec<String> {
+    let mut names = vec!["report.json".to_owned(), "report.html".to_owned()];
+    if cfg!(feature = "rerun") {
+        names.push("trace.rrd".to_owned());
+    }
+    if let Some(model) = model {
+        names.extend(model_files(model).into_iter().map(|(name, _)| name));
+    }
+    names.extend(extra);
+    names
+}
+
+/// Name of the copy of a URDF: always with the ending `.urdf`, which no other file of a report has.
+fn urdf_name(model: &Model) -> String {
+    let stem = model.urdf.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let name = format!("{stem}.urdf");
+    if is_fit_name(&name) { name } else { "robot.urdf".to_owned() }
+}
+
 /// The model and, where it names no meshes by relative paths, a copy of its URDF, so that the folder can be moved.
 fn model_files(model: &Model) -> Vec<(String, Vec<u8>)> {
     let whole = model.urdf.canonicalize().unwrap_or_else(|_| model.urdf.clone());
     if model.urdf_text.contains("<mesh") {
         return vec![("model.toml".to_owned(), model.to_toml(&whole).into_bytes())];
     }
-    let urdf = model.urdf.file_name().unwrap_or("robot.urdf".as_ref()).to_string_lossy().into_owned();
+    let urdf = urdf_name(model);
     vec![
         ("model.toml".to_owned(), model.to_toml(Path::new(&urdf)).into_bytes()),
         (urdf, model.urdf_text.clone().into_bytes()),

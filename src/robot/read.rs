@@ -9,6 +9,7 @@ use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
 use crate::error::{Error, Place, Result};
+use crate::files;
 use crate::toml_input::{Document, Range, Table, nearest};
 use crate::units::JointKind;
 
@@ -31,8 +32,9 @@ impl Model {
     /// As [`Model::load`].
     pub fn from_changed(document: &Document) -> Result<Self> {
         let urdf = urdf_path(document)?;
-        let text = read_text(&urdf)
-            .map_err(|error| if urdf.exists() { error } else { document.root().error("urdf", "a file that exists") })?;
+        let text = read_text(&urdf).map_err(|error| {
+            if files::is_file(&urdf) { error } else { document.root().error("urdf", "a file that exists") }
+        })?;
         Self::from_document(document, &urdf, &text)
     }
 
@@ -53,7 +55,7 @@ impl Model {
     pub fn from_document(document: &Document, urdf_file: &Path, urdf_text: &str) -> Result<Self> {
         let root = document.root();
         check_schema(&root)?;
-        let name = root.text("name")?.to_owned();
+        let name = root.name("name")?.to_owned();
         root.text("urdf")?;
         let words = [("known", Masses::Known), ("estimated", Masses::Estimated)];
         let masses = root.optional_choice("masses", &words)?.unwrap_or_default();
@@ -115,7 +117,7 @@ impl Model {
         }
         let joints = robot.bodies.iter().map(first_joint).collect();
         Ok(Self {
-            name: robot.name.clone(),
+            name: first_name(&robot.name, file).to_owned(),
             source: PathBuf::new(),
             urdf: file.to_owned(),
             urdf_text: text.clone(),
@@ -141,8 +143,14 @@ fn urdf_path(document: &Document) -> Result<PathBuf> {
 }
 
 fn read_text(file: &Path) -> Result<String> {
-    let bytes = std::fs::read(file).map_err(|source| Error::file(file, "read", source))?;
+    let bytes = files::read(file).map_err(|source| Error::file(file, "read", source))?;
     String::from_utf8(bytes).map_err(|_| Error::input(file, Place::File, "", "", "UTF-8 text"))
+}
+
+/// The URDF's name of the robot, the name of its file where that one can name no folder, else `robot`.
+fn first_name<'a>(robot: &'a str, file: &'a Path) -> &'a str {
+    let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    [robot, stem].into_iter().find(|name| files::is_fit_name(name)).unwrap_or("robot")
 }
 
 /// A gear and a drive of common size.

@@ -7,26 +7,35 @@ use super::model::{JointModel, Masses, Model};
 use super::read::SCHEMA;
 use super::urdf::STANDARD_GRAVITY;
 use crate::drive::{Sensing, VelocitySensor};
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::gearhead::{Friction, FrictionLaw};
 use crate::toml_input::{write_atomically, written_key, written_number, written_text};
 use crate::units::JointKind;
 
 impl Model {
     /// Writes a complete model file, whole or not at all. A URDF below the file's folder is named relative to it, another
-    /// one by its absolute path; one that is no file (an embedded model) is written beside it.
+    /// one by its absolute path; one that is no file (an embedded model) is written beside it, over no other file.
     ///
     /// What was altered in [`Model::robot`] after reading is not written: the URDF is its record.
     ///
     /// # Errors
-    /// The operating system refuses a file.
+    /// The operating system refuses a file, or another file stands where the URDF is to be written.
     pub fn save(&self, file: &Path) -> Result<()> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let urdf = match self.urdf.canonicalize() {
             Ok(urdf) => named_from(folder, urdf),
             Err(_) => {
-                let name = PathBuf::from(self.urdf.file_name().unwrap_or("robot.urdf".as_ref()));
-                write_atomically(&folder.join(&name), &self.urdf_text)?;
+                let name = self.urdf.file_name().filter(|name| Some(*name) != file.file_name());
+                let name = PathBuf::from(name.unwrap_or("robot.urdf".as_ref()));
+                let urdf = folder.join(&name);
+                let same = || std::fs::read(&urdf).is_ok_and(|text| text == self.urdf_text.as_bytes());
+                match urdf.symlink_metadata() {
+                    Err(_) => write_atomically(&urdf, &self.urdf_text)?,
+                    Ok(found) if found.is_file() && same() => {}
+                    Ok(_) => {
+                        return Err(Error::input(&urdf, Place::File, "", "", "no other file than this model's URDF"));
+                    }
+                }
                 name
             }
         };

@@ -28,6 +28,7 @@ use super::expect::QUANTITIES;
 use super::{ContactExpectation, Expectation, Procedure, SCHEMA, Scenario, Session};
 use super::{read_controller, read_obstacles, read_reference};
 use crate::error::Result;
+use crate::files;
 use crate::plant::{Engine, Evaluations, Options};
 use crate::robot::{Load, Model};
 use crate::toml_input::{Document, Range, Table};
@@ -80,7 +81,7 @@ impl Scenario {
         let (sessions, loads): (Vec<Session>, Vec<Option<Load>>) = read_sessions(root, &model)?.into_iter().unzip();
         model.loads.extend(loads.into_iter().flatten());
         let scenario = Self {
-            name: root.text("name")?.to_owned(),
+            name: root.name("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
             source: root.file().to_owned(),
             options,
@@ -105,7 +106,7 @@ fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -
     let own = root.optional_texts("model")?.unwrap_or_default();
     let mut model = match at_hand {
         Some(model) => model.clone(),
-        None if !file.is_file() => return Err(root.error("robot", "a model file that exists")),
+        None if !files::is_file(&file) => return Err(root.error("robot", "a model file that exists")),
         None => {
             let mut document = Document::read(&file)?;
             for assignment in own.iter().chain(assignments) {
@@ -154,11 +155,21 @@ fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<(Session, Option
         Some(table) if sessions.is_empty() => Ok(vec![read_reference::read(&table, model, "session1")?]),
         Some(_) => Err(root.error("reference", "either [reference] or [[session]]")),
         None if sessions.is_empty() => Err(root.error("reference", "what the joints are to do (missing)")),
-        None => sessions
-            .iter()
-            .enumerate()
-            .map(|(i, table)| read_reference::read(table, model, &format!("session{}", i + 1)))
-            .collect(),
+        None => {
+            let mut found: Vec<(Session, Option<Load>)> = Vec::new();
+            for (i, table) in sessions.iter().enumerate() {
+                let one = read_reference::read(table, model, &format!("session{}", i + 1))?;
+                // Some file systems take names that differ in their case alone for one.
+                let folded = one.0.name.to_lowercase();
+                if found.iter().any(|(other, _)| other.name.to_lowercase() == folded) {
+                    return Err(
+                        table.error("name", format!("a name that no other session has; `{}` is taken", one.0.name))
+                    );
+                }
+                found.push(one);
+            }
+            Ok(found)
+        }
     }
 }
 

@@ -106,7 +106,7 @@ fn read_obstacle(table: &Table<'_>) -> Result<Obstacle> {
     let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
     let pose = Isometry3::from_parts(Translation3::new(x, y, z), turn);
     let obstacle = Obstacle {
-        shape: Shape { link: table.text("name")?.to_owned(), pose, geometry },
+        shape: Shape { link: table.name("name")?.to_owned(), pose, geometry },
         edge_radius,
         stiffness: table.number_or("stiffness", &Range::between(1.0, 1e9, "N/m"), STIFFNESS)?,
         damping: table.number_or("damping", &Range::between(0.0, 1e5, "N·s/m"), DAMPING)?,

@@ -32,7 +32,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
     let kind = table
         .optional_choice("kind", &kinds)?
         .ok_or_else(|| table.error("kind", "staircase, fast, waypoints or rest"))?;
-    let name = table.optional_text("name")?.unwrap_or(default_name).to_owned();
+    let name = table.optional_name("name")?.unwrap_or(default_name).to_owned();
     let rest = table.number_or("rest", &Range::non_negative("s"), REST)?;
     let start = start(table, model)?;
     let mut profile = match kind {

@@ -64,7 +64,7 @@ impl Recorded {
         let expect = root.table("expect")?;
         let effects = expect.optional_texts("effects")?.unwrap_or_default();
         let scenario = Self {
-            name: root.text("name")?.to_owned(),
+            name: root.name("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
             robot: find(&root, "robot", root.text("robot")?)?,
             data: all("data")?,
@@ -91,7 +91,7 @@ impl Recorded {
 /// A file beside the scenario, or in the folder of recordings.
 fn find(root: &Table<'_>, key: &str, name: &str) -> Result<PathBuf> {
     let beside = root.file().parent().unwrap_or(Path::new("")).join(name);
-    if beside.is_file() {
+    if crate::files::is_file(&beside) {
         return Ok(beside);
     }
     let there = std::env::var_os(DATA_FOLDER).map(|folder| Path::new(&folder).join(name));

@@ -69,7 +69,7 @@ impl Document {
     /// # Errors
     /// The file cannot be read, or is not TOML.
     pub fn read(file: &Path) -> Result<Self> {
-        let bytes = std::fs::read(file).map_err(|source| Error::file(file, "read", source))?;
+        let bytes = crate::files::read(file).map_err(|source| Error::file(file, "read", source))?;
         match String::from_utf8(bytes) {
             Ok(text) => Self::parse(file, &text),
             Err(error) => {

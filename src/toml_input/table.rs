@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::{Item, Node, Range};
 use crate::error::{Error, Place, Result};
+use crate::files::{FIT_NAME, is_fit_name};
 
 /// A table being read. Remembers which keys were asked for; [`Table::finish`] refuses the rest.
 #[derive(Debug)]
@@ -162,6 +163,23 @@ impl<'a> Table<'a> {
     pub fn optional_text(&self, key: &str) -> Result<Option<&'a str>> {
         let text = |item: &'a Item| if let Node::Text(text) = &item.node { Some(text.as_str()) } else { None };
         self.optional(key, text, || "text in quotes".to_owned())
+    }
+
+    /// A name that files and folders may be named after.
+    ///
+    /// # Errors
+    /// Missing, no text, or a text that is no [fit name](is_fit_name).
+    pub fn name(&self, key: &str) -> Result<&'a str> {
+        self.optional_name(key)?.ok_or_else(|| self.missing(key, FIT_NAME))
+    }
+
+    /// A name that files and folders may be named after, where the key is there.
+    ///
+    /// # Errors
+    /// No text, or a text that is no [fit name](is_fit_name).
+    pub fn optional_name(&self, key: &str) -> Result<Option<&'a str>> {
+        let name = self.optional_text(key)?;
+        if name.is_some_and(|name| !is_fit_name(name)) { Err(self.error(key, FIT_NAME)) } else { Ok(name) }
     }
 
     /// A list of texts.

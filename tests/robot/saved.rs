@@ -89,3 +89,23 @@ fn property_a_first_model_of_a_urdf_is_complete() {
         assert!(again.joints.iter().all(|joint| joint.friction.is_none() && joint.backlash.is_none()));
     }
 }
+
+#[test]
+fn regress_an_embedded_urdf_is_written_over_no_other_file() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let model = Model::load(&root.join("robots/emps/model.toml")).unwrap();
+    let embedded = Model { urdf: "gone/emps.urdf".into(), ..model };
+    let folder = tempfile::tempdir().unwrap();
+    let (file, urdf) = (folder.path().join("model.toml"), folder.path().join("emps.urdf"));
+    std::fs::write(&urdf, "mine").unwrap();
+    let error = embedded.save(&file).unwrap_err().to_string();
+    assert!(error.contains("emps.urdf: expected no other file"), "{error}");
+    assert_eq!(std::fs::read_to_string(&urdf).unwrap(), "mine");
+    assert!(!file.exists());
+    std::fs::remove_file(&urdf).unwrap();
+    embedded.save(&file).unwrap();
+    embedded.save(&file).unwrap();
+    // A URDF that bears the name of the model file gets another.
+    Model { urdf: "gone/model.toml".into(), ..embedded }.save(&file).unwrap();
+    assert_eq!(Model::load(&file).unwrap().urdf, folder.path().join("robot.urdf"));
+}

@@ -21,7 +21,7 @@ pub(super) fn points(urdf: &Path, name: &str, scale: &Vector3<f64>) -> Result<Ve
 }
 
 fn read(file: &Path) -> Result<Vec<Vector3<f64>>, String> {
-    let bytes = std::fs::read(file).map_err(|error| format!("a file that can be read ({error})"))?;
+    let bytes = crate::files::read(file).map_err(|error| format!("a file that can be read ({error})"))?;
     let extension = file.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
     let points = match extension.as_str() {
         "stl" if !is_text_stl(&bytes) => binary_stl(&bytes),

@@ -9,7 +9,9 @@ use nalgebra::DMatrix;
 
 use crate::dynamics::Dynamics;
 use crate::effects::Experiment;
+use crate::files::is_fit_name;
 use crate::robot::{Load, Model};
+use crate::toml_input::{written_key, written_text};
 use crate::units::JointKind;
 
 /// A kind of experiment, several of them one after the other, with a length.
@@ -49,6 +51,7 @@ pub fn plans() -> Vec<Plan> {
 
 /// What one joint may do, SI.
 struct Reach {
+    /// The joint as a key of TOML.
     name: String,
     middle: f64,
     half: f64,
@@ -80,7 +83,7 @@ fn reaches(model: &Model) -> Vec<Reach> {
         let acceleration = (limits.effort / 3.0 / inertia).min(3.0 * speed);
         // A loop of 17 rad/s with its integral a third as fast: well below the filter of a velocity sensor of 20 ms.
         let gains = [17.0 * inertia, 100.0 * inertia];
-        Reach { name: joint.name.clone(), middle, half: half.min(most_half), speed, acceleration, gains }
+        Reach { name: written_key(&joint.name), middle, half: half.min(most_half), speed, acceleration, gains }
     };
     (0..dof).map(reach).collect()
 }
@@ -116,8 +119,11 @@ fn added_mass(model: &Model, session: &str) -> Load {
 pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, question: &str) -> String {
     let reaches = reaches(model);
     let mut text = format!(
-        "# Written by `lostmotion design`.\nschema = \"lostmotion/scenario/1\"\nname = {name:?}\nquestion = {question:?}\n\
-         robot = {robot:?}\nsensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n"
+        "# Written by `lostmotion design`.\nschema = \"lostmotion/scenario/1\"\nname = {}\nquestion = {}\n\
+         robot = {}\nsensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n",
+        written_text(name),
+        written_text(question),
+        written_text(robot)
     );
     for part in &plan.parts {
         match part {
@@ -137,8 +143,10 @@ pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, questi
                 let _ = writeln!(text, "duration = {}", 2.0 * plan.length);
             }
             Experiment::OneByOne => {
-                for (index, reach) in reaches.iter().enumerate() {
-                    let alone = format!("alone_{}", reach.name);
+                for index in 0..reaches.len() {
+                    let joint = &model.joints[index].name;
+                    let by_name = Some(format!("alone_{joint}")).filter(|name| is_fit_name(name));
+                    let alone = by_name.unwrap_or_else(|| format!("alone_{}", index + 1));
                     fast(&mut text, &reaches, &alone, 11 + index, 20.0 * plan.length, Some(index));
                 }
             }
@@ -154,7 +162,7 @@ pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, questi
 }
 
 fn head(text: &mut String, reaches: &[Reach], name: &str, kind: &str) {
-    let _ = writeln!(text, "\n[[session]]\nname = {name:?}\nkind = {kind:?}\nrest = 1.0");
+    let _ = writeln!(text, "\n[[session]]\nname = {}\nkind = {kind:?}\nrest = 1.0", written_text(name));
     for reach in reaches {
         let _ = writeln!(text, "start.{} = {}", reach.name, reach.middle);
     }

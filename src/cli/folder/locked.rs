@@ -1,0 +1,288 @@
+//! A folder on the disk: made, locked, written file by file.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use super::written::Summed;
+use super::{Content, interrupt};
+use crate::error::{Error, Place, Result};
+
+/// Folder of lostmotion's own in a folder of results: `files.json`, `lock`, and `new` while files are written.
+const OWN: &str = ".lostmotion";
+const LIST: &str = "files.json";
+const LOCK: &str = "lock";
+const NEW: &str = "new";
+
+/// How often a lock is tried that another process removes in the same moment.
+const ATTEMPTS: usize = 100;
+
+/// A folder that exists and is locked.
+#[derive(Debug)]
+pub struct LockedFolder {
+    /// As the user named it; what messages call it.
+    shown: PathBuf,
+    /// Without links.
+    folder: PathBuf,
+    /// The folders that were made for it, the outermost first.
+    made: Vec<PathBuf>,
+    /// Open as long as it is locked.
+    lock: Option<File>,
+}
+
+impl LockedFolder {
+    /// Makes and locks a folder, and removes what a killed process has left there.
+    ///
+    /// # Errors
+    /// The place is no folder, cannot be made, or another process has locked it.
+    pub fn take(shown: &Path) -> Result<Self> {
+        check_kind(shown)?;
+        let mut place = Self { shown: shown.to_owned(), folder: PathBuf::new(), made: Vec::new(), lock: None };
+        make(shown, &mut place.made).map_err(|source| Error::file(shown, "create folder", source))?;
+        place.folder = shown.canonicalize().map_err(|source| Error::file(shown, "read", source))?;
+        place.lock()?;
+        let new = place.new_files();
+        match fs::remove_dir_all(&new) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => Err(Error::file(&new, "remove", source)),
+            _ => Ok(place),
+        }
+    }
+
+    /// A new folder beside this one, `<folder>-2` or the next that is free; `None` where none can be made.
+    pub fn beside(&self) -> Option<Self> {
+        // `.` and `..` have no name of their own.
+        let named = if self.shown.file_name().is_some() { &self.shown } else { &self.folder };
+        let (parent, name) = (named.parent()?, named.file_name()?.to_string_lossy());
+        let free = |number: &usize| parent.join(format!("{name}-{number}")).symlink_metadata().is_err();
+        Self::take(&parent.join(format!("{name}-{}", (2..1000).find(free)?))).ok()
+    }
+
+    /// As the user named it.
+    pub fn shown(&self) -> &Path {
+        &self.shown
+    }
+
+    /// Without links.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The list of the files that lostmotion wrote.
+    pub fn list(&self) -> PathBuf {
+        self.own().join(LIST)
+    }
+
+    /// Refuses a folder in which no file can be made.
+    ///
+    /// # Errors
+    /// The operating system's reason.
+    pub fn probe(&self) -> Result<()> {
+        // A file without a name where the system has such: nothing is left behind by a process that is killed here.
+        let mut file =
+            tempfile::tempfile_in(&self.folder).map_err(|source| Error::file(&self.shown, "write", source))?;
+        file.write_all(&[0; 4096]).map_err(|source| Error::file(&self.shown, "write", source))
+    }
+
+    /// Writes files beside the earlier ones, down to the disk; returns names and SHA-256.
+    ///
+    /// # Errors
+    /// The operating system refuses; the earlier files are as they were.
+    pub fn stage(&self, files: &[Content]) -> Result<Vec<(String, String)>> {
+        let new = self.new_files();
+        fs::create_dir_all(&new).map_err(|source| Error::file(&new, "create folder", source))?;
+        let write = |(name, content): &Content| {
+            let sum = write(&new.join(name), content);
+            Ok((name.clone(), sum.map_err(|source| Error::file(&self.shown.join(name), "write", source))?))
+        };
+        files.iter().map(write).collect()
+    }
+
+    /// Replaces the list of the files that lostmotion wrote.
+    ///
+    /// # Errors
+    /// The operating system refuses; the earlier list is as it was.
+    pub fn save_list(&self, content: &[u8]) -> Result<()> {
+        let (file, part) = (self.list(), self.own().join("files.json.part"));
+        let done = write(&part, content).and_then(|_| fs::rename(&part, &file));
+        done.map_err(|source| Error::file(&file, "write", source))?;
+        sync(&self.own());
+        Ok(())
+    }
+
+    /// Moves staged files into place one by one, `report.json` as the last: where it is new, all others are.
+    ///
+    /// # Errors
+    /// The operating system refuses; every file is then as it was or as it is to be.
+    pub fn swap(&self, staged: &[(String, String)]) -> Result<()> {
+        let last = |name: &str| name == "report.json";
+        let (report, others): (Vec<_>, Vec<_>) = staged.iter().partition(|(name, _)| last(name));
+        for (name, _) in others.into_iter().chain(report) {
+            fs::rename(self.new_files().join(name), self.folder.join(name))
+                .map_err(|source| Error::file(&self.shown.join(name), "write", source))?;
+        }
+        sync(&self.folder);
+        // Empty now; where it stays, the next run removes it.
+        let _ = fs::remove_dir(self.new_files());
+        Ok(())
+    }
+
+    /// Removes files of the folder.
+    ///
+    /// # Errors
+    /// The operating system refuses one.
+    pub fn remove(&self, names: &[String]) -> Result<()> {
+        names.iter().try_for_each(|name| {
+            fs::remove_file(self.folder.join(name))
+                .map_err(|source| Error::file(&self.shown.join(name), "remove", source))
+        })
+    }
+
+    fn own(&self) -> PathBuf {
+        self.folder.join(OWN)
+    }
+
+    fn new_files(&self) -> PathBuf {
+        self.own().join(NEW)
+    }
+
+    /// Locks the folder for this process.
+    fn lock(&mut self) -> Result<()> {
+        let own = self.own();
+        let path = own.join(LOCK);
+        let failed = |source| Error::file(&self.shown, "write", source);
+        for _ in 0..ATTEMPTS {
+            match fs::create_dir(&own) {
+                Err(source) if source.kind() != io::ErrorKind::AlreadyExists => return Err(failed(source)),
+                _ if own.symlink_metadata().is_ok_and(|found| !found.is_dir()) => {
+                    let expected = "a folder that lostmotion itself makes, not a file or a link: move it away";
+                    return Err(Error::input(&self.shown.join(OWN), Place::File, "", "", expected));
+                }
+                _ => {}
+            }
+            let file = match File::options().create(true).append(true).open(&path) {
+                // Removed since by a process that has failed.
+                Err(source) if source.kind() == io::ErrorKind::NotFound => continue,
+                file => file.map_err(failed)?,
+            };
+            match file.try_lock() {
+                Err(TryLockError::WouldBlock) => {
+                    let expected = "a folder to which no other lostmotion is writing: wait until that one has ended, or name \
+                                    another folder with --out";
+                    return Err(Error::input(&self.shown, Place::File, "", "", expected));
+                }
+                // A file system without locks.
+                Err(TryLockError::Error(source)) if source.kind() == io::ErrorKind::Unsupported => {}
+                Err(TryLockError::Error(source)) => return Err(failed(source)),
+                Ok(()) if !is_still(&file, &path) => continue,
+                Ok(()) => {}
+            }
+            self.lock = Some(file);
+            interrupt::note(&self.folder, &self.made);
+            return Ok(());
+        }
+        Err(failed(io::ErrorKind::ResourceBusy.into()))
+    }
+}
+
+impl Drop for LockedFolder {
+    /// Removes what was staged and not moved into place; where no result was ever written, also what was made for it.
+    fn drop(&mut self) {
+        if self.lock.is_some() {
+            interrupt::forget(&self.folder);
+            clean(&self.folder, &self.made);
+        } else {
+            remove_empty(&self.made);
+        }
+    }
+}
+
+/// Removes what was staged in a folder and not moved into place; where no result was ever written, also what was made for it. What
+/// cannot be removed is left to the next run.
+pub fn clean(folder: &Path, made: &[PathBuf]) {
+    let own = folder.join(OWN);
+    let _ = fs::remove_dir_all(own.join(NEW));
+    if !own.join(LIST).exists() {
+        let _ = fs::remove_file(own.join(LOCK));
+        let _ = fs::remove_dir(&own);
+    }
+    remove_empty(made);
+}
+
+/// Removes folders, the innermost first; one that holds anything stays.
+fn remove_empty(folders: &[PathBuf]) {
+    for folder in folders.iter().rev() {
+        let _ = fs::remove_dir(folder);
+    }
+}
+
+/// Refuses what is there and no folder.
+fn check_kind(path: &Path) -> Result<()> {
+    let refuse = |found: &str| {
+        Err(Error::input(path, Place::File, "--out", found, "a folder, or a place where one can be made"))
+    };
+    match path.metadata() {
+        Ok(found) if found.is_dir() => Ok(()),
+        Ok(found) => refuse(kind(found.file_type())),
+        Err(_) if path.symlink_metadata().is_ok() => refuse("a link that leads to nothing"),
+        // Why it cannot be made is told where it is tried.
+        Err(_) => Ok(()),
+    }
+}
+
+fn kind(found: fs::FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        if found.is_fifo() {
+            return "a FIFO";
+        }
+        if found.is_socket() {
+            return "a socket";
+        }
+        if found.is_block_device() || found.is_char_device() {
+            return "a device";
+        }
+    }
+    if found.is_file() { "a file" } else { "no folder" }
+}
+
+/// Makes a folder and those above it, and notes which had to be made.
+fn make(folder: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
+    let missing: Vec<&Path> =
+        folder.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()).collect();
+    for folder in missing.into_iter().rev() {
+        match fs::create_dir(folder) {
+            Ok(()) => made.push(folder.to_owned()),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && folder.is_dir() => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}
+
+/// Writes a file down to the disk; returns its SHA-256.
+fn write(path: &Path, content: &[u8]) -> io::Result<String> {
+    let mut file = BufWriter::new(Summed::new(File::create(path)?));
+    file.write_all(content)?;
+    let (file, sum) = file.into_inner()?.finish();
+    file.sync_all()?;
+    Ok(sum)
+}
+
+/// Brings the names in a folder down to the disk, where the system can.
+fn sync(folder: &Path) {
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+/// Whether a path still leads to an open file.
+#[cfg(unix)]
+fn is_still(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    let of = |found: &fs::Metadata| (found.dev(), found.ino());
+    matches!((&file.metadata(), &path.metadata()), (Ok(open), Ok(there)) if of(open) == of(there))
+}
+
+#[cfg(not(unix))]
+fn is_still(_file: &File, path: &Path) -> bool {
+    path.exists()
+}

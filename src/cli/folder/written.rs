@@ -1,0 +1,177 @@
+//! The list of files that lostmotion wrote in a folder.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
+use std::{fmt::Write as _, io};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
+
+use super::locked::LockedFolder;
+use crate::error::{Error, Place, Result};
+use crate::files::is_fit_name;
+
+/// Schema of the list.
+const SCHEMA: &str = "lostmotion/files/1";
+
+/// What the list says of itself.
+const ABOUT: &str = "Files in the folder above that lostmotion wrote, with the SHA-256 of their content. It replaces these files alone, \
+                     and only while they are as it wrote them.";
+
+/// The list, by name.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Written {
+    schema: String,
+    about: String,
+    files: BTreeMap<String, Entry>,
+}
+
+/// One file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Entry {
+    /// The verb that wrote it.
+    by: String,
+    /// Contents that it may have: two while it is being replaced.
+    sha256: Vec<String>,
+}
+
+impl Default for Written {
+    fn default() -> Self {
+        Self { schema: SCHEMA.to_owned(), about: ABOUT.to_owned(), files: BTreeMap::new() }
+    }
+}
+
+impl Written {
+    /// The list of a folder; empty where there is none.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no such list.
+    pub fn read(place: &LockedFolder) -> Result<Self> {
+        let file = place.list();
+        let bytes = match std::fs::read(&file) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
+            bytes => bytes.map_err(|source| Error::file(&file, "read", source))?,
+        };
+        let list = serde_json::from_slice::<Self>(&bytes).ok().filter(|list| list.schema == SCHEMA);
+        list.filter(|list| list.files.keys().all(|name| is_fit_name(name))).ok_or_else(|| {
+            let expected = format!(
+                "a list of files as lostmotion writes it ({SCHEMA}): delete it to keep every file of the folder, or name another \
+                 folder with --out"
+            );
+            Error::input(&file, Place::File, "", "", expected)
+        })
+    }
+
+    /// The list of files that a verb has just written, each with its SHA-256.
+    pub fn of(verb: &str, sums: &[(String, String)]) -> Self {
+        let entry = |sum: &String| Entry { by: verb.to_owned(), sha256: vec![sum.clone()] };
+        let files = sums.iter().map(|(name, sum)| (name.clone(), entry(sum))).collect();
+        Self { files, ..Self::default() }
+    }
+
+    /// Replaces the list of a folder.
+    ///
+    /// # Errors
+    /// The operating system refuses.
+    pub fn save(&self, place: &LockedFolder) -> Result<()> {
+        let mut text = serde_json::to_vec_pretty(self).unwrap_or_default();
+        text.push(b'\n');
+        place.save_list(&text)
+    }
+
+    /// Whether a file of this name was written.
+    pub fn lists(&self, name: &str) -> bool {
+        self.files.contains_key(name)
+    }
+
+    /// Whether a file of this name was written with this content.
+    pub fn holds(&self, name: &str, sum: &str) -> bool {
+        self.files.get(name).is_some_and(|entry| entry.sha256.iter().any(|known| known == sum))
+    }
+
+    /// Names of the files that a verb wrote.
+    pub fn names_by<'a>(&'a self, verb: &'a str) -> impl Iterator<Item = &'a str> {
+        self.files.iter().filter(move |(_, entry)| entry.by == verb).map(|(name, _)| name.as_str())
+    }
+
+    /// Both lists together; of a file in both, both contents.
+    pub fn with(&self, new: &Self) -> Self {
+        let mut all = self.clone();
+        for (name, entry) in &new.files {
+            let known =
+                all.files.entry(name.clone()).or_insert_with(|| Entry { by: String::new(), sha256: Vec::new() });
+            known.by.clone_from(&entry.by);
+            for sum in &entry.sha256 {
+                if !known.sha256.contains(sum) {
+                    known.sha256.push(sum.clone());
+                }
+            }
+        }
+        all
+    }
+
+    /// The files that another list lacks.
+    pub fn except(&self, other: &Self) -> Self {
+        let mut rest = self.clone();
+        rest.files.retain(|name, _| !other.lists(name));
+        rest
+    }
+
+    /// The list without these files.
+    pub fn without(&self, names: &[String]) -> Self {
+        let mut rest = self.clone();
+        rest.files.retain(|name, _| !names.contains(name));
+        rest
+    }
+}
+
+/// Passes on what is written, and sums it up.
+#[derive(Debug)]
+pub struct Summed<W> {
+    out: W,
+    digest: Sha256,
+}
+
+impl<W> Summed<W> {
+    /// Nothing is written yet.
+    pub fn new(out: W) -> Self {
+        Self { out, digest: Sha256::new() }
+    }
+
+    /// What was written to, and the SHA-256 of all of it.
+    pub fn finish(self) -> (W, String) {
+        (self.out, written(self.digest.finalize().as_slice()))
+    }
+}
+
+impl<W: io::Write> io::Write for Summed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.out.write(bytes)?;
+        self.digest.update(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+/// SHA-256 of the content of a file, in hexadecimal digits.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn sha256_of(file: &Path) -> io::Result<String> {
+    let mut sum = Summed::new(io::sink());
+    io::copy(&mut File::open(file)?, &mut sum)?;
+    Ok(sum.finish().1)
+}
+
+fn written(digest: &[u8]) -> String {
+    let mut text = String::new();
+    for byte in digest {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
+}
