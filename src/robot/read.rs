@@ -5,12 +5,16 @@ use std::path::{Path, PathBuf};
 
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
 use super::model::{EffectEntry, JointModel, Load, Masses, Model};
+use super::ranges;
 use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
 use crate::error::{Error, Place, Result};
-use crate::toml_input::{Document, Range, Table, nearest};
+use crate::toml_input::{Document, Places, Table, nearest, read_text};
 use crate::units::JointKind;
+
+/// Most joints that move. A humanoid with hands has 60; what a machine costs to simulate grows with the cube of them.
+const MOST_JOINTS: usize = 128;
 
 /// The schema that this reader understands.
 pub(super) const SCHEMA: &str = "lostmotion/model/1";
@@ -57,11 +61,14 @@ impl Model {
         root.text("urdf")?;
         let words = [("known", Masses::Known), ("estimated", Masses::Estimated)];
         let masses = root.optional_choice("masses", &words)?.unwrap_or_default();
-        let gravity = root.optional_vector::<3>("gravity", &Range::any("m/s²"))?;
+        let gravity = root.optional_vector::<3>("gravity", &ranges::GRAVITY)?;
         let table = root.table("joints")?;
         let tables = table.named_tables()?;
         if tables.is_empty() {
             return Err(root.error("joints", "at least one joint that moves"));
+        }
+        if tables.len() > MOST_JOINTS {
+            return Err(root.error("joints", format!("at most {MOST_JOINTS} joints that move, not {}", tables.len())));
         }
 
         let urdf = Urdf::parse(urdf_file, urdf_text)?;
@@ -98,6 +105,7 @@ impl Model {
             masses,
             effects,
             loads,
+            places: document.places(),
         })
     }
 
@@ -109,6 +117,11 @@ impl Model {
     pub fn from_urdf(file: &Path) -> Result<Self> {
         let text = read_text(file)?;
         let urdf = Urdf::parse(file, &text)?;
+        let movable = urdf.movable_joints().len();
+        if movable > MOST_JOINTS {
+            let expected = format!("at most {MOST_JOINTS} joints that move, not {movable}");
+            return Err(Error::input(file, Place::File, "joints", "", expected));
+        }
         let (robot, held) = urdf.tree(&urdf.movable_joints().into_iter().collect())?;
         if robot.bodies.is_empty() {
             return Err(Error::input(file, Place::File, "", "", "at least one joint that turns or slides"));
@@ -125,6 +138,7 @@ impl Model {
             masses: Masses::Known,
             effects: Vec::new(),
             loads: Vec::new(),
+            places: Places::default(),
         })
     }
 }
@@ -138,11 +152,6 @@ fn urdf_path(document: &Document) -> Result<PathBuf> {
     check_schema(&document.root())?;
     let urdf = document.root().text("urdf")?;
     Ok(document.file().parent().unwrap_or(Path::new("")).join(urdf))
-}
-
-fn read_text(file: &Path) -> Result<String> {
-    let bytes = std::fs::read(file).map_err(|source| Error::file(file, "read", source))?;
-    String::from_utf8(bytes).map_err(|_| Error::input(file, Place::File, "", "", "UTF-8 text"))
 }
 
 /// A gear and a drive of common size.
@@ -187,8 +196,8 @@ impl Load {
     /// # Errors
     /// The mass is missing or not above zero, or a number is none.
     pub fn read(table: &Table<'_>, session: &str) -> Result<Self> {
-        let mass = table.number("mass", &Range::positive("kg"))?;
-        let coordinate = |axis: &str| table.number_or(axis, &Range::any("m"), 0.0);
+        let mass = table.number("mass", &ranges::MASS)?;
+        let coordinate = |axis: &str| table.number_or(axis, &ranges::PLACE, 0.0);
         let position = [coordinate("x")?, coordinate("y")?, coordinate("z")?];
         Ok(Self { session: session.to_owned(), mass, position })
     }
