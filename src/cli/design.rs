@@ -9,10 +9,11 @@ use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::report::files::envelope;
 use crate::report::{Document, Report, Section, Table};
-use crate::scenario::{Design as Designed, Question, Trial, design};
+use crate::scenario::{Budget, Design as Designed, Question, Trial, design};
 
 use super::console::{OutputOptions, Progress};
 use super::folder::Folder;
+use super::limits::LimitOptions;
 use super::{Outcome, console, input};
 
 /// Design the experiment that separates two causes, or measures one best, as a scenario file
@@ -28,6 +29,8 @@ pub struct Design {
     #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
     budget: f64,
     #[command(flatten)]
+    limits: LimitOptions,
+    #[command(flatten)]
     output: OutputOptions,
 }
 
@@ -38,7 +41,8 @@ impl Design {
         let question = Question::parse(&self.question, &Catalogue::default())?;
         let folder = Folder::reserve(self.output.out.as_deref(), "design")?;
         let progress = Progress::start("designing", self.output.quiet);
-        let found = design(&model, &question, self.budget, &mut |doing, share| progress.show(doing, share))?;
+        let budget = Budget { seconds: self.budget, limits: self.limits.limits() };
+        let found = design(&model, &question, budget, &mut |doing, share| progress.show(doing, share))?;
         drop(progress);
         let name = &model.name;
         let mut json = serde_json::to_value(&found).unwrap_or_default();

@@ -21,6 +21,7 @@ use super::catalogue::Source;
 use super::console::{self, OutputOptions, Progress};
 use super::diagnose::Findings;
 use super::folder::Folder;
+use super::limits::LimitOptions;
 use super::{Outcome, identify, input};
 
 /// Scenario of the catalogue that `demo` carries out.
@@ -54,6 +55,8 @@ struct Common {
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
+    limits: LimitOptions,
+    #[command(flatten)]
     output: OutputOptions,
 }
 
@@ -76,9 +79,14 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     if let Some(recorded) = Recorded::load(&source.path, set)? {
         return on_recordings(&recorded, common);
     }
-    let scenario = Scenario::load(&source.path, set)?;
+    let mut scenario = Scenario::load(&source.path, set)?;
+    scenario.limits = common.limits.limits();
     let seed = common.seed.unwrap_or(scenario.seed);
     let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
+    let cost = scenario.check()?;
+    if !common.output.quiet {
+        eprintln!("{cost}");
+    }
     let progress = Progress::start("simulating", common.output.quiet);
     let run = scenario::simulate(&scenario, seed, &|done, all| progress.set(done / all))?;
     let measured = run.measured();

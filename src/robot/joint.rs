@@ -81,7 +81,11 @@ fn read_amplifier(table: &Table<'_>) -> Result<Amplifier> {
     Ok(Amplifier {
         voltage_limit: table.number_or("voltage_limit", &ranges::VOLTAGE, f64::INFINITY)?,
         current_limit: table.number_or("current_limit", &ranges::CURRENT, f64::INFINITY)?,
-        current_time_constant: table.number_or("current_time_constant", &ranges::CURRENT_TIME, CURRENT_TIME_CONSTANT)?,
+        current_time_constant: table.number_or(
+            "current_time_constant",
+            &ranges::CURRENT_TIME,
+            CURRENT_TIME_CONSTANT,
+        )?,
     })
 }
 

@@ -81,18 +81,26 @@ pub(super) fn friction(kind: JointKind) -> Range {
 
 /// Slope of friction against speed; negative where it falls.
 pub(super) fn friction_slope(kind: JointKind) -> Range {
-    Range::between(-1e10, 1e10, match kind {
-        JointKind::Revolute => "N·m·s/rad",
-        JointKind::Prismatic => "N·s/m",
-    })
+    Range::between(
+        -1e10,
+        1e10,
+        match kind {
+            JointKind::Revolute => "N·m·s/rad",
+            JointKind::Prismatic => "N·s/m",
+        },
+    )
 }
 
 /// Speed over which friction falls from rest.
 pub(super) fn stribeck_velocity(kind: JointKind) -> Range {
-    Range::between(1e-9, 1e4, match kind {
-        JointKind::Revolute => "rad/s",
-        JointKind::Prismatic => "m/s",
-    })
+    Range::between(
+        1e-9,
+        1e4,
+        match kind {
+            JointKind::Revolute => "rad/s",
+            JointKind::Prismatic => "m/s",
+        },
+    )
 }
 
 /// Gravity on the sun is 274 m/s².

@@ -10,8 +10,12 @@ use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
 use crate::error::{Error, Place, Result};
+use crate::gearhead::FrictionLaw;
 use crate::toml_input::{Document, Places, Table, nearest, read_text};
 use crate::units::JointKind;
+
+/// [bytes] Longest URDF: the largest that CAD programs export have a megabyte.
+const LONGEST_URDF: u64 = 8 << 20;
 
 /// Most joints that move. A humanoid with hands has 60; what a machine costs to simulate grows with the cube of them.
 const MOST_JOINTS: usize = 128;
@@ -35,7 +39,7 @@ impl Model {
     /// As [`Model::load`].
     pub fn from_changed(document: &Document) -> Result<Self> {
         let urdf = urdf_path(document)?;
-        let text = read_text(&urdf)
+        let text = read_text(&urdf, LONGEST_URDF)
             .map_err(|error| if urdf.exists() { error } else { document.root().error("urdf", "a file that exists") })?;
         Self::from_document(document, &urdf, &text)
     }
@@ -115,7 +119,7 @@ impl Model {
     /// # Errors
     /// The file cannot be read, or is refused as in [`Model::load`].
     pub fn from_urdf(file: &Path) -> Result<Self> {
-        let text = read_text(file)?;
+        let text = read_text(file, LONGEST_URDF)?;
         let urdf = Urdf::parse(file, &text)?;
         let movable = urdf.movable_joints().len();
         if movable > MOST_JOINTS {
@@ -140,6 +144,36 @@ impl Model {
             loads: Vec::new(),
             places: Places::default(),
         })
+    }
+}
+
+impl Model {
+    /// What of its files is taken otherwise than it stands there, or stands there without effect.
+    pub fn notes(&self) -> Vec<String> {
+        let moving: BTreeSet<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let mut notes =
+            Urdf::parse(&self.urdf, &self.urdf_text).map_or_else(|_| Vec::new(), |urdf| urdf.notes(&moving));
+        let unread = |shape: &super::UnreadShape| {
+            format!(
+                "link {}: its collision mesh {} was not read, expected {}",
+                shape.link,
+                shape.file.display(),
+                shape.expected
+            )
+        };
+        notes.extend(self.robot.unread_shapes.iter().map(unread));
+        for joint in &self.joints {
+            let JointModel { name, motor, amplifier, friction, .. } = joint;
+            if amplifier.voltage_limit.is_finite() && motor.resistance.is_none() {
+                notes.push(format!("joint {name}: voltage_limit is without effect, the motor has no resistance"));
+            }
+            if let Some(FrictionLaw::Exponential(laws)) = friction.as_ref().map(|friction| friction.law)
+                && laws.iter().any(|law| law.breakaway < law.coulomb)
+            {
+                notes.push(format!("joint {name}: breakaway is below coulomb, friction rises as it begins to slip"));
+            }
+        }
+        notes
     }
 }
 

@@ -28,8 +28,12 @@ use crate::error::{Error, Place, Result};
 pub use places::Places;
 pub use range::Range;
 pub use table::{Table, nearest};
-pub use text::{LONGEST_TEXT, read_bytes, read_text};
+pub use text::{read_bytes, read_text};
 pub use write::{write_atomically, written_key, written_number, written_text};
+
+/// [bytes] Longest TOML file: a model or a scenario has some kilobytes, a list of 100,000 waypoints a megabyte. Parsed, it takes a hundred
+/// times as much.
+const LONGEST: u64 = 2 << 20;
 
 /// A parsed file that knows the line of everything in it.
 #[derive(Debug, Clone)]
@@ -73,7 +77,7 @@ impl Document {
     /// # Errors
     /// The file cannot be read, is too long, or is not TOML.
     pub fn read(file: &Path) -> Result<Self> {
-        Self::parse(file, &read_text(file)?)
+        Self::parse(file, &read_text(file, LONGEST)?)
     }
 
     /// Parses the text of a file; `file` is what errors call it.

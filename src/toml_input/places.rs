@@ -25,9 +25,11 @@ impl Places {
         let mut waiting = vec![(String::new(), root)];
         while let Some((path, item)) = waiting.pop() {
             match &item.node {
-                Node::Table(entries) => waiting.extend(entries.iter().map(|(key, item)| {
-                    (if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, item)
-                })),
+                Node::Table(entries) => waiting.extend(
+                    entries
+                        .iter()
+                        .map(|(key, item)| (if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, item)),
+                ),
                 Node::Array(items) => {
                     let tables = items.iter().enumerate().filter(|(_, item)| matches!(item.node, Node::Table(_)));
                     waiting.extend(tables.map(|(i, item)| (format!("{path}[{}]", i + 1), item)));

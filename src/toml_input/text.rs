@@ -6,15 +6,12 @@ use std::path::Path;
 
 use crate::error::{Error, Place, Result};
 
-/// [bytes] Longest text file: a model or scenario has some kilobytes, the largest URDFs that CAD programs export a megabyte.
-pub const LONGEST_TEXT: u64 = 8 << 20;
-
-/// Reads a text file. UTF-16 with a byte order mark, which some Windows editors write, is read as well.
+/// Reads a text file of at most `longest` bytes. UTF-16 with a byte order mark, which some Windows editors write, is read as well.
 ///
 /// # Errors
 /// It is no regular file, too long, or neither UTF-8 nor UTF-16.
-pub fn read_text(file: &Path) -> Result<String> {
-    decoded(file, read_bytes(file, LONGEST_TEXT)?)
+pub fn read_text(file: &Path, longest: u64) -> Result<String> {
+    decoded(file, read_bytes(file, longest)?)
 }
 
 /// Reads a regular file of at most `longest` bytes: a device or a pipe may have no end.

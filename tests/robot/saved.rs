@@ -19,7 +19,7 @@ fn equivalent_saved_models_load_as_they_were() {
         for joint in &mut model.joints {
             joint.gear_ratio = number(1.0);
             joint.rotor_inertia = number(1e-5);
-            joint.backlash = (case % 3 != 0).then(|| number(1e-3));
+            joint.backlash = (case % 3 != 0).then(|| number(1e-4));
             joint.motor.resistance = (case % 2 == 0).then(|| number(1.0));
             joint.motor.inductance = (case % 4 == 0).then(|| number(1e-3));
             joint.amplifier.voltage_limit = if case % 5 == 0 { f64::INFINITY } else { number(10.0) };

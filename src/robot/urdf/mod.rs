@@ -69,12 +69,17 @@ fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
     }
 }
 
+/// [rad or m, rad/s or m/s, N·m or N] From here on a limit is none: programs write 1e16 or the largest number for an endless joint.
+const UNLIMITED: f64 = 1e9;
+
 /// Limits; what URDF leaves at its default of zero is not given, and so is the range of a continuous joint.
 fn limits_of(joint: &urdf_rs::Joint) -> Limits {
-    let given = |value: f64| if value > 0.0 { value } else { f64::INFINITY };
+    let given = |value: f64| if value > 0.0 && value < UNLIMITED { value } else { f64::INFINITY };
     let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
     let free = joint.joint_type == JointType::Continuous || (lower == 0.0 && upper == 0.0);
     let (lower, upper) = if free { (f64::NEG_INFINITY, f64::INFINITY) } else { (lower, upper) };
+    let lower = if lower <= -UNLIMITED { f64::NEG_INFINITY } else { lower };
+    let upper = if upper >= UNLIMITED { f64::INFINITY } else { upper };
     Limits { lower, upper, effort: given(effort), velocity: given(velocity) }
 }
 

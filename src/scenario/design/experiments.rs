@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use crate::dynamics::Dynamics;
 use crate::effects::Experiment;
 use crate::robot::{Load, Model};
+use crate::toml_input::{written_key, written_text};
 use crate::units::JointKind;
 
 /// A kind of experiment, several of them one after the other, with a length.
@@ -116,8 +117,11 @@ fn added_mass(model: &Model, session: &str) -> Load {
 pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, question: &str) -> String {
     let reaches = reaches(model);
     let mut text = format!(
-        "# Written by `lostmotion design`.\nschema = \"lostmotion/scenario/1\"\nname = {name:?}\nquestion = {question:?}\n\
-         robot = {robot:?}\nsensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n"
+        "# Written by `lostmotion design`.\nschema = \"lostmotion/scenario/1\"\nname = {}\nquestion = {}\n\
+         robot = {}\nsensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n",
+        written_text(name),
+        written_text(question),
+        written_text(robot)
     );
     for part in &plan.parts {
         match part {
@@ -148,15 +152,19 @@ pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, questi
     }
     text += "\n[controller]\nlaw = \"pi\"\nvelocity = \"sensor\"\n";
     for Reach { name, gains: [proportional, integral], .. } in &reaches {
-        let _ = writeln!(text, "[controller.joints.{name}]\nproportional = {proportional}\nintegral = {integral}");
+        let _ = writeln!(
+            text,
+            "[controller.joints.{}]\nproportional = {proportional}\nintegral = {integral}",
+            written_key(name)
+        );
     }
     text
 }
 
 fn head(text: &mut String, reaches: &[Reach], name: &str, kind: &str) {
-    let _ = writeln!(text, "\n[[session]]\nname = {name:?}\nkind = {kind:?}\nrest = 1.0");
+    let _ = writeln!(text, "\n[[session]]\nname = {}\nkind = {kind:?}\nrest = 1.0", written_text(name));
     for reach in reaches {
-        let _ = writeln!(text, "start.{} = {}", reach.name, reach.middle);
+        let _ = writeln!(text, "start.{} = {}", written_key(&reach.name), reach.middle);
     }
 }
 
@@ -167,7 +175,8 @@ fn fast(text: &mut String, reaches: &[Reach], name: &str, seed: usize, duration:
         let Reach { name, middle, half, speed, acceleration, .. } = reach;
         let _ = writeln!(
             text,
-            "[session.joints.{name}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}",
+            "[session.joints.{}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}",
+            written_key(name),
             middle - half,
             middle + half
         );
@@ -181,8 +190,9 @@ fn slow_steps(text: &mut String, reaches: &[Reach], length: f64) {
         let step = speed / 40.0;
         let _ = writeln!(
             text,
-            "[session.joints.{name}]\nfirst = {step}\nlast = {}\nincrement = {step}\nacceleration = {}\ndeceleration = {}\n\
+            "[session.joints.{}]\nfirst = {step}\nlast = {}\nincrement = {step}\nacceleration = {}\ndeceleration = {}\n\
              steady_time = {}",
+            written_key(name),
             5.0 * step,
             0.2 * acceleration,
             0.2 * acceleration,
@@ -202,7 +212,8 @@ fn wide_range(text: &mut String, reaches: &[Reach], length: f64) {
             let ways: Vec<String> = (0..(2.0 * length) as usize).map(|_| format!("{high}, {low}")).collect();
             let _ = writeln!(
                 text,
-                "[session.joints.{name}]\npositions = [{}, {middle}]\nspeed = {own}\nacceleration = {}",
+                "[session.joints.{}]\npositions = [{}, {middle}]\nspeed = {own}\nacceleration = {}",
+                written_key(name),
                 ways.join(", "),
                 0.2 * acceleration
             );
