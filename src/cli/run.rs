@@ -83,7 +83,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     scenario.limits = common.limits.limits();
     let seed = common.seed.unwrap_or(scenario.seed);
     let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
-    let cost = scenario.check()?;
+    let cost = scenario.affordable()?;
     if !common.output.quiet {
         eprintln!("{cost}");
     }

@@ -12,8 +12,8 @@ pub(super) fn gear_ratio(kind: JointKind) -> Range {
     }
 }
 
-/// A motor of 2 mm has 1e-12, the rotor of a wind turbine 1e7.
-pub(super) const ROTOR_INERTIA: Range = Range::positive("kg·m²").up_to(1e7);
+/// A motor of 2 mm has 1e-12 kg·m², the rotor of a wind turbine 1e7.
+pub(super) const ROTOR_INERTIA: Range = Range::between(1e-14, 1e7, "kg·m²");
 
 /// The gear of a heavy robot has 1e7 N·m/rad, a steel screw 1e9 N/m.
 pub(super) fn stiffness(kind: JointKind) -> Range {

@@ -14,6 +14,9 @@ use crate::gearhead::FrictionLaw;
 use crate::toml_input::{Document, Places, Table, nearest, read_text};
 use crate::units::JointKind;
 
+/// Most effects: several on every joint of a large machine.
+const MOST_EFFECTS: usize = 256;
+
 /// [bytes] Longest URDF: the largest that CAD programs export have a megabyte.
 const LONGEST_URDF: u64 = 8 << 20;
 
@@ -94,8 +97,11 @@ impl Model {
             joints.push(read_joint(&table, body)?);
             table.finish()?;
         }
-        let effects =
+        let effects: Vec<EffectEntry> =
             root.tables("effects")?.iter().map(|table| read_effect(table, &robot.bodies)).collect::<Result<_>>()?;
+        if effects.len() > MOST_EFFECTS {
+            return Err(root.error("effects", format!("at most {MOST_EFFECTS} effects, not {}", effects.len())));
+        }
         let loads = root.tables("loads")?.iter().map(read_load).collect::<Result<_>>()?;
         root.finish()?;
         Ok(Self {

@@ -3,7 +3,7 @@
 //! ```text
 //!   samples = Σ (⌊T/Δ⌋ + 1)         T [s] of a session, Δ control period
 //!   memory  = 8 B · samples · n · (13 + 6 + w)      n joints: channels recorded, measured ones copied, w words to work with
-//!   steps   = n · Σ (T · rate + looks)              rate [1/s] of Runge-Kutta steps, looks at the planned motion
+//!   steps   = n · Σ T · rate + looks · (n + p/20)   rate [1/s] of Runge-Kutta steps; looks at the planned motion, p pairs of shapes each
 //! ```
 //! All in f64: a number that is too large to be counted is infinite, and above every limit.
 
@@ -168,6 +168,9 @@ impl Scenario {
 
     fn costs(&self) -> Result<Vec<Cost>> {
         let joints = self.model.joints.len() as f64;
+        let robot = &self.model.robot;
+        let shapes = robot.base_shapes.len() + robot.bodies.iter().map(|body| body.shapes.len()).sum::<usize>();
+        let pairs = 0.5 * (shapes * shapes) as f64;
         let mut bare = None;
         let cost = |session: &Session| {
             let model = self.model.in_session(&session.name);
@@ -182,8 +185,9 @@ impl Scenario {
             let Session { profile, duration, .. } = session;
             let samples = (duration / self.control_period + 1e-9).floor() + 1.0;
             let looks = duration / PLAN_INTERVAL + profile.way() / STEP;
+            let looks = looks * (joints + pairs / 20.0);
             let memory = 8.0 * samples * (joints * (CHANNELS + work(self.procedure)) + 2.0);
-            Ok(Cost { sessions: 1, duration: *duration, samples, memory, steps: joints * (duration * rate + looks) })
+            Ok(Cost { sessions: 1, duration: *duration, samples, memory, steps: joints * duration * rate + looks })
         };
         self.sessions.iter().map(cost).collect()
     }

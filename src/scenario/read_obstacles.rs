@@ -34,11 +34,17 @@ const DAMPING: f64 = 100.0;
 /// [m] Radius of the edges where the file gives none, unless a quarter of the smallest side is less.
 const EDGE_RADIUS: f64 = 0.005;
 
+/// Most obstacles: every link is looked at with every one of them.
+const MOST_OBSTACLES: usize = 200;
+
 /// Reads the obstacles of a scenario.
 pub(super) fn read(root: &Table<'_>, robot: &Robot, engine: Engine) -> Result<Vec<Obstacle>> {
     let tables = root.tables("obstacles")?;
     if tables.is_empty() {
         return Ok(Vec::new());
+    }
+    if tables.len() > MOST_OBSTACLES {
+        return Err(root.error("obstacles", format!("at most {MOST_OBSTACLES} obstacles, not {}", tables.len())));
     }
     if engine != Engine::Rapier {
         return Err(root.error("obstacles", "plant.engine = \"rapier\", which alone knows of obstacles"));

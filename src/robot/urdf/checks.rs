@@ -11,6 +11,9 @@ use crate::robot::tree::{Inertia, Robot};
 use crate::toml_input::nearest;
 use crate::units::JointKind;
 
+/// Most collision shapes: a link that is cut into convex parts has some tens.
+const MOST_SHAPES: usize = 2000;
+
 /// [kg] Least mass that moves: of a speck of dust.
 const LEAST_MASS: f64 = 1e-9;
 
@@ -59,6 +62,16 @@ impl Urdf<'_> {
             }
         }
         Ok(())
+    }
+
+    /// As many collision shapes as a motion can be checked with: pairs of them grow with their square.
+    pub(super) fn check_shapes(&self) -> Result<()> {
+        let shapes: usize = self.robot.links.iter().map(|link| link.collision.len()).sum();
+        if shapes <= MOST_SHAPES {
+            return Ok(());
+        }
+        let expected = format!("at most {MOST_SHAPES} of them; join the parts of a link");
+        Err(Error::input(self.text.file(), Place::File, "collision shapes", shapes, expected))
     }
 
     /// A moving joint that is not endless says where its range ends.

@@ -2,6 +2,8 @@
 //!
 //! Elements that URDF does not know are extensions of some tool and left alone, unless they look like a misspelt one.
 
+use std::collections::BTreeSet;
+
 use super::scan::Element;
 use super::text::UrdfText;
 use crate::error::{Error, Place, Result};
@@ -145,6 +147,7 @@ pub(super) fn check(text: &UrdfText<'_>) -> Result<()> {
             Some(parent) => known[parent] && is_known(text, index, elements[parent].name)?,
         };
         if known[index] {
+            check_attributes(text, element)?;
             check_children(text, element)?;
             check_names(text, element)?;
             check_numbers(text, element)?;
@@ -183,11 +186,24 @@ fn check_children(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
             _ => {}
         }
     }
-    if element.name == "geometry" && element.children.len() != 1 {
+    let foreign = || inside().any(|child| children_of("geometry").iter().all(|(name, _)| *name != child.name));
+    if element.name == "geometry" && (element.children.len() != 1 || foreign()) {
         let expected = "one box, cylinder, capsule, sphere or mesh";
         return Err(text.broken(element.line, format!("{expected} in {}", text.title(element))));
     }
     Ok(())
+}
+
+/// XML allows an attribute once.
+fn check_attributes(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    match element.attributes.iter().find(|(name, _)| !seen.insert(*name)) {
+        Some((name, _)) => Err(text.broken(
+            element.line,
+            format!("the attribute `{name}` once in <{}> of {}", element.name, text.title(element)),
+        )),
+        None => Ok(()),
+    }
 }
 
 fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {

@@ -40,12 +40,12 @@ impl<'a> Urdf<'a> {
             return Err(Error::input(file, Place::File, "", "", "plain URDF; run xacro on this file first"));
         }
         let scanned = UrdfText::scan(file, text)?;
-        let robot = urdf_rs::read_from_string(text)
-            .map_err(|error| Error::input(file, Place::File, "", "", format!("URDF: {error}")))?;
+        let robot = urdf_rs::read_from_string(text).map_err(|error| unread(file, &error.to_string()))?;
         let root = checks::root_of(&scanned, &robot)?;
         let urdf = Self { file, text: scanned, robot, root };
         urdf.check_links()?;
         urdf.check_joints()?;
+        urdf.check_shapes()?;
         Ok(urdf)
     }
 
@@ -59,6 +59,13 @@ impl<'a> Urdf<'a> {
     pub(super) fn mimics(&self, name: &str) -> bool {
         self.robot.joints.iter().any(|joint| joint.name == name && joint.mimic.is_some())
     }
+}
+
+/// An error of the URDF parser; that of its XML has line and reason in its text: `Line: 7, Column: 32, Reason: ...`.
+fn unread(file: &Path, message: &str) -> Error {
+    let line = message.split_once("Line: ").and_then(|(_, rest)| rest.split(',').next()?.trim().parse().ok());
+    let reason = message.split_once("Reason: ").map_or(message, |(_, reason)| reason);
+    Error::input(file, line.map_or(Place::File, Place::Line), "URDF", "", format!("well-formed XML ({reason})"))
 }
 
 fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
