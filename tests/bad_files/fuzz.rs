@@ -144,8 +144,9 @@ fn property_no_mesh_of_odd_points_panics() {
             text += &format!("v {x} {y} {z}\n");
         }
         files.put("part.obj", text);
-        let scenario = Scenario::load(&files.path("scenario.toml"), &[]).unwrap_or_else(|error| panic!("{error}"));
-        read += usize::from(scenario.check().is_ok());
+        // Refused where the mesh was not read: then the arm has nothing that the obstacle could be touched with.
+        let scenario = Scenario::load(&files.path("scenario.toml"), &[]);
+        read += usize::from(scenario.is_ok_and(|scenario| scenario.check().is_ok()));
     }
     assert!(read > 5, "{read}");
 }

@@ -53,7 +53,7 @@ fn regress_a_run_above_its_memory_is_refused_with_what_would_fit() {
         |memory: &str| files.lostmotion(&["run", "scenario.toml", "--quiet", "--out", "out", "--max-memory", memory]);
     assert_eq!(run("1MB").status.code(), Some(0));
     assert_eq!(run("100kB").status.code(), Some(2));
-    for size in ["4", "-4GB", "0GB", "lots", "1e400GB", "nanGB"] {
+    for size in ["4", "0GB", "lots", "1e400GB", "nanGB"] {
         let output = run(size);
         assert_eq!(output.status.code(), Some(2), "{size}");
         assert!(String::from_utf8_lossy(&output.stderr).contains("500MB or 16GB"), "{size}");

@@ -120,8 +120,8 @@ const CASES: &[Case] = &[
     ),
     ("lowest = -0.5", "lowest = 0.5", "scenario.toml:45: session[3].joints.turn.highest = 0.5", &["above `lowest`"]),
     (
-        "longest_rest = 0.1\n[session.joints.turn]\nlowest = -0.5",
-        "longest_rest = 0\n[session.joints.turn]\nlowest = 0.4999999999999999",
+        "duration = 0.4\nlongest_rest = 0.1\n[session.joints.turn]\nlowest = -0.5",
+        "duration = 9.0\nlongest_rest = 0\n[session.joints.turn]\nlowest = 0.4999999999999999",
         "scenario.toml:41: session[3].duration",
         &["moves of turn", "too close"],
     ),

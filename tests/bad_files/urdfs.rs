@@ -83,7 +83,7 @@ const CASES: &[Case] = &[
     ("type=\"revolute\"", "type=\"fixed\"", "model.toml:6: joints.turn", &["movable joints"]),
     ("size=\"0.2 0.1 0.1\"", "size=\"0.2 0 0.1\"", "robot.urdf:10: link table: collision", &["sizes > 0"]),
     ("size=\"0.2 0.1 0.1\"", "size=\"0.2 0.1 1e300\"", "robot.urdf:11: link table: box size", &["1e5 [m]"]),
-    ("<box size=\"0.2 0.1 0.1\"/>", "<blob/>", "robot.urdf:11: link table", &["box"]),
+    ("<box size=\"0.2 0.1 0.1\"/>", "<blob/>", "robot.urdf:11: URDF", &["box"]),
     (
         "<axis xyz=\"0 0 1\"/>",
         "<axis xyz=\"0 0 1\"/><mimic joint=\"turn\"/>",
