@@ -59,6 +59,19 @@ pub enum Error {
         /// Its bound.
         limit: f64,
     },
+    /// A simulation takes more steps than it may.
+    #[error(
+        "simulation given up at t = {time:.6} s: it has taken {steps} steps, and at most {limit} are allowed; \
+             contacts or effects that are very fast may be the cause, or --max-time allows more"
+    )]
+    TooManySteps {
+        /// [s] reached.
+        time: f64,
+        /// Taken so far.
+        steps: usize,
+        /// Most that are allowed.
+        limit: usize,
+    },
     /// A recording for the viewer could not be made.
     #[error("recording: {entity} was refused")]
     Recording {

@@ -264,44 +264,12 @@ fn property_broken_text_is_refused_by_place_and_expectation() {
 }
 
 #[test]
-fn property_broken_scenarios_are_refused_by_place_and_expectation() {
-    let cases: &[(&str, &str, &[&str])] = &[
-        ("scenario/1", "scenario/7", &["scenario.toml:1", "schema", "lostmotion/scenario/1"]),
-        ("model.toml", "gone.toml", &["scenario.toml:3", "robot", "gone.toml"]),
-        ("control_period = 0.001", "control_period = 0", &["scenario.toml:4", "control_period", "> 0", "[s]"]),
-        ("control_period", "control_periode", &["scenario.toml:4", "control_period"]),
-        ("\"waypoints\"", "\"waypoint\"", &["scenario.toml:7", "reference.kind", "waypoint", "staircase"]),
-        ("reference.joints.turn", "reference.joints.spin", &["scenario.toml", "spin", "turn"]),
-        ("speed_deg = 20", "speed_deg = -20", &["scenario.toml:11", "reference.joints.turn.speed_deg", "-20", "> 0"]),
-        ("positions_deg = [5, 0]", "positions_deg = 5", &["scenario.toml:10", "positions_deg", "list"]),
-        ("positions_deg = [5, 0]", "positions_deg = [500, 0]", &["refused", "turn at 3.0", "leaves its range [-3.0"]),
-        ("\"pi\"", "\"pid\"", &["scenario.toml:15", "controller.law", "pid", "pi"]),
-        ("proportional = 2.0", "", &["scenario.toml", "controller.joints.turn.proportional", "missing"]),
-        ("integral = 20.0", "integral = -20.0", &["scenario.toml:19", "controller.joints.turn.integral", "-20"]),
-    ];
-    for (from, to, parts) in cases {
-        let files = Files::new();
-        let broken = SCENARIO.replace(from, to);
-        assert_ne!(SCENARIO, broken, "{from}");
-        files.put("scenario.toml", broken);
-        let before = files.names();
-        refused(&files.lostmotion(&["run", "scenario.toml", "--quiet", "--out", "out"]), parts);
-        assert_eq!(files.names(), before, "nothing is left behind by {from} → {to}");
-    }
-    let files = Files::new();
-    let set = |assignment: &str| files.lostmotion(&["run", "scenario.toml", "--quiet", "--set", assignment]);
-    refused(&set("control_period=-1"), &["control_period", "-1", "> 0"]);
-    refused(&set("model.joints.turn.gear_ratio=0"), &["joints.turn.gear_ratio", "0", "> 0"]);
-    refused(&set("control_period"), &["control_period", "KEY=VALUE"]);
-}
-
-#[test]
 fn property_a_diverging_simulation_is_refused_and_leaves_nothing() {
     let files = Files::new();
     let before = files.names();
     // 2 J / period = 40 N·m·s/rad is the stiffest controller that the rotor bears.
     let gain = "controller.joints.turn.proportional=2000";
-    let output = files.lostmotion(&["run", "scenario.toml", "--out", "out", "--csv", "--set", gain]);
+    let output = files.lostmotion(&["run", "scenario.toml", "--quiet", "--out", "out", "--csv", "--set", gain]);
     refused(&output, &["diverged", "t = ", "velocity of turn"]);
     assert_eq!(files.names(), before);
 }

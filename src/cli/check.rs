@@ -6,11 +6,12 @@ use clap::Args;
 
 use crate::dataset;
 use crate::error::Result;
+use crate::plant::{Options, Plant};
 use crate::robot::Model;
-use crate::scenario::Scenario;
+use crate::scenario::{Recorded, Scenario};
 use crate::toml_input::{Document, nearest};
 
-use super::{Outcome, console};
+use super::{Outcome, console, input};
 
 /// Validate models, datasets and scenarios; say what is wrong where
 #[derive(Debug, Args)]
@@ -54,7 +55,7 @@ fn check_toml(file: &Path) -> Result<String> {
     let document = Document::read(file)?;
     let root = document.root();
     match root.text("schema")? {
-        "lostmotion/model/1" => Ok(described(&Model::load(file)?)),
+        "lostmotion/model/1" => Ok(described(&model(file)?)),
         "lostmotion/dataset/1" => Ok(recorded(&dataset::load_alone(file)?)),
         "lostmotion/scenario/1" => scenario(file),
         other => {
@@ -65,16 +66,36 @@ fn check_toml(file: &Path) -> Result<String> {
 }
 
 fn scenario(file: &Path) -> Result<String> {
+    if let Some(recorded) = Recorded::load(file, &[])? {
+        return on_recordings(&recorded);
+    }
     let scenario = Scenario::load(file, &[])?;
-    scenario.check_motion()?;
-    let duration: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
-    Ok(format!("scenario {}, {duration:.0} s of {}", scenario.name, scenario.model.name))
+    let cost = scenario.check()?;
+    Ok(format!("scenario {} of {}, {cost}{}", scenario.name, scenario.model.name, noted(&scenario.model.notes())))
+}
+
+/// A scenario on recordings: they and their model are read as a run would read them.
+fn on_recordings(scenario: &Recorded) -> Result<String> {
+    let model = model(&scenario.robot)?;
+    let sessions = input::sessions(&scenario.data, &model)?.len() + input::sessions(&scenario.hold_out, &model)?.len();
+    Ok(format!("scenario {}, {sessions} recordings of {}", scenario.name, model.name))
+}
+
+/// A model from which a machine can be made.
+fn model(file: &Path) -> Result<Model> {
+    let model = Model::load(file)?;
+    Plant::new(&model, &Options::default())?;
+    Ok(model)
+}
+
+fn noted(notes: &[String]) -> String {
+    notes.iter().map(|note| format!("\n  note: {note}")).collect()
 }
 
 fn described(model: &Model) -> String {
     let held = if model.held.is_empty() { String::new() } else { format!(", held at zero: {}", model.held.join(", ")) };
     let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-    format!("model {}, joints {}{held}", model.name, joints.join(", "))
+    format!("model {}, joints {}{held}{}", model.name, joints.join(", "), noted(&model.notes()))
 }
 
 fn recorded(session: &dataset::Session) -> String {

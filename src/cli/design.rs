@@ -9,10 +9,11 @@ use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::report::files::{envelope, planned};
 use crate::report::{Document, Report, Section, Table};
-use crate::scenario::{Design as Designed, Question, Trial, design};
+use crate::scenario::{Budget, Design as Designed, Question, Trial, design};
 
 use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
+use super::limits::LimitOptions;
 use super::{Outcome, console, input};
 
 /// Design the experiment that separates two causes, or measures one best, as a scenario file
@@ -27,6 +28,8 @@ pub struct Design {
     /// Longest experiment [s]
     #[arg(long, value_name = "SECONDS", default_value_t = 120.0)]
     budget: f64,
+    #[command(flatten)]
+    limits: LimitOptions,
     #[command(flatten)]
     output: OutputOptions,
 }
@@ -46,7 +49,8 @@ impl Design {
             },
         )?;
         let progress = Progress::start("designing", self.output.quiet);
-        let found = design(&model, &question, self.budget, &mut |doing, share| progress.show(doing, share))?;
+        let budget = Budget { seconds: self.budget, limits: self.limits.limits() };
+        let found = design(&model, &question, budget, &mut |doing, share| progress.show(doing, share))?;
         drop(progress);
         let name = &model.name;
         let mut json = serde_json::to_value(&found).unwrap_or_default();

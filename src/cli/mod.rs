@@ -20,6 +20,7 @@ mod diagnose;
 mod explain;
 mod identify;
 mod input;
+mod limits;
 mod list;
 mod new;
 mod replay;

@@ -20,6 +20,7 @@ use crate::timeseries::TimeSeries;
 use super::console::{self, OutputOptions, Progress};
 use super::diagnose::Findings;
 use super::folder::{Folder, Request};
+use super::limits::LimitOptions;
 use super::{Outcome, catalogue, identify, input};
 
 /// Scenario of the catalogue that `demo` carries out.
@@ -53,6 +54,8 @@ struct Common {
     #[arg(long)]
     csv: bool,
     #[command(flatten)]
+    limits: LimitOptions,
+    #[command(flatten)]
     output: OutputOptions,
 }
 
@@ -75,9 +78,14 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     if let Some(recorded) = Recorded::load(&source, set)? {
         return on_recordings(&source, &recorded, common);
     }
-    let scenario = Scenario::load(&source, set)?;
+    let mut scenario = Scenario::load(&source, set)?;
+    scenario.limits = common.limits.limits();
     let seed = common.seed.unwrap_or(scenario.seed);
     let folder = reserve(&scenario, common)?;
+    let cost = scenario.affordable()?;
+    if !common.output.quiet {
+        eprintln!("{cost}");
+    }
     let progress = Progress::start("simulating", common.output.quiet);
     let run = scenario::simulate(&scenario, seed, &|done, all| progress.set(done / all))?;
     let measured = run.measured();

@@ -20,6 +20,18 @@ pub struct JointRange {
     pub acceleration: f64,
 }
 
+/// Most moves of a joint: a day of one a second.
+const MOST_MOVES: usize = 86_400;
+
+/// A joint would move more often than anything is meant to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooManyMoves {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Most moves that are made.
+    pub most: usize,
+}
+
 /// A fast motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excitation {
@@ -35,24 +47,32 @@ pub struct Excitation {
 
 impl Excitation {
     /// The motion from a start [rad or m, one a joint]; it ends at rest.
-    pub fn profile(&self, start: &[f64]) -> Profile {
+    ///
+    /// # Errors
+    /// A joint goes to and fro more often than anything is meant to: its places are too close to each other for the duration.
+    pub fn profile(&self, start: &[f64]) -> Result<Profile, TooManyMoves> {
         let track = |(joint, &position): (usize, &f64)| self.track(joint, position);
-        Profile::new(start.iter().enumerate().map(track).collect())
+        Ok(Profile::new(start.iter().enumerate().map(track).collect::<Result<_, _>>()?))
     }
 
-    fn track(&self, joint: usize, start: f64) -> Track {
+    fn track(&self, joint: usize, start: f64) -> Result<Track, TooManyMoves> {
         let mut track = Track::at(start);
-        let Some(range) = self.joints.get(joint).copied().flatten() else { return track };
+        let Some(range) = self.joints.get(joint).copied().flatten() else { return Ok(track) };
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(joint as u64);
         let [low, high] = range.positions;
+        let mut moves = 0;
         while track.duration() < self.duration {
+            moves += 1;
+            if moves > MOST_MOVES {
+                return Err(TooManyMoves { joint, most: MOST_MOVES });
+            }
             let place = low + (high - low) * random.random::<f64>();
             let speed = range.speed * (0.1 + 0.9 * random.random::<f64>());
             let rest = self.longest_rest * random.random::<f64>();
             track.move_to(place, speed, range.acceleration);
             track.coast(rest);
         }
-        track
+        Ok(track)
     }
 }

@@ -10,7 +10,7 @@ mod profile;
 mod sliding_mode;
 mod staircase;
 
-pub use excitation::{Excitation, JointRange};
+pub use excitation::{Excitation, JointRange, TooManyMoves};
 pub use observer::{EdgeObserver, ObserverNoise};
 pub use pi::{Pi, PiGains};
 pub use profile::{Profile, Target, Track};

@@ -95,6 +95,12 @@ impl Track {
         self.pieces[self.pieces.len() - 1].1
     }
 
+    /// [rad or m] Way from its start to its end, there and back counted.
+    fn way(&self) -> f64 {
+        let ways = self.pieces.windows(2).map(|pair| (pair[1].1.position - pair[0].1.position).abs());
+        ways.sum()
+    }
+
     /// The target at a time [s].
     pub fn sample(&self, time: f64) -> Target {
         let next = self.pieces.partition_point(|(start, _)| *start <= time);
@@ -133,6 +139,11 @@ impl Profile {
     /// [s] until everything rests.
     pub fn duration(&self) -> f64 {
         self.tracks.iter().map(Track::duration).fold(0.0, f64::max)
+    }
+
+    /// [rad or m] Ways of all joints together, there and back counted.
+    pub fn way(&self) -> f64 {
+        self.tracks.iter().map(Track::way).sum()
     }
 
     /// [rad or m] Positions at the start.

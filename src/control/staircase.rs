@@ -27,11 +27,15 @@ pub struct Steps {
 }
 
 impl Steps {
+    /// How many speeds there are, a whole number; infinite where it is beyond counting.
+    pub fn count(&self) -> f64 {
+        ((self.last - self.first) / self.increment + 1e-9).floor().max(0.0) + 1.0
+    }
+
     /// The speeds, slowest first.
     pub fn speeds(&self) -> impl Iterator<Item = f64> + use<> {
         let Self { first, increment, .. } = *self;
-        let count = ((self.last - first) / increment + 1e-9).floor().max(0.0) as usize + 1;
-        (0..count).map(move |k| first + k as f64 * increment)
+        (0..self.count() as usize).map(move |k| first + k as f64 * increment)
     }
 }
 

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::toml_input::Range;
+
 /// Whether the machine itself differs, or only what is measured of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -60,6 +62,11 @@ impl ParameterSpec {
     /// With a value where the model file leaves it out.
     pub const fn or(self, default: f64) -> Self {
         Self { default: Some(default), ..self }
+    }
+
+    /// Its range in words, with its unit.
+    pub fn range(&self) -> String {
+        Range::between(self.min, self.max, self.unit).to_string()
     }
 
     /// The unit on a joint of this kind: N for N·m and m for rad where it slides.

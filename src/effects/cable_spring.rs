@@ -23,7 +23,7 @@ static ABOUT: About = About {
     scope: Scope::Joint,
     parameters: &[
         ParameterSpec::new("stiffness", "c", "N·m/rad", "torque per displacement, positive towards the rest position")
-            .at_least(0.0),
+            .between(0.0, 1e9),
         ParameterSpec::new(
             "rest_position",
             "q0",

@@ -22,7 +22,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("amplitude", "τ_c", "N·m", "amplitude at the joint, the ratio included").at_least(0.0),
+        ParameterSpec::new("amplitude", "τ_c", "N·m", "amplitude at the joint, the ratio included").between(0.0, 1e6),
         ParameterSpec::new("order", "n", "1", "periods per turn of the motor shaft").between(0.0, 10_000.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at θ_m = 0").between(-TAU, TAU).or(0.0),
     ],

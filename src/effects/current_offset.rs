@@ -20,7 +20,7 @@ static ABOUT: About = About {
     equation: "i → i + i0",
     kind: Kind::Measurement,
     scope: Scope::Joint,
-    parameters: &[ParameterSpec::new("offset", "i0", "A", "what the sensor reads at zero current")],
+    parameters: &[ParameterSpec::new("offset", "i0", "A", "what the sensor reads at zero current").between(-1e5, 1e5)],
     signature: "a constant in amperes, also at rest",
     look_alikes: &["coulomb_asymmetry", "cable_spring", "base_tilt"],
     separate_by: "record the current with the drive off: an offset stays",

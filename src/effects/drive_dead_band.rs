@@ -18,7 +18,7 @@ static ABOUT: About = About {
     equation: "i_cmd → 0 for |i_cmd| < u0",
     kind: Kind::Physics,
     scope: Scope::Joint,
-    parameters: &[ParameterSpec::new("width", "u0", "A", "command below which no current flows").at_least(0.0)],
+    parameters: &[ParameterSpec::new("width", "u0", "A", "command below which no current flows").between(0.0, 1e5)],
     signature: "current is missing near zero, against what the controller has commanded",
     look_alikes: &["coulomb_asymmetry", "dwell_stiction", "current_offset"],
     separate_by: "record the command beside the current, and hold small commands of either sign",

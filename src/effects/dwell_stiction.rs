@@ -24,10 +24,10 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("growth", "ΔF", "N·m", "growth of breakaway after a long rest").at_least(0.0),
-        ParameterSpec::new("time_constant", "T", "s", "time at rest over which most of it grows").at_least(1e-3),
+        ParameterSpec::new("growth", "ΔF", "N·m", "growth of breakaway after a long rest").between(0.0, 1e7),
+        ParameterSpec::new("time_constant", "T", "s", "time at rest over which most of it grows").between(1e-3, 1e7),
         ParameterSpec::new("slip_distance", "D", "rad (joint)", "motion over which sliding takes most of it away")
-            .at_least(1e-6)
+            .between(1e-6, 10.0)
             .or(1e-3),
     ],
     signature: "a peak of torque at breakaway that depends on the rest before it",

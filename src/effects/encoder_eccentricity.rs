@@ -30,7 +30,7 @@ static ABOUT: About = About {
             "rad (joint)",
             "amplitude at the joint, that at the shaft divided by the ratio",
         )
-        .at_least(0.0),
+        .between(0.0, 1.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at θ_m = 0").between(-TAU, TAU).or(0.0),
     ],
     signature: "a ripple of velocity once a motor turn, in proportion to speed, and no torque of its own",

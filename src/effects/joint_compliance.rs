@@ -20,7 +20,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("stiffness", "k", "N·m/rad", "stiffness of the gear outside its gap").at_least(1e-6)
+        ParameterSpec::new("stiffness", "k", "N·m/rad", "stiffness of the gear outside its gap").between(1e-6, 1e11)
     ],
     signature: "a wind-up in proportion to torque, a resonance, and a reversal that is softer than a gap",
     look_alikes: &["position_dependent_backlash", "presliding", "sensor_delay"],

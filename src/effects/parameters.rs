@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::About;
 use crate::error::{Error, Place, Result};
 use crate::robot::Model;
+use crate::toml_input::nearest;
 
 /// Checked parameters of one effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,15 +26,19 @@ impl Parameters {
             given.iter().find(|(name, _)| about.parameters.iter().all(|spec| spec.name != **name))
         {
             let known: Vec<_> = about.parameters.iter().map(|spec| spec.name).collect();
-            return fault(name, value.to_string(), format!("one of {}", known.join(", ")));
+            let near = nearest(name, known.iter().copied());
+            let expected =
+                near.map_or_else(|| format!("one of {}", known.join(", ")), |near| format!("the key `{near}`"));
+            return fault(name, value.to_string(), format!("{expected} (unknown key)"));
         }
         let mut values = BTreeMap::new();
         for spec in about.parameters {
             let Some(value) = given.get(spec.name).copied().or(spec.default) else {
-                return fault(spec.name, String::new(), format!("{} [{}]", spec.meaning, spec.unit));
+                return fault(spec.name, String::new(), format!("{}, {} (missing)", spec.range(), spec.meaning));
             };
+            // Not `value < spec.min`: what is no number is outside as well.
             if !(value >= spec.min && value <= spec.max) {
-                return fault(spec.name, value.to_string(), format!("{} to {} {}", spec.min, spec.max, spec.unit));
+                return fault(spec.name, value.to_string(), spec.range());
             }
             values.insert(spec.name, value);
         }

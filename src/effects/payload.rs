@@ -23,7 +23,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Machine,
     parameters: &[
-        ParameterSpec::new("mass", "m", "kg", "mass that the model lacks").at_least(0.0),
+        ParameterSpec::new("mass", "m", "kg", "mass that the model lacks").between(0.0, 1e5),
         position("x"),
         position("y"),
         position("z"),
@@ -35,7 +35,7 @@ static ABOUT: About = About {
 };
 
 const fn position(axis: &'static str) -> ParameterSpec {
-    ParameterSpec::new(axis, axis, "m", "position in the frame of the last body").or(0.0)
+    ParameterSpec::new(axis, axis, "m", "position in the frame of the last body").between(-1e3, 1e3).or(0.0)
 }
 
 /// A mass on the last link.

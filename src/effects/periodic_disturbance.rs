@@ -21,7 +21,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("amplitude", "a", "N·m", "amplitude at the joint, the ratio included").at_least(0.0),
+        ParameterSpec::new("amplitude", "a", "N·m", "amplitude at the joint, the ratio included").between(0.0, 1e6),
         ParameterSpec::new("frequency", "f", "Hz", "frequency").between(0.0, 500.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at the start of the session").between(-TAU, TAU).or(0.0),
     ],

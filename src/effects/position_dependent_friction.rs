@@ -24,7 +24,7 @@ static ABOUT: About = About {
     scope: Scope::Joint,
     parameters: &[
         ParameterSpec::new("amplitude", "a", "1", "relative variation of Coulomb friction").between(0.0, 0.95),
-        ParameterSpec::new("order", "n", "1/rad", "periods in 2π of joint position").at_least(0.0),
+        ParameterSpec::new("order", "n", "1/rad", "periods in 2π of joint position").between(0.0, 1e5),
         ParameterSpec::new("phase", "φ", "rad", "phase at q = 0").between(-TAU, TAU).or(0.0),
     ],
     signature: "a torque that varies with the position and turns its sign with the direction of motion",

@@ -24,8 +24,8 @@ static ABOUT: About = About {
     scope: Scope::Joint,
     parameters: &[
         ParameterSpec::new("stiffness", "σ0", "N·m/rad", "stiffness of the rotor's friction before it slips")
-            .at_least(1e-6),
-        ParameterSpec::new("damping", "σ1", "N·m·s/rad", "damping of that spring, about √(σ0 J)").at_least(0.0),
+            .between(1e-6, 1e11),
+        ParameterSpec::new("damping", "σ1", "N·m·s/rad", "damping of that spring, about √(σ0 J)").between(0.0, 1e9),
     ],
     signature: "after each reversal a hysteresis of torque against angle, the same at every speed",
     look_alikes: &["joint_compliance", "position_dependent_backlash", "stribeck"],

@@ -20,7 +20,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[ParameterSpec::new("coefficient", "c", "N·m·s²/rad²", "drag at the joint per square of joint speed")
-        .at_least(0.0)],
+        .between(0.0, 1e6)],
     signature: "torque against velocity bends upwards, in both directions alike",
     look_alikes: &["viscous_asymmetry", "load_dependent_friction"],
     separate_by: "high constant speeds in random order, both directions, without load",

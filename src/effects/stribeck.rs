@@ -21,9 +21,9 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("breakaway", "F_S", "N·m", "friction at the onset of motion").at_least(0.0),
+        ParameterSpec::new("breakaway", "F_S", "N·m", "friction at the onset of motion").between(0.0, 1e7),
         ParameterSpec::new("stribeck_velocity", "v_S", "rad/s", "speed over which friction falls from F_S towards F_C")
-            .at_least(1e-9),
+            .between(1e-9, 1e4),
     ],
     signature: "a peak of friction below a low speed, in both directions alike",
     look_alikes: &["viscous_asymmetry", "load_dependent_friction"],

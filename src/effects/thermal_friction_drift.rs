@@ -25,7 +25,7 @@ static ABOUT: About = About {
     parameters: &[
         ParameterSpec::new("excess", "a", "1", "part by which viscous friction is larger at the start")
             .between(0.0, 20.0),
-        ParameterSpec::new("time_constant", "T", "s", "time over which the excess falls to a third").at_least(1e-3),
+        ParameterSpec::new("time_constant", "T", "s", "time over which the excess falls to a third").between(1e-3, 1e7),
     ],
     signature: "the viscous part of friction falls over minutes, whatever the motion",
     look_alikes: &["quadratic_drag", "viscous_asymmetry", "load_dependent_friction"],

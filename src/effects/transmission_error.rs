@@ -26,7 +26,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("amplitude", "e", "rad (joint)", "amplitude at the joint").at_least(0.0),
+        ParameterSpec::new("amplitude", "e", "rad (joint)", "amplitude at the joint").between(0.0, 1.0),
         ParameterSpec::new("teeth", "z", "1", "periods per turn of the joint").between(0.0, 10_000.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at θ = 0").between(-TAU, TAU).or(0.0),
     ],

@@ -20,8 +20,8 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("positive", "F_V⁺", "N·m·s/rad", "viscous friction for v > 0").at_least(0.0),
-        ParameterSpec::new("negative", "F_V⁻", "N·m·s/rad", "viscous friction for v < 0").at_least(0.0),
+        ParameterSpec::new("positive", "F_V⁺", "N·m·s/rad", "viscous friction for v > 0").between(0.0, 1e9),
+        ParameterSpec::new("negative", "F_V⁻", "N·m·s/rad", "viscous friction for v < 0").between(0.0, 1e9),
     ],
     signature: "the slope of torque against velocity differs between the directions; nothing at low speed",
     look_alikes: &["coulomb_asymmetry", "quadratic_drag"],

@@ -13,10 +13,11 @@ use super::sensors::Sensors;
 use super::{Engine, Evaluations, Options, Plant, World};
 use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
-use crate::effects::{Action, Catalogue, JointState, Reading, Stop};
+use crate::effects::{Action, Catalogue, JointState, Reading, Scope, Stop};
 use crate::error::{Error, Place, Result};
 use crate::gearhead::{DeadZone, Memory};
 use crate::robot::{JointModel, Model};
+use crate::toml_input::nearest;
 
 /// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
 const FASTEST: f64 = 1e5;
@@ -25,8 +26,12 @@ impl Plant {
     /// Builds the machine of a model, with its effects installed, at rest at zero.
     ///
     /// # Errors
-    /// An effect is unknown or its parameters do not fit.
+    /// An effect is unknown or its parameters do not fit; a gear is too fast to be simulated. On the line of the model file, where it has one.
     pub fn new(model: &Model, options: &Options) -> Result<Self> {
+        Self::build(model, options).map_err(|error| model.places.locate(error))
+    }
+
+    fn build(model: &Model, options: &Options) -> Result<Self> {
         let mut model = model.clone();
         let actions = install(&mut model, &options.catalogue)?;
         let mut laws: Vec<JointLaws> =
@@ -35,8 +40,8 @@ impl Plant {
             .map(|(i, joint)| Sensors::new(joint, options.ideal_sensors, options.seed, i as u64))
             .collect();
         let mut barriers = end_stops(&model);
-        for action in actions {
-            put(action, &model, &mut laws, &mut sensors, &mut barriers)?;
+        for (number, action) in actions {
+            put(number, action, &model, &mut laws, &mut sensors, &mut barriers)?;
         }
         let n = laws.len();
         let links = match options.engine {
@@ -69,6 +74,8 @@ impl Plant {
             fastest: 0.0,
             calm: false,
             every_stage: options.evaluations == Evaluations::EveryStage,
+            most_steps: options.most_steps,
+            asked: 0.0,
             saved: state.clone(),
             saved_trackers: sensors.iter().map(|sensors| sensors.tracker).collect(),
             sensors,
@@ -95,8 +102,9 @@ impl Plant {
     }
 }
 
-/// Puts what an effect does in its place.
+/// Puts what the effect of this number in the list, counted from 1, does in its place.
 fn put(
+    number: usize,
     action: Action,
     model: &Model,
     laws: &mut [JointLaws],
@@ -117,8 +125,11 @@ fn put(
         }
         Action::Friction(joint, memory) => {
             if laws[joint].memory.replace(memory).is_some() {
-                let (key, name) = ("effects", model.joints[joint].name.as_str());
-                let expected = "one of presliding and dwell_stiction on a joint: its friction has one memory";
+                let (key, name) = (format!("effects[{number}].effect"), &model.effects[number - 1].effect);
+                let expected = format!(
+                    "one of presliding and dwell_stiction on {}: its friction has one memory",
+                    model.joints[joint].name
+                );
                 return Err(Error::input(&model.source, Place::File, key, name, expected));
             }
             laws[joint].plain = false;
@@ -161,25 +172,45 @@ fn put_obstacles(world: &mut World, model: &Model, obstacles: &[Obstacle]) -> Re
     Ok(pairs.iter().enumerate().map(barrier).collect())
 }
 
-fn install(model: &mut Model, catalogue: &Catalogue) -> Result<Vec<Action>> {
+/// What the effects of a model do, each with its number in the list, counted from 1.
+fn install(model: &mut Model, catalogue: &Catalogue) -> Result<Vec<(usize, Action)>> {
     let mut actions = Vec::new();
-    for entry in model.effects.clone() {
-        let unknown = |key: &str, value: &str, expected: &str| {
-            Error::input(&model.source, Place::File, format!("effects.{key}"), value, expected)
+    for (number, entry) in (1..).zip(model.effects.clone()) {
+        let refused = |key: &str, value: &str, expected: String| {
+            Error::input(&model.source, Place::File, format!("effects[{number}].{key}"), value, expected)
         };
-        let effect = catalogue
-            .find(&entry.effect)
-            .ok_or_else(|| unknown("effect", &entry.effect, "a name of the catalogue (`lostmotion list effects`)"))?;
-        let joint = match &entry.joint {
-            Some(name) => Some(
-                (model.joints.iter().position(|joint| &joint.name == name))
-                    .ok_or_else(|| unknown("joint", name, "a joint that the model lists"))?,
-            ),
-            None => None,
-        };
-        actions.extend(effect.install(model, joint, &entry.parameters)?);
+        let effect = catalogue.find(&entry.effect).ok_or_else(|| {
+            let near = nearest(&entry.effect, catalogue.iter().map(|effect| effect.name()));
+            let hint = near.map_or_else(String::new, |near| format!(", such as {near}"));
+            refused("effect", &entry.effect, format!("a name of `lostmotion list effects`{hint}"))
+        })?;
+        let named = entry.joint.as_deref();
+        let joint = named.map(|name| {
+            let names = || model.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
+            let index = model.joints.iter().position(|joint| joint.name == name);
+            index.ok_or_else(|| refused("joint", name, format!("a joint of the model: {}", names())))
+        });
+        let joint = joint.transpose()?;
+        if let (Scope::Machine, Some(name)) = (effect.about().scope, named) {
+            let expected = format!("no joint: {} acts on the whole machine", entry.effect);
+            return Err(refused("joint", name, expected));
+        }
+        let installed = effect.install(model, joint, &entry.parameters);
+        let acting = installed.map_err(|error| numbered(error, number, &entry.effect))?;
+        actions.extend(acting.into_iter().map(|action| (number, action)));
     }
     Ok(actions)
+}
+
+/// An error that an effect makes about `effects.NAME.parameter`, as one about an entry of the list.
+fn numbered(error: Error, number: usize, effect: &str) -> Error {
+    let Error::Input(mut fault) = error else { return error };
+    if let Some(name) = fault.key.strip_prefix(&format!("effects.{effect}.")) {
+        fault.key = format!("effects[{number}].{name}");
+    } else if !fault.key.starts_with("effects") {
+        fault.expected = format!("{} (effects[{number}])", fault.expected);
+    }
+    Error::Input(fault)
 }
 
 /// The laws of a joint. Friction acts on the rotor in its share; without any, effects may still bring some.

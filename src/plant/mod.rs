@@ -48,6 +48,10 @@ use crate::robot::Robot;
 /// Version of the rigid-body engine, as Cargo.toml pins it.
 pub const RAPIER_VERSION: &str = "0.36.1";
 
+/// [1/s] Most Runge-Kutta steps a second: what is faster, a nanosecond's contact or a ripple that is passed ten million times a second, is
+/// no motion of a machine.
+const FASTEST_STEPS: f64 = 1e8;
+
 /// [rad/s or m/s] Fastest joint that can be meant: 100 000 turns a minute behind the gear.
 pub const FASTEST_MOTION: f64 = 1e4;
 
@@ -89,6 +93,8 @@ pub struct Options {
     pub seed: u64,
     /// Whether all sensors are exact.
     pub ideal_sensors: bool,
+    /// Runge-Kutta steps after which a motion is given up.
+    pub most_steps: usize,
     /// What stands in the way; [`Engine::Rapier`] alone knows of it.
     pub obstacles: Vec<Obstacle>,
     /// Effects that a model may have.
@@ -104,6 +110,7 @@ impl Default for Options {
             evaluations: Evaluations::AsNeeded,
             seed: 1,
             ideal_sensors: false,
+            most_steps: usize::MAX,
             obstacles: Vec::new(),
             catalogue: Catalogue::default(),
         }
@@ -134,6 +141,9 @@ pub struct Plant {
     /// Whether the last extrapolation was right.
     calm: bool,
     every_stage: bool,
+    most_steps: usize,
+    /// [1/s] Highest rate of steps that an interval has asked for since it was last looked at.
+    asked: f64,
     state: State,
     saved: State,
     saved_trackers: Vec<Tracker>,
@@ -164,6 +174,7 @@ impl Plant {
 
     fn start(&mut self, joints: Vec<Phase>) {
         self.state.time = 0.0;
+        self.asked = 0.0;
         self.state.done = Power::default();
         self.commands.fill(0.0);
         for (i, y) in joints.iter().enumerate() {
@@ -219,8 +230,28 @@ impl Plant {
         Ok(())
     }
 
-    /// Refuses a motion that has diverged.
+    /// [1/s] Runge-Kutta steps a second, at least, under commands that are held for a period [s].
+    pub fn step_rate(&self, period: f64) -> f64 {
+        let pieces = (period / self.step - 1e-9).ceil().max(1.0);
+        self.rate.max(pieces / period)
+    }
+
+    /// Refuses a motion that has diverged, or cannot be followed.
     fn require_motion(&self) -> Result<()> {
+        if self.asked > FASTEST_STEPS {
+            let fastest = |a: &(usize, &Phase), b: &(usize, &Phase)| a.1.omega.abs().total_cmp(&b.1.omega.abs());
+            let joint = self.state.joints.iter().enumerate().max_by(fastest).map_or(0, |(joint, _)| joint);
+            return self.require(
+                joint,
+                "rate of steps that an effect or a contact asks for",
+                self.asked,
+                FASTEST_STEPS,
+            );
+        }
+        let steps = self.integrator.counts.steps;
+        if steps > self.most_steps {
+            return Err(Error::TooManySteps { time: self.state.time, steps, limit: self.most_steps });
+        }
         for (i, y) in self.state.joints.iter().enumerate() {
             self.require(i, "motor velocity", y.omega, FASTEST_MOTION)?;
             self.require(i, "link velocity", y.v, FASTEST_MOTION)?;

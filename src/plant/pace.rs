@@ -4,8 +4,8 @@
 //! surprise the end of the next interval is first looked at in a few coarse steps, so that the passage in full can
 //! interpolate. Where even that would be wrong, the engine is asked at every stage.
 
-use super::Plant;
 use super::integrator::{Source, Step};
+use super::{FASTEST_STEPS, Plant};
 
 /// Longest step times the fastest oscillation of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 1.5e-4` rad a step too little.
 pub(super) const LONGEST_STEP: f64 = 0.45;
@@ -71,19 +71,22 @@ impl Plant {
 
     /// Looks at the end of an interval in the fewest steps that are stable.
     fn look_ahead(&mut self, until: f64) -> f64 {
-        let Self { integrator, state, saved, commands, fastest, .. } = self;
+        let Self { integrator, state, saved, commands, fastest, asked, .. } = self;
         saved.copy_from(state);
         let fastest = fastest.max(integrator.look(saved, until)).max(integrator.haste(saved, until));
-        let steps = ((until - state.time) * fastest / STABLE_STEP).ceil().max(1.0) as usize;
+        let rate = fastest / STABLE_STEP;
+        *asked = asked.max(rate);
+        let steps = ((until - state.time) * rate.min(FASTEST_STEPS)).ceil().max(1.0) as usize;
         integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
         integrator.offer_node(until, &saved.joints, &saved.modes)
     }
 
     fn go_through(&mut self, until: f64, source: Source) {
-        let Self { integrator, sensors, state, commands, rate, .. } = self;
+        let Self { integrator, sensors, state, commands, rate, asked, .. } = self;
         let rate = rate.max(integrator.look(state, until) / LONGEST_STEP_TOUCHING);
         let rate = rate.max(integrator.haste(state, until) / STABLE_STEP);
-        let steps = ((until - state.time) * rate - 1e-6).ceil().max(1.0) as usize;
+        *asked = asked.max(rate);
+        let steps = ((until - state.time) * rate.min(FASTEST_STEPS) - 1e-6).ceil().max(1.0) as usize;
         integrator.advance(state, commands, until, steps, source, |step: &Step| {
             for (i, sensors) in sensors.iter_mut().enumerate() {
                 sensors.watch(step.time, &step.joints[0][i], &step.joints[1][i]);

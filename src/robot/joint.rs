@@ -1,6 +1,7 @@
 //! Reading what a model file says of one joint: gear, motor, drive, sensors, friction.
 
 use super::model::JointModel;
+use super::ranges;
 use super::tree::Body;
 use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, Sensing, VelocitySensor};
 use crate::error::Result;
@@ -19,19 +20,16 @@ pub(super) const LINK_SHARE: f64 = 0.1;
 /// # Errors
 /// A key is missing, unknown or out of its range.
 pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
-    let (ratio, stiffness, damping) = match body.joint.kind {
-        JointKind::Revolute => ("rad/rad", "N·m/rad", "N·m·s/rad"),
-        JointKind::Prismatic => ("rad/m", "N/m", "N·s/m"),
-    };
+    let kind = body.joint.kind;
     Ok(JointModel {
         name: body.joint.name.clone(),
-        kind: body.joint.kind,
-        gear_ratio: table.number("gear_ratio", &Range::positive(ratio))?,
-        rotor_inertia: table.number("rotor_inertia", &Range::positive("kg·m²"))?,
-        gear_stiffness: table.number("gear_stiffness", &Range::positive(stiffness))?,
-        gear_damping: table.number_or("gear_damping", &Range::non_negative(damping), 0.0)?,
-        end_stop_stiffness: table.optional_number("end_stop_stiffness", &Range::positive(stiffness))?,
-        backlash: table.optional_number("backlash", &Range::non_negative(body.joint.kind.position_unit()))?,
+        kind,
+        gear_ratio: table.number("gear_ratio", &ranges::gear_ratio(kind))?,
+        rotor_inertia: table.number("rotor_inertia", &ranges::ROTOR_INERTIA)?,
+        gear_stiffness: table.number("gear_stiffness", &ranges::stiffness(kind))?,
+        gear_damping: table.number_or("gear_damping", &ranges::damping(kind), 0.0)?,
+        end_stop_stiffness: table.optional_number("end_stop_stiffness", &ranges::stiffness(kind))?,
+        backlash: table.optional_number("backlash", &ranges::backlash(kind))?,
         motor: read(table.table("motor")?, read_motor)?,
         amplifier: table.optional_table("drive")?.map_or_else(
             || {
@@ -43,7 +41,7 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
         encoder: table.optional_table("encoder")?.map(|table| read(table, read_encoder)).transpose()?,
         link_encoder: table
             .optional_table("link_encoder")?
-            .map(|table| read(table, |table| read_link_encoder(table, body.joint.kind)))
+            .map(|table| read(table, |table| read_link_encoder(table, kind)))
             .transpose()?,
         velocity_sensor: table
             .optional_table("velocity_sensor")?
@@ -55,7 +53,7 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
             .transpose()?,
         friction: table
             .optional_table("friction")?
-            .map(|table| read(table, |table| read_friction(table, body.joint.kind)))
+            .map(|table| read(table, |table| read_friction(table, kind)))
             .transpose()?,
     })
 }
@@ -69,9 +67,9 @@ fn read<T>(table: Table<'_>, read: impl FnOnce(&Table<'_>) -> Result<T>) -> Resu
 
 fn read_motor(table: &Table<'_>) -> Result<Motor> {
     let motor = Motor {
-        torque_constant: table.number("torque_constant", &Range::positive("N·m/A"))?,
-        resistance: table.optional_number("resistance", &Range::positive("Ω"))?,
-        inductance: table.optional_number("inductance", &Range::positive("H"))?,
+        torque_constant: table.number("torque_constant", &ranges::TORQUE_CONSTANT)?,
+        resistance: table.optional_number("resistance", &ranges::RESISTANCE)?,
+        inductance: table.optional_number("inductance", &ranges::INDUCTANCE)?,
     };
     if motor.resistance.is_none() && motor.inductance.is_some() {
         return Err(table.error("inductance", "a `resistance` beside it"));
@@ -81,46 +79,42 @@ fn read_motor(table: &Table<'_>) -> Result<Motor> {
 
 fn read_amplifier(table: &Table<'_>) -> Result<Amplifier> {
     Ok(Amplifier {
-        voltage_limit: table.number_or("voltage_limit", &Range::positive("V"), f64::INFINITY)?,
-        current_limit: table.number_or("current_limit", &Range::positive("A"), f64::INFINITY)?,
+        voltage_limit: table.number_or("voltage_limit", &ranges::VOLTAGE, f64::INFINITY)?,
+        current_limit: table.number_or("current_limit", &ranges::CURRENT, f64::INFINITY)?,
         current_time_constant: table.number_or(
             "current_time_constant",
-            &Range::positive("s"),
+            &ranges::CURRENT_TIME,
             CURRENT_TIME_CONSTANT,
         )?,
     })
 }
 
 fn read_encoder(table: &Table<'_>) -> Result<Encoder> {
-    Ok(Encoder { counts_per_turn: table.number("counts_per_turn", &Range::positive("1/turn"))? })
+    Ok(Encoder { counts_per_turn: table.number("counts_per_turn", &ranges::COUNTS)? })
 }
 
 fn read_link_encoder(table: &Table<'_>, kind: JointKind) -> Result<LinkEncoder> {
-    Ok(LinkEncoder { resolution: table.number("resolution", &Range::positive(kind.position_unit()))? })
+    Ok(LinkEncoder { resolution: table.number("resolution", &ranges::resolution(kind))? })
 }
 
 fn read_velocity_sensor(table: &Table<'_>) -> Result<VelocitySensor> {
     if table.optional_choice("method", &[("pulse_period", true), ("low_pass", false)])? == Some(true) {
         return Ok(VelocitySensor::PulsePeriod);
     }
-    Ok(VelocitySensor::LowPass(table.number("low_pass_time_constant", &Range::positive("s"))?))
+    Ok(VelocitySensor::LowPass(table.number("low_pass_time_constant", &ranges::FILTER)?))
 }
 
 fn read_current_sensor(table: &Table<'_>) -> Result<CurrentSensor> {
     let words = [("signed", Sensing::Signed), ("absolute", Sensing::Absolute)];
     Ok(CurrentSensor {
-        noise: table.number_or("noise", &Range::non_negative("A"), 0.0)?,
-        resolution: table.number_or("resolution", &Range::non_negative("A"), 0.0)?,
+        noise: table.number_or("noise", &ranges::CURRENT_ERROR, 0.0)?,
+        resolution: table.number_or("resolution", &ranges::CURRENT_ERROR, 0.0)?,
         sensing: table.optional_choice("sensing", &words)?.unwrap_or(Sensing::Signed),
     })
 }
 
 fn read_friction(table: &Table<'_>, kind: JointKind) -> Result<Friction> {
-    let (slope_unit, speed_unit) = match kind {
-        JointKind::Revolute => ("N·m·s/rad", "rad/s"),
-        JointKind::Prismatic => ("N·s/m", "m/s"),
-    };
-    let (level, slope) = (Range::non_negative(kind.effort_unit()), Range::any(slope_unit));
+    let (level, slope) = (ranges::friction(kind), ranges::friction_slope(kind));
     let two_lines = table.optional_choice("law", &[("exponential", false), ("two_lines", true)])? == Some(true);
     let law = if two_lines {
         let [a1, b1] = [table.pair("a1", &level)?, table.pair("b1", &slope)?];
@@ -133,7 +127,7 @@ fn read_friction(table: &Table<'_>, kind: JointKind) -> Result<Friction> {
     } else {
         let coulomb = table.pair("coulomb", &level)?;
         let breakaway = table.optional_pair("breakaway", &level)?.unwrap_or(coulomb);
-        let speed = Range::positive(speed_unit);
+        let speed = ranges::stribeck_velocity(kind);
         let stribeck_velocity = match table.optional_pair("stribeck_velocity", &speed)? {
             Some(velocity) => velocity,
             // Without a peak the law does not depend on it.

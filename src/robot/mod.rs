@@ -3,6 +3,7 @@
 mod inertia;
 mod joint;
 pub mod model;
+mod ranges;
 mod read;
 pub mod tree;
 mod urdf;

@@ -8,6 +8,7 @@ use nalgebra::Matrix3;
 use super::{Inertia, Robot};
 use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, VelocitySensor};
 use crate::gearhead::Friction;
+use crate::toml_input::Places;
 use crate::units::JointKind;
 
 /// A machine: its tree and, in the order of the tree's joints, what drives them.
@@ -33,6 +34,8 @@ pub struct Model {
     pub effects: Vec<EffectEntry>,
     /// Known masses that the last body carries in some recordings.
     pub loads: Vec<Load>,
+    /// Where its numbers stand in the model file; nothing for a model that was not read from a file.
+    pub places: Places,
 }
 
 impl Model {

@@ -5,13 +5,24 @@ use std::path::{Path, PathBuf};
 
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
 use super::model::{EffectEntry, JointModel, Load, Masses, Model};
+use super::ranges;
 use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
 use crate::error::{Error, Place, Result};
 use crate::files;
-use crate::toml_input::{Document, Range, Table, nearest};
+use crate::gearhead::FrictionLaw;
+use crate::toml_input::{Document, Places, Table, nearest, read_text};
 use crate::units::JointKind;
+
+/// Most effects: several on every joint of a large machine.
+const MOST_EFFECTS: usize = 256;
+
+/// [bytes] Longest URDF: the largest that CAD programs export have a megabyte.
+const LONGEST_URDF: u64 = 8 << 20;
+
+/// Most joints that move. A humanoid with hands has 60; what a machine costs to simulate grows with the cube of them.
+const MOST_JOINTS: usize = 128;
 
 /// The schema that this reader understands.
 pub(super) const SCHEMA: &str = "lostmotion/model/1";
@@ -32,7 +43,7 @@ impl Model {
     /// As [`Model::load`].
     pub fn from_changed(document: &Document) -> Result<Self> {
         let urdf = urdf_path(document)?;
-        let text = read_text(&urdf).map_err(|error| {
+        let text = read_text(&urdf, LONGEST_URDF).map_err(|error| {
             if files::is_file(&urdf) { error } else { document.root().error("urdf", "a file that exists") }
         })?;
         Self::from_document(document, &urdf, &text)
@@ -59,11 +70,14 @@ impl Model {
         root.text("urdf")?;
         let words = [("known", Masses::Known), ("estimated", Masses::Estimated)];
         let masses = root.optional_choice("masses", &words)?.unwrap_or_default();
-        let gravity = root.optional_vector::<3>("gravity", &Range::any("m/s²"))?;
+        let gravity = root.optional_vector::<3>("gravity", &ranges::GRAVITY)?;
         let table = root.table("joints")?;
         let tables = table.named_tables()?;
         if tables.is_empty() {
             return Err(root.error("joints", "at least one joint that moves"));
+        }
+        if tables.len() > MOST_JOINTS {
+            return Err(root.error("joints", format!("at most {MOST_JOINTS} joints that move, not {}", tables.len())));
         }
 
         let urdf = Urdf::parse(urdf_file, urdf_text)?;
@@ -85,8 +99,11 @@ impl Model {
             joints.push(read_joint(&table, body)?);
             table.finish()?;
         }
-        let effects =
+        let effects: Vec<EffectEntry> =
             root.tables("effects")?.iter().map(|table| read_effect(table, &robot.bodies)).collect::<Result<_>>()?;
+        if effects.len() > MOST_EFFECTS {
+            return Err(root.error("effects", format!("at most {MOST_EFFECTS} effects, not {}", effects.len())));
+        }
         let loads = root.tables("loads")?.iter().map(read_load).collect::<Result<_>>()?;
         root.finish()?;
         Ok(Self {
@@ -100,6 +117,7 @@ impl Model {
             masses,
             effects,
             loads,
+            places: document.places(),
         })
     }
 
@@ -109,8 +127,13 @@ impl Model {
     /// # Errors
     /// The file cannot be read, or is refused as in [`Model::load`].
     pub fn from_urdf(file: &Path) -> Result<Self> {
-        let text = read_text(file)?;
+        let text = read_text(file, LONGEST_URDF)?;
         let urdf = Urdf::parse(file, &text)?;
+        let movable = urdf.movable_joints().len();
+        if movable > MOST_JOINTS {
+            let expected = format!("at most {MOST_JOINTS} joints that move, not {movable}");
+            return Err(Error::input(file, Place::File, "joints", "", expected));
+        }
         let (robot, held) = urdf.tree(&urdf.movable_joints().into_iter().collect())?;
         if robot.bodies.is_empty() {
             return Err(Error::input(file, Place::File, "", "", "at least one joint that turns or slides"));
@@ -127,7 +150,38 @@ impl Model {
             masses: Masses::Known,
             effects: Vec::new(),
             loads: Vec::new(),
+            places: Places::default(),
         })
+    }
+}
+
+impl Model {
+    /// What of its files is taken otherwise than it stands there, or stands there without effect.
+    pub fn notes(&self) -> Vec<String> {
+        let moving: BTreeSet<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
+        let mut notes =
+            Urdf::parse(&self.urdf, &self.urdf_text).map_or_else(|_| Vec::new(), |urdf| urdf.notes(&moving));
+        let unread = |shape: &super::UnreadShape| {
+            format!(
+                "link {}: its collision mesh {} was not read, expected {}",
+                shape.link,
+                shape.file.display(),
+                shape.expected
+            )
+        };
+        notes.extend(self.robot.unread_shapes.iter().map(unread));
+        for joint in &self.joints {
+            let JointModel { name, motor, amplifier, friction, .. } = joint;
+            if amplifier.voltage_limit.is_finite() && motor.resistance.is_none() {
+                notes.push(format!("joint {name}: voltage_limit is without effect, the motor has no resistance"));
+            }
+            if let Some(FrictionLaw::Exponential(laws)) = friction.as_ref().map(|friction| friction.law)
+                && laws.iter().any(|law| law.breakaway < law.coulomb)
+            {
+                notes.push(format!("joint {name}: breakaway is below coulomb, friction rises as it begins to slip"));
+            }
+        }
+        notes
     }
 }
 
@@ -140,11 +194,6 @@ fn urdf_path(document: &Document) -> Result<PathBuf> {
     check_schema(&document.root())?;
     let urdf = document.root().text("urdf")?;
     Ok(document.file().parent().unwrap_or(Path::new("")).join(urdf))
-}
-
-fn read_text(file: &Path) -> Result<String> {
-    let bytes = files::read(file).map_err(|source| Error::file(file, "read", source))?;
-    String::from_utf8(bytes).map_err(|_| Error::input(file, Place::File, "", "", "UTF-8 text"))
 }
 
 /// The URDF's name of the robot, the name of its file where that one can name no folder, else `robot`.
@@ -195,8 +244,8 @@ impl Load {
     /// # Errors
     /// The mass is missing or not above zero, or a number is none.
     pub fn read(table: &Table<'_>, session: &str) -> Result<Self> {
-        let mass = table.number("mass", &Range::positive("kg"))?;
-        let coordinate = |axis: &str| table.number_or(axis, &Range::any("m"), 0.0);
+        let mass = table.number("mass", &ranges::MASS)?;
+        let coordinate = |axis: &str| table.number_or(axis, &ranges::PLACE, 0.0);
         let position = [coordinate("x")?, coordinate("y")?, coordinate("z")?];
         Ok(Self { session: session.to_owned(), mass, position })
     }

@@ -22,7 +22,7 @@ pub struct Timing {
 impl Timing {
     /// Number of ticks, the one at the start included.
     pub fn ticks(&self) -> usize {
-        (self.duration / self.period + 1e-9).floor() as usize + 1
+        ((self.duration / self.period + 1e-9).floor() as usize).saturating_add(1)
     }
 }
 
@@ -62,9 +62,9 @@ pub fn closed_loop(
 /// in all.
 ///
 /// # Errors
-/// The planned motion leaves the limits or collides; an effect of the model does not fit; the simulated motion diverges.
+/// It takes more than the scenario's limits allow; the planned motion leaves the limits or collides; an effect of the model does not fit; the simulated motion diverges.
 pub fn simulate(scenario: &Scenario, seed: u64, progress: &(dyn Fn(f64, f64) + Sync)) -> Result<Run> {
-    scenario.check_motion()?;
+    scenario.check()?;
     let all: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
     let done = Mutex::new(vec![0.0; scenario.sessions.len()]);
     let report = |number: usize, time: f64| {
@@ -98,7 +98,8 @@ fn run_session(
 ) -> Result<(TimeSeries, Vec<Contact>)> {
     let Scenario { model, options, control_period, controller, .. } = scenario;
     let model = &model.in_session(&session.name);
-    let mut plant = Plant::new(model, &Options { seed, ..options.clone() })?;
+    let most_steps = (scenario.limits.steps / model.joints.len().max(1) as f64) as usize;
+    let mut plant = Plant::new(model, &Options { seed, most_steps, ..options.clone() })?;
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);
     let timing = Timing { period: *control_period, duration: session.duration };

@@ -10,8 +10,10 @@
 
 mod closed_loop;
 mod contact;
+mod cost;
 mod design;
 mod expect;
+mod ranges;
 mod read;
 mod read_controller;
 mod read_obstacles;
@@ -22,7 +24,8 @@ mod regulator;
 
 pub use closed_loop::{Timing, closed_loop, simulate};
 pub use contact::{Contact, ContactExpectation, UnmetContact};
-pub use design::{DECIDES, Design, Prediction, Question, Trial, design};
+pub use cost::{Cost, Limits, STEPS_A_SECOND};
+pub use design::{Budget, DECIDES, Design, Prediction, Question, Trial, design};
 pub use expect::{Expectation, Unmet};
 pub use record::Recorder;
 pub use recorded::Recorded;
@@ -42,6 +45,9 @@ const SCHEMA: &str = "lostmotion/scenario/1";
 
 /// [s] Interval at which a planned motion is looked at; between two looks it is taken as straight.
 const PLAN_INTERVAL: f64 = 0.01;
+
+/// Looks at a planned motion at a time.
+const PLAN_PIECE: f64 = 10_000.0;
 
 /// What is done with the data of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +69,8 @@ pub struct Session {
     pub profile: Profile,
     /// [s] how long is recorded.
     pub duration: f64,
+    /// Line and key of the scenario file in which it stands.
+    pub place: (Place, String),
 }
 
 /// A scenario: who moves, how, under which eyes, and what is expected.
@@ -92,6 +100,8 @@ pub struct Scenario {
     pub expectations: Vec<Expectation>,
     /// What must be met on the way.
     pub contact_expectations: Vec<ContactExpectation>,
+    /// What a run of it may cost.
+    pub limits: Limits,
 }
 
 /// What a simulated scenario leaves behind.
@@ -133,17 +143,24 @@ impl Scenario {
         let mut check = MotionCheck::new(&self.model.robot)?;
         let mut targets = vec![Target::default(); self.model.joints.len()];
         for session in &self.sessions {
-            let samples = (session.duration / PLAN_INTERVAL).ceil() as usize + 1;
-            let times: Vec<f64> = (0..samples).map(|k| (k as f64 * PLAN_INTERVAL).min(session.duration)).collect();
-            let mut paths = vec![Vec::with_capacity(samples); targets.len()];
-            for &time in &times {
-                session.profile.sample(time, &mut targets);
-                for (path, target) in paths.iter_mut().zip(&targets) {
-                    path.push(target.position);
+            // Piece by piece, each from the end of the one before: a long session takes no more memory than a short one.
+            let last = (session.duration / PLAN_INTERVAL).ceil();
+            let mut first = 0.0;
+            while first < last {
+                let samples = (last - first).min(PLAN_PIECE) as usize + 1;
+                let time = |k: usize| ((first + k as f64) * PLAN_INTERVAL).min(session.duration);
+                let times: Vec<f64> = (0..samples).map(time).collect();
+                let mut paths = vec![Vec::with_capacity(samples); targets.len()];
+                for &time in &times {
+                    session.profile.sample(time, &mut targets);
+                    for (path, target) in paths.iter_mut().zip(&targets) {
+                        path.push(target.position);
+                    }
                 }
+                let paths: Vec<&[f64]> = paths.iter().map(Vec::as_slice).collect();
+                check.check(&times, &paths)?;
+                first += PLAN_PIECE;
             }
-            let paths: Vec<&[f64]> = paths.iter().map(Vec::as_slice).collect();
-            check.check(&times, &paths)?;
         }
         if self.options.obstacles.is_empty() { Ok(()) } else { self.check_starts() }
     }

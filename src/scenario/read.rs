@@ -21,17 +21,21 @@
 //! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
 //! ```
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
 use super::{ContactExpectation, Expectation, Procedure, SCHEMA, Scenario, Session};
-use super::{read_controller, read_obstacles, read_reference};
+use super::{Limits, ranges, read_controller, read_obstacles, read_reference};
 use crate::error::Result;
 use crate::files;
 use crate::plant::{Engine, Evaluations, Options};
 use crate::robot::{Load, Model};
 use crate::toml_input::{Document, Range, Table};
+
+/// Most recordings of a scenario.
+const MOST_SESSIONS: usize = 1000;
 
 impl Scenario {
     /// Reads a scenario file and the model that it names. `assignments` (`KEY=VALUE`) change its values first; those whose
@@ -86,13 +90,14 @@ impl Scenario {
             source: root.file().to_owned(),
             options,
             seed: root.optional_integer("seed", 0, i64::MAX)?.unwrap_or(1).unsigned_abs(),
-            control_period: root.number_or("control_period", &Range::positive("s"), 1e-3)?,
+            control_period: root.number_or("control_period", &ranges::CONTROL_PERIOD, 1e-3)?,
             controller: read_controller::read(&root.table("controller")?, &model)?,
             sessions,
             procedure: root.optional_choice("procedure", &words)?.unwrap_or(Procedure::None),
             expectations,
             contact_expectations,
             model,
+            limits: Limits::default(),
         };
         root.finish()?;
         Ok(scenario)
@@ -141,7 +146,7 @@ fn read_options(root: &Table<'_>) -> Result<Options> {
             ("every_stage", Evaluations::EveryStage),
         ];
         options.evaluations = table.optional_choice("evaluations", &evaluations)?.unwrap_or_default();
-        options.step = table.number_or("step", &Range::positive("s"), options.step)?;
+        options.step = table.number_or("step", &ranges::PLANT_STEP, options.step)?;
         let substeps = table.optional_integer("substeps", 1, 10_000)?.and_then(|count| usize::try_from(count).ok());
         options.substeps = substeps.unwrap_or(options.substeps);
         table.finish()?;
@@ -151,6 +156,9 @@ fn read_options(root: &Table<'_>) -> Result<Options> {
 
 fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<(Session, Option<Load>)>> {
     let sessions = root.tables("session")?;
+    if sessions.len() > MOST_SESSIONS {
+        return Err(root.error("session", format!("at most {MOST_SESSIONS} sessions, not {}", sessions.len())));
+    }
     match root.optional_table("reference")? {
         Some(table) if sessions.is_empty() => Ok(vec![read_reference::read(&table, model, "session1")?]),
         Some(_) => Err(root.error("reference", "either [reference] or [[session]]")),
@@ -190,7 +198,7 @@ fn read_expectations(
             return Err(root.error("expect", format!("joints of the model; `{joint}` is none")));
         }
         for (quantity, _) in QUANTITIES {
-            if let Some(limit_percent) = table.optional_number(quantity, &Range::non_negative("%"))? {
+            if let Some(limit_percent) = table.optional_number(quantity, &Range::non_negative("%").up_to(1e6))? {
                 expectations.push(Expectation { joint: joint.to_owned(), quantity, limit_percent });
             }
         }
@@ -206,7 +214,10 @@ fn read_contact_expectations(table: &Table<'_>, options: &Options) -> Result<Vec
             return Err(table.error(obstacle, "an obstacle of the scenario"));
         }
         for (quantity, unit) in CONTACT_QUANTITIES {
-            if let Some(range) = table_of_one.optional_vector::<2>(quantity, &Range::non_negative(unit))? {
+            if let Some(range) = table_of_one.optional_vector::<2>(quantity, &Range::non_negative(unit).up_to(1e9))? {
+                if range[0] > range[1] {
+                    return Err(table_of_one.error(quantity, "the least value before the greatest"));
+                }
                 expectations.push(ContactExpectation { obstacle: obstacle.to_owned(), quantity, range });
             }
         }

@@ -1,6 +1,6 @@
 //! The table `[controller]` of a scenario file.
 
-use super::{ControllerSettings, Feedback, Law};
+use super::{ControllerSettings, Feedback, Law, ranges};
 use crate::control::{ObserverNoise, PiGains, SlidingGains};
 use crate::error::Result;
 use crate::robot::{JointModel, Model};
@@ -34,7 +34,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model) -> Result<ControllerSetting
             Kind::Pi => pi.push(pi_gains(&table, joint)?),
         }
         feedback.push(feedback_of(&table, joint, observed)?);
-        let speed = Range::positive(speed_unit(joint.kind));
+        let speed = ranges::speed_error(joint.kind);
         velocity_error_limit.push(table.number_or("velocity_error_limit", &speed, f64::INFINITY)?);
         table.finish()?;
     }
@@ -47,18 +47,11 @@ pub(super) fn read(table: &Table<'_>, model: &Model) -> Result<ControllerSetting
     Ok(ControllerSettings { law, feedback, velocity_error_limit })
 }
 
-pub(super) fn speed_unit(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Revolute => "rad/s",
-        JointKind::Prismatic => "m/s",
-    }
-}
-
 fn sliding_gains(table: &Table<'_>, joint: &JointModel) -> Result<SlidingGains> {
     Ok(SlidingGains {
-        lambda: table.number("lambda", &Range::positive("1/s"))?,
-        switching: table.number("switching", &Range::positive(joint.kind.effort_unit()))?,
-        boundary: table.number("boundary", &Range::positive(speed_unit(joint.kind)))?,
+        lambda: table.number("lambda", &ranges::positive_gain("1/s"))?,
+        switching: table.number("switching", &ranges::positive_gain(joint.kind.effort_unit()))?,
+        boundary: table.number("boundary", &ranges::speed_error(joint.kind))?,
     })
 }
 
@@ -68,8 +61,8 @@ fn pi_gains(table: &Table<'_>, joint: &JointModel) -> Result<PiGains> {
         JointKind::Prismatic => ("N·s/m", "N/m"),
     };
     Ok(PiGains {
-        proportional: table.number("proportional", &Range::positive(proportional))?,
-        integral: table.number_or("integral", &Range::non_negative(integral), 0.0)?,
+        proportional: table.number("proportional", &ranges::positive_gain(proportional))?,
+        integral: table.number_or("integral", &ranges::gain(integral), 0.0)?,
     })
 }
 
@@ -80,12 +73,12 @@ fn feedback_of(table: &Table<'_>, joint: &JointModel, observed: bool) -> Result<
         JointKind::Prismatic => ("N/√s", "(m/s)/√s"),
     };
     let noise = ObserverNoise {
-        disturbance: match table.optional_number("disturbance_noise", &Range::positive(disturbance))? {
-            None if observed => table.number("disturbance_noise", &Range::positive(disturbance))?,
+        disturbance: match table.optional_number("disturbance_noise", &ranges::positive_gain(disturbance))? {
+            None if observed => table.number("disturbance_noise", &ranges::positive_gain(disturbance))?,
             given => given.unwrap_or_default(),
         },
-        velocity: table.number_or("velocity_noise", &Range::non_negative(velocity), VELOCITY_NOISE)?,
-        edge: table.number_or("edge_noise", &Range::positive("counts"), EDGE_NOISE)?,
+        velocity: table.number_or("velocity_noise", &ranges::gain(velocity), VELOCITY_NOISE)?,
+        edge: table.number_or("edge_noise", &Range::positive("counts").up_to(1e3), EDGE_NOISE)?,
     };
     Ok(if observed { Feedback::Observer(noise) } else { Feedback::Sensor })
 }

@@ -18,6 +18,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::ranges;
 use crate::error::Result;
 use crate::plant::{Engine, Obstacle};
 use crate::robot::{Geometry, Robot, Shape};
@@ -33,11 +34,17 @@ const DAMPING: f64 = 100.0;
 /// [m] Radius of the edges where the file gives none, unless a quarter of the smallest side is less.
 const EDGE_RADIUS: f64 = 0.005;
 
+/// Most obstacles: every link is looked at with every one of them.
+const MOST_OBSTACLES: usize = 200;
+
 /// Reads the obstacles of a scenario.
 pub(super) fn read(root: &Table<'_>, robot: &Robot, engine: Engine) -> Result<Vec<Obstacle>> {
     let tables = root.tables("obstacles")?;
     if tables.is_empty() {
         return Ok(Vec::new());
+    }
+    if tables.len() > MOST_OBSTACLES {
+        return Err(root.error("obstacles", format!("at most {MOST_OBSTACLES} obstacles, not {}", tables.len())));
     }
     if engine != Engine::Rapier {
         return Err(root.error("obstacles", "plant.engine = \"rapier\", which alone knows of obstacles"));
@@ -72,7 +79,7 @@ fn read_obstacle(table: &Table<'_>) -> Result<Obstacle> {
     let kind = table
         .optional_choice("shape", &kinds)?
         .ok_or_else(|| table.error("shape", "box, cylinder, capsule or sphere"))?;
-    let length = Range::positive("m");
+    let length = ranges::SIDE;
     // The geometry, and its smallest side where it has edges.
     let (geometry, side) = match kind {
         Kind::Box => {
@@ -90,7 +97,8 @@ fn read_obstacle(table: &Table<'_>) -> Result<Obstacle> {
     };
     let edge_radius = match (&geometry, side) {
         (_, Some(side)) => {
-            let edge = table.number_or("edge_radius", &length, EDGE_RADIUS.min(0.25 * side))?;
+            let edge =
+                table.number_or("edge_radius", &Range::positive("m").up_to(1e3), EDGE_RADIUS.min(0.25 * side))?;
             if edge >= 0.5 * side {
                 return Err(
                     table.error("edge_radius", format!("a radius below {} m, half the smallest side", 0.5 * side))
@@ -101,8 +109,8 @@ fn read_obstacle(table: &Table<'_>) -> Result<Obstacle> {
         (Geometry::Capsule(radius, _) | Geometry::Sphere(radius), None) => *radius,
         _ => EDGE_RADIUS,
     };
-    let vector = |key, unit| table.optional_vector::<3>(key, &Range::any(unit)).map(Option::unwrap_or_default);
-    let ([x, y, z], [roll, pitch, yaw]) = (vector("xyz", "m")?, vector("rpy", "rad")?);
+    let vector = |key, range| table.optional_vector::<3>(key, range).map(Option::unwrap_or_default);
+    let ([x, y, z], [roll, pitch, yaw]) = (vector("xyz", &ranges::PLACE)?, vector("rpy", &ranges::TURN)?);
     let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
     let pose = Isometry3::from_parts(Translation3::new(x, y, z), turn);
     let obstacle = Obstacle {

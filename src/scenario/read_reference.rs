@@ -2,17 +2,22 @@
 //!
 //! Angles and what derives from them may be given in SI (`speed`) or, for turning joints, in degrees (`speed_deg`).
 
-use super::Session;
 use super::read::read_added_mass;
-use super::read_controller::speed_unit;
-use crate::control::{Excitation, Gentle, JointRange, Profile, Staircase, Steps};
-use crate::error::Result;
+use super::{Session, ranges};
+use crate::control::{Excitation, Gentle, JointRange, Profile, Staircase, Steps, TooManyMoves};
+use crate::error::{Error, Place, Result};
 use crate::robot::{Load, Model};
 use crate::toml_input::{Range, Table};
 use crate::units::{DEG, JointKind};
 
 /// [s] Rest before the first motion where the file gives none: what drifts at rest can be seen in it.
 const REST: f64 = 0.5;
+
+/// Most speeds of a staircase.
+const MOST_STEPS: f64 = 10_000.0;
+
+/// Most places of a joint.
+const MOST_PLACES: usize = 100_000;
 
 /// [s] Recorded after the last motion where the file gives no duration.
 const TAIL: f64 = 0.5;
@@ -33,7 +38,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
         .optional_choice("kind", &kinds)?
         .ok_or_else(|| table.error("kind", "staircase, fast, waypoints or rest"))?;
     let name = table.optional_name("name")?.unwrap_or(default_name).to_owned();
-    let rest = table.number_or("rest", &Range::non_negative("s"), REST)?;
+    let rest = table.number_or("rest", &ranges::DURATION, REST)?;
     let start = start(table, model)?;
     let mut profile = match kind {
         Kind::Fast => fast(table, model, &start)?,
@@ -48,20 +53,32 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
         Kind::Fast | Kind::Rest => {}
     }
     let whole = profile.duration() + TAIL;
+    if whole.is_nan() || whole > ranges::LONGEST_SESSION {
+        let expected = format!(
+            "a motion of at most {:e} s, not {whole:.3e} s: faster, shorter or fewer moves",
+            ranges::LONGEST_SESSION
+        );
+        return Err(Error::input(table.file(), table.place("kind"), table.path(), "", expected));
+    }
     let duration = match kind {
         Kind::Fast => whole,
-        _ => table.number_or("duration", &Range::positive("s"), whole)?,
+        _ => table.number_or("duration", &ranges::LENGTH, whole)?,
     };
     let load = read_added_mass(table, &name)?;
     table.finish()?;
-    Ok((Session { name, profile, duration }, load))
+    Ok((Session { name, profile, duration, place: own_place(table) }, load))
+}
+
+/// Line and key of a session.
+fn own_place(table: &Table<'_>) -> (Place, String) {
+    (table.place(if table.has("name") { "name" } else { "kind" }), table.path().to_owned())
 }
 
 /// Positions at the start, zero where none is given.
 fn start(table: &Table<'_>, model: &Model) -> Result<Vec<f64>> {
     let Some(table) = table.optional_table("start")? else { return Ok(vec![0.0; model.joints.len()]) };
     let position = |joint: &crate::robot::JointModel| {
-        let range = Range::any(joint.kind.position_unit());
+        let range = ranges::position(joint.kind);
         Ok(angle(&table, &joint.name, joint.kind, &range)?.unwrap_or(0.0))
     };
     let positions = model.joints.iter().map(position).collect::<Result<_>>()?;
@@ -87,19 +104,26 @@ fn moving<'a>(table: &Table<'a>, model: &Model) -> Result<Vec<(usize, Table<'a>)
 fn staircase(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<()> {
     for (joint, table) in moving(table, model)? {
         let kind = model.joints[joint].kind;
-        let (speed, acceleration, way) = ranges(kind);
+        let (speed, acceleration, way) = of_motion(kind);
         let first = required(&table, "first", kind, &speed)?;
         let last = required(&table, "last", kind, &speed)?;
         if last < first {
             return Err(table.error(if table.has("last") { "last" } else { "last_deg" }, "a speed not below `first`"));
         }
+        let steps = Steps { first, last, increment: required(&table, "increment", kind, &speed)? };
+        if steps.count() > MOST_STEPS {
+            let key = if table.has("increment") { "increment" } else { "increment_deg" };
+            return Err(
+                table.error(key, format!("at most {MOST_STEPS} steps from first to last, not {:.3e}", steps.count()))
+            );
+        }
         let stairs = Staircase {
             joint,
-            steps: Steps { first, last, increment: required(&table, "increment", kind, &speed)? },
+            steps,
             acceleration: required(&table, "acceleration", kind, &acceleration)?,
             deceleration: required(&table, "deceleration", kind, &acceleration)?,
             gentle: gentle(&table, kind, &speed, &acceleration)?,
-            steady_time: table.number_or("steady_time", &Range::non_negative("s"), 1.0)?,
+            steady_time: table.number_or("steady_time", &ranges::DURATION, 1.0)?,
             settling_way: angle(&table, "settling_way", kind, &way)?.unwrap_or(0.0),
             advance: angle(&table, "advance", kind, &way)?.unwrap_or(0.0),
             direction: table.optional_choice("direction", &[("positive", 1.0), ("negative", -1.0)])?.unwrap_or(1.0),
@@ -121,10 +145,15 @@ fn fast(table: &Table<'_>, model: &Model, start: &[f64]) -> Result<Profile> {
     let mut joints = vec![None; model.joints.len()];
     for (joint, table) in moving(table, model)? {
         let kind = model.joints[joint].kind;
-        let (speed, acceleration, _) = ranges(kind);
-        let position = Range::any(kind.position_unit());
+        let (speed, acceleration, _) = of_motion(kind);
+        let position = ranges::position(kind);
+        let positions = [required(&table, "lowest", kind, &position)?, required(&table, "highest", kind, &position)?];
+        if positions[0] >= positions[1] {
+            let key = if table.has("highest") { "highest" } else { "highest_deg" };
+            return Err(table.error(key, "a place above `lowest`"));
+        }
         joints[joint] = Some(JointRange {
-            positions: [required(&table, "lowest", kind, &position)?, required(&table, "highest", kind, &position)?],
+            positions,
             speed: required(&table, "speed", kind, &speed)?,
             acceleration: required(&table, "acceleration", kind, &acceleration)?,
         });
@@ -132,27 +161,37 @@ fn fast(table: &Table<'_>, model: &Model, start: &[f64]) -> Result<Profile> {
     }
     let excitation = Excitation {
         joints,
-        duration: table.number("duration", &Range::positive("s"))?,
-        longest_rest: table.number_or("longest_rest", &Range::non_negative("s"), 0.5)?,
+        duration: table.number("duration", &ranges::LENGTH)?,
+        longest_rest: table.number_or("longest_rest", &ranges::DURATION, 0.5)?,
         seed: table.optional_integer("seed", 0, i64::MAX)?.unwrap_or(1).unsigned_abs(),
     };
-    Ok(excitation.profile(start))
+    excitation.profile(start).map_err(|TooManyMoves { joint, most }| {
+        let name = &model.joints[joint].name;
+        let expected = format!(
+            "a duration of at most {most} moves of {name}; `lowest` and `highest` may be too close to each other"
+        );
+        table.error("duration", expected)
+    })
 }
 
 fn waypoints(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<()> {
     for (joint, table) in moving(table, model)? {
         let kind = model.joints[joint].kind;
-        let (speed, acceleration, _) = ranges(kind);
+        let (speed, acceleration, _) = of_motion(kind);
         let speed = required(&table, "speed", kind, &speed)?;
         let acceleration = required(&table, "acceleration", kind, &acceleration)?;
-        let rest = table.number_or("rest", &Range::non_negative("s"), 0.0)?;
+        let rest = table.number_or("rest", &ranges::DURATION, 0.0)?;
         let (positions, scale) = match kind {
             JointKind::Revolute if table.has("positions_deg") => {
-                (table.optional_numbers("positions_deg", &Range::any("°"))?, DEG)
+                (table.optional_numbers("positions_deg", &ranges::DEGREES)?, DEG)
             }
-            _ => (table.optional_numbers("positions", &Range::any(kind.position_unit()))?, 1.0),
+            _ => (table.optional_numbers("positions", &ranges::position(kind))?, 1.0),
         };
         let positions = positions.ok_or_else(|| table.error("positions", "a list of places to go to"))?;
+        if positions.len() > MOST_PLACES {
+            let key = if table.has("positions_deg") { "positions_deg" } else { "positions" };
+            return Err(table.error(key, format!("at most {MOST_PLACES} places, not {}", positions.len())));
+        }
         table.finish()?;
         let track = &mut profile.tracks_mut()[joint];
         for position in positions {
@@ -164,24 +203,19 @@ fn waypoints(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
 }
 
 /// Ranges of a speed, an acceleration and a way.
-fn ranges(kind: JointKind) -> (Range, Range, Range) {
-    let acceleration = match kind {
-        JointKind::Revolute => "rad/s²",
-        JointKind::Prismatic => "m/s²",
-    };
-    (Range::positive(speed_unit(kind)), Range::positive(acceleration), Range::non_negative(kind.position_unit()))
+fn of_motion(kind: JointKind) -> (Range, Range, Range) {
+    (ranges::speed(kind), ranges::acceleration(kind), ranges::way(kind))
 }
 
 /// `key` in SI, or `key_deg` in degrees where the joint turns.
 fn angle(table: &Table<'_>, key: &str, kind: JointKind, range: &Range) -> Result<Option<f64>> {
     let degrees = format!("{key}_deg");
     if kind == JointKind::Revolute && table.has(&degrees) {
-        // The range of the SI value says nothing of units here; its sign does.
         let value = table.number(&degrees, &Range::any("°"))? * DEG;
         return if range.holds(value) {
             Ok(Some(value))
         } else {
-            Err(table.error(&degrees, format!("{range}, given in degrees")))
+            Err(table.error(&degrees, format!("{range} after conversion from degrees")))
         };
     }
     table.optional_number(key, range)

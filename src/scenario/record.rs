@@ -42,6 +42,8 @@ pub struct Recorder {
 impl Recorder {
     /// Room for a number of samples of a machine with so many joints.
     pub fn new(joints: usize, samples: usize) -> Self {
+        // Beyond that, room is made as it is needed: a number of samples that is a mistake allocates nothing.
+        let samples = samples.min(1 << 24);
         let channels = || std::array::from_fn(|_| Vec::with_capacity(samples));
         let contacts = ContactRecorder::default();
         let links = vec![Vec::new(); joints];

@@ -13,8 +13,10 @@
 //! # Ok::<(), lostmotion::error::Error>(())
 //! ```
 
+mod places;
 mod range;
 mod table;
+mod text;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -23,9 +25,15 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::{Error, Place, Result};
 
+pub use places::Places;
 pub use range::Range;
 pub use table::{Table, nearest};
+pub use text::{read_bytes, read_text};
 pub use write::{write_atomically, written_key, written_number, written_text};
+
+/// [bytes] Longest TOML file: a model or a scenario has some kilobytes, a list of 100,000 waypoints a megabyte. Parsed, it takes a hundred
+/// times as much.
+const LONGEST: u64 = 2 << 20;
 
 /// A parsed file that knows the line of everything in it.
 #[derive(Debug, Clone)]
@@ -67,17 +75,9 @@ impl Document {
     /// Reads and parses a file.
     ///
     /// # Errors
-    /// The file cannot be read, or is not TOML.
+    /// The file cannot be read, is too long, or is not TOML.
     pub fn read(file: &Path) -> Result<Self> {
-        let bytes = crate::files::read(file).map_err(|source| Error::file(file, "read", source))?;
-        match String::from_utf8(bytes) {
-            Ok(text) => Self::parse(file, &text),
-            Err(error) => {
-                let line =
-                    1 + error.as_bytes()[..error.utf8_error().valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-                Err(Error::input(file, Place::Line(line), "", "", "UTF-8 text"))
-            }
-        }
+        Self::parse(file, &read_text(file, LONGEST)?)
     }
 
     /// Parses the text of a file; `file` is what errors call it.
@@ -127,6 +127,11 @@ impl Document {
     /// What errors call this file.
     pub fn file(&self) -> &Path {
         &self.file
+    }
+
+    /// Where its values stand.
+    pub fn places(&self) -> Places {
+        Places::of(&self.root)
     }
 
     /// Its top-level table.

@@ -33,6 +33,11 @@ impl Range {
         Self { min, max, open: false, unit }
     }
 
+    /// The same with a greatest value.
+    pub const fn up_to(self, max: f64) -> Self {
+        Self { max, ..self }
+    }
+
     /// Whether a number is finite and inside.
     pub fn holds(&self, value: f64) -> bool {
         value.is_finite() && value >= self.min && value <= self.max && !(self.open && value == self.min)
@@ -41,12 +46,20 @@ impl Range {
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [min, max] = [self.min, self.max].map(short);
         match (self.min.is_finite(), self.max.is_finite()) {
-            (true, true) => write!(f, "a number from {} to {}", self.min, self.max)?,
-            (true, false) => write!(f, "a number {} {}", if self.open { ">" } else { "≥" }, self.min)?,
-            (false, true) => write!(f, "a number ≤ {}", self.max)?,
+            (true, true) if self.open => write!(f, "a number > {min} and ≤ {max}")?,
+            (true, true) => write!(f, "a number from {min} to {max}")?,
+            (true, false) => write!(f, "a number {} {min}", if self.open { ">" } else { "≥" })?,
+            (false, true) => write!(f, "a number ≤ {max}")?,
             (false, false) => write!(f, "a finite number")?,
         }
         write!(f, " [{}]", self.unit)
     }
+}
+
+/// A bound in as few digits as it has.
+fn short(value: f64) -> String {
+    let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
+    if plain { value.to_string() } else { format!("{value:e}") }
 }

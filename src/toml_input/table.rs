@@ -15,13 +15,16 @@ pub struct Table<'a> {
     path: String,
     item: &'a Item,
     entries: &'a [(String, Item)],
+    /// Where in `entries` a key is: files of very many keys are read in no more than their time.
+    index: BTreeMap<&'a str, usize>,
     asked: RefCell<BTreeSet<String>>,
 }
 
 impl<'a> Table<'a> {
     pub(super) fn new(file: &'a Path, path: String, item: &'a Item) -> Self {
         let entries = if let Node::Table(entries) = &item.node { entries.as_slice() } else { &[] };
-        Self { file, path, item, entries, asked: RefCell::default() }
+        let index = entries.iter().enumerate().map(|(at, (name, _))| (name.as_str(), at)).collect();
+        Self { file, path, item, entries, index, asked: RefCell::default() }
     }
 
     /// The file it stands in, as errors call it.
@@ -296,7 +299,7 @@ impl<'a> Table<'a> {
     }
 
     fn find(&self, key: &str) -> Option<&'a Item> {
-        self.entries.iter().find(|(name, _)| name == key).map(|(_, item)| item)
+        self.index.get(key).map(|&at| &self.entries[at].1)
     }
 
     fn key_path(&self, key: &str) -> String {
@@ -321,10 +324,17 @@ fn listed(names: &BTreeSet<String>) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// The candidate that a misspelt name most likely meant: at most a third of its letters away.
+/// The candidate that a misspelt name most likely meant: at most a third of its letters away. A name above 64 letters has none: that is no
+/// slip of a finger.
 pub fn nearest<'n>(name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    let reach = (name.chars().count() / 3).max(1);
-    let distances = candidates.into_iter().map(|candidate| (edits(name, candidate), candidate));
+    const LONGEST: usize = 64;
+    let length = name.chars().count();
+    if length > LONGEST {
+        return None;
+    }
+    let reach = (length / 3).max(1);
+    let near = candidates.into_iter().filter(|candidate| candidate.len() <= 4 * LONGEST);
+    let distances = near.map(|candidate| (edits(name, candidate), candidate));
     distances.filter(|&(distance, _)| distance <= reach).min().map(|(_, candidate)| candidate)
 }
 

@@ -95,6 +95,7 @@ impl Machine {
             masses: lostmotion::robot::Masses::Known,
             effects: Vec::new(),
             loads: Vec::new(),
+            places: lostmotion::toml_input::Places::default(),
         }
     }
 

@@ -188,7 +188,7 @@ fn property_a_link_without_mass_may_be_fixed_but_not_alone_in_moving() {
     let error = texts(MODEL, &inertial(&light, "tool")).unwrap_err().to_string();
     assert_eq!(
         error,
-        "elbow/elbow.urdf:21: link forearm: mass = 0: expected a mass > 0 [kg] of the link that moves and all that is fixed to it"
+        "elbow/elbow.urdf:21: link forearm: mass = 0: expected a mass ≥ 1e-9 [kg] of the link that moves and all that is fixed to it"
     );
 }
 

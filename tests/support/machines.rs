@@ -159,6 +159,7 @@ pub fn model(robot: Robot, joints: Vec<JointModel>) -> Model {
         masses: lostmotion::robot::Masses::Known,
         effects: Vec::<EffectEntry>::new(),
         loads: Vec::new(),
+        places: lostmotion::toml_input::Places::default(),
     }
 }
 

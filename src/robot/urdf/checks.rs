@@ -11,6 +11,15 @@ use crate::robot::tree::{Inertia, Robot};
 use crate::toml_input::nearest;
 use crate::units::JointKind;
 
+/// Most collision shapes: a link that is cut into convex parts has some tens.
+const MOST_SHAPES: usize = 2000;
+
+/// [kg] Least mass that moves: of a speck of dust.
+const LEAST_MASS: f64 = 1e-9;
+
+/// [kg·m²] Least moment of inertia that a joint turns: that mass a tenth of a millimetre from the axis.
+const LEAST_MOMENT: f64 = 1e-17;
+
 impl Urdf<'_> {
     pub(super) fn check_links(&self) -> Result<()> {
         for link in &self.robot.links {
@@ -55,6 +64,47 @@ impl Urdf<'_> {
         Ok(())
     }
 
+    /// As many collision shapes as a motion can be checked with: pairs of them grow with their square.
+    pub(super) fn check_shapes(&self) -> Result<()> {
+        let shapes: usize = self.robot.links.iter().map(|link| link.collision.len()).sum();
+        if shapes <= MOST_SHAPES {
+            return Ok(());
+        }
+        let expected = format!("at most {MOST_SHAPES} of them; join the parts of a link");
+        Err(Error::input(self.text.file(), Place::File, "collision shapes", shapes, expected))
+    }
+
+    /// A moving joint that is not endless says where its range ends.
+    pub(super) fn check_limit(&self, joint: &urdf_rs::Joint) -> Result<()> {
+        let endless = matches!(joint.joint_type, urdf_rs::JointType::Continuous);
+        if endless || self.text.has("joint", &joint.name, "limit") {
+            return Ok(());
+        }
+        let expected = "an element <limit> with lower, upper, effort and velocity; a joint that turns without end is of type continuous";
+        Err(self.text.error("joint", &joint.name, "limit", "", expected))
+    }
+
+    /// What was read differently from what stands there, of the moving joints: limits of zero, which exporters write for unknown ones.
+    pub(in crate::robot) fn notes(&self, moving: &BTreeSet<&str>) -> Vec<String> {
+        let mut notes = Vec::new();
+        let moves = |joint: &&urdf_rs::Joint| moving.contains(joint.name.as_str());
+        for joint in self.robot.joints.iter().filter(moves) {
+            let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
+            if !self.text.has("joint", &joint.name, "limit") {
+                continue;
+            }
+            let unlimited = [("effort", effort), ("velocity", velocity)].into_iter().filter(|(_, value)| *value == 0.0);
+            let mut zero: Vec<&str> = unlimited.map(|(name, _)| name).collect();
+            if lower == 0.0 && upper == 0.0 && !matches!(joint.joint_type, urdf_rs::JointType::Continuous) {
+                zero.insert(0, "lower and upper");
+            }
+            if !zero.is_empty() {
+                notes.push(format!("joint {}: limit {} of 0 is taken as not given", joint.name, zero.join(" and ")));
+            }
+        }
+        notes
+    }
+
     /// A joint that is held at zero must not mimic one that moves, nor stand elsewhere than at zero.
     pub(super) fn check_mimic(&self, joint: &urdf_rs::Joint, moving: &BTreeSet<&str>) -> Result<()> {
         match &joint.mimic {
@@ -70,15 +120,17 @@ impl Urdf<'_> {
     pub(super) fn check_bodies(&self, tree: &Robot) -> Result<()> {
         for (index, body) in tree.bodies.iter().enumerate() {
             let Inertia { mass, .. } = body.inertia;
-            if mass <= 0.0 {
-                let expected = "a mass > 0 [kg] of the link that moves and all that is fixed to it";
+            if mass < LEAST_MASS {
+                let expected =
+                    format!("a mass ≥ {LEAST_MASS:e} [kg] of the link that moves and all that is fixed to it");
                 return Err(self.text.error("link", &body.name, "mass", mass, expected));
             }
             let axis = body.joint.axis;
             let moment = axis.dot(&(body.inertia.tensor_about(&Vector3::zeros()) * *axis));
             let last = tree.bodies.iter().all(|other| other.parent != Some(index));
-            if last && body.joint.kind == JointKind::Revolute && moment <= 0.0 {
-                let expected = format!("a moment of inertia > 0 [kg·m²] about the axis of joint {}", body.joint.name);
+            if last && body.joint.kind == JointKind::Revolute && moment < LEAST_MOMENT {
+                let axis = &body.joint.name;
+                let expected = format!("a moment of inertia ≥ {LEAST_MOMENT:e} [kg·m²] about the axis of joint {axis}");
                 return Err(self.text.error("link", &body.name, "inertia", moment, expected));
             }
         }

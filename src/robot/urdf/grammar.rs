@@ -2,6 +2,8 @@
 //!
 //! Elements that URDF does not know are extensions of some tool and left alone, unless they look like a misspelt one.
 
+use std::collections::BTreeSet;
+
 use super::scan::Element;
 use super::text::UrdfText;
 use crate::error::{Error, Place, Result};
@@ -59,43 +61,73 @@ struct Numbers {
     attribute: &'static str,
     count: usize,
     needed: bool,
+    /// Largest magnitude: no machine has more by far, and squares and products of its numbers stay numbers.
+    most: f64,
+    unit: &'static str,
 }
 
-const fn needed(element: &'static str, attribute: &'static str, count: usize) -> Numbers {
-    Numbers { element, attribute, count, needed: true }
+const fn needed(
+    element: &'static str,
+    attribute: &'static str,
+    count: usize,
+    most: f64,
+    unit: &'static str,
+) -> Numbers {
+    Numbers { element, attribute, count, needed: true, most, unit }
 }
 
-const fn optional(element: &'static str, attribute: &'static str, count: usize) -> Numbers {
-    Numbers { element, attribute, count, needed: false }
+const fn optional(
+    element: &'static str,
+    attribute: &'static str,
+    count: usize,
+    most: f64,
+    unit: &'static str,
+) -> Numbers {
+    Numbers { element, attribute, count, needed: false, most, unit }
 }
+
+/// [m] Largest length.
+const LENGTH: f64 = 1e5;
+/// [rad] Largest angle: a thousand turns.
+const ANGLE: f64 = 1e4;
+/// [kg] Largest mass.
+const MASS: f64 = 1e9;
+/// [kg·m²] Largest moment of inertia.
+const INERTIA: f64 = 1e12;
+/// [N·m·s/rad or N·s/m], [N·m or N] Largest damping and friction of a joint.
+const FRICTION: f64 = 1e10;
+/// [1] Largest factor.
+const FACTOR: f64 = 1e6;
+/// A limit may be as large as it likes, or infinite: beyond what a joint can do it is none.
+const ANY: f64 = f64::INFINITY;
 
 const NUMBERS: &[Numbers] = &[
-    optional("origin", "xyz", 3),
-    optional("origin", "rpy", 3),
-    needed("axis", "xyz", 3),
-    needed("mass", "value", 1),
-    needed("inertia", "ixx", 1),
-    needed("inertia", "ixy", 1),
-    needed("inertia", "ixz", 1),
-    needed("inertia", "iyy", 1),
-    needed("inertia", "iyz", 1),
-    needed("inertia", "izz", 1),
-    optional("limit", "lower", 1),
-    optional("limit", "upper", 1),
-    optional("limit", "effort", 1),
+    optional("origin", "xyz", 3, LENGTH, "m"),
+    optional("origin", "rpy", 3, ANGLE, "rad"),
+    needed("axis", "xyz", 3, FACTOR, "1"),
+    needed("mass", "value", 1, MASS, "kg"),
+    needed("inertia", "ixx", 1, INERTIA, "kg·m²"),
+    needed("inertia", "ixy", 1, INERTIA, "kg·m²"),
+    needed("inertia", "ixz", 1, INERTIA, "kg·m²"),
+    needed("inertia", "iyy", 1, INERTIA, "kg·m²"),
+    needed("inertia", "iyz", 1, INERTIA, "kg·m²"),
+    needed("inertia", "izz", 1, INERTIA, "kg·m²"),
+    optional("limit", "lower", 1, ANY, ""),
+    optional("limit", "upper", 1, ANY, ""),
+    optional("limit", "effort", 1, ANY, ""),
     // URDF 1.2 made it optional: see `velocity_may_miss`.
-    needed("limit", "velocity", 1),
-    optional("dynamics", "damping", 1),
-    optional("dynamics", "friction", 1),
-    optional("mimic", "multiplier", 1),
-    optional("mimic", "offset", 1),
-    needed("box", "size", 3),
-    needed("sphere", "radius", 1),
-    needed("cylinder", "radius", 1),
-    needed("cylinder", "length", 1),
-    needed("capsule", "radius", 1),
-    needed("capsule", "length", 1),
-    optional("mesh", "scale", 3),
+    needed("limit", "velocity", 1, ANY, ""),
+    optional("dynamics", "damping", 1, FRICTION, "N·m·s/rad"),
+    optional("dynamics", "friction", 1, FRICTION, "N·m"),
+    optional("mimic", "multiplier", 1, FACTOR, "1"),
+    optional("mimic", "offset", 1, ANGLE, "rad"),
+    needed("box", "size", 3, LENGTH, "m"),
+    needed("sphere", "radius", 1, LENGTH, "m"),
+    needed("cylinder", "radius", 1, LENGTH, "m"),
+    needed("cylinder", "length", 1, LENGTH, "m"),
+    needed("capsule", "radius", 1, LENGTH, "m"),
+    needed("capsule", "length", 1, LENGTH, "m"),
+    optional("mesh", "scale", 3, FACTOR, "1"),
 ];
 
 /// Checks every element that URDF knows.
@@ -115,6 +147,7 @@ pub(super) fn check(text: &UrdfText<'_>) -> Result<()> {
             Some(parent) => known[parent] && is_known(text, index, elements[parent].name)?,
         };
         if known[index] {
+            check_attributes(text, element)?;
             check_children(text, element)?;
             check_names(text, element)?;
             check_numbers(text, element)?;
@@ -153,11 +186,24 @@ fn check_children(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
             _ => {}
         }
     }
-    if element.name == "geometry" && element.children.len() != 1 {
+    let foreign = || inside().any(|child| children_of("geometry").iter().all(|(name, _)| *name != child.name));
+    if element.name == "geometry" && (element.children.len() != 1 || foreign()) {
         let expected = "one box, cylinder, capsule, sphere or mesh";
         return Err(text.broken(element.line, format!("{expected} in {}", text.title(element))));
     }
     Ok(())
+}
+
+/// XML allows an attribute once.
+fn check_attributes(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    match element.attributes.iter().find(|(name, _)| !seen.insert(*name)) {
+        Some((name, _)) => Err(text.broken(
+            element.line,
+            format!("the attribute `{name}` once in <{}> of {}", element.name, text.title(element)),
+        )),
+        None => Ok(()),
+    }
 }
 
 fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
@@ -175,15 +221,22 @@ fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
 }
 
 fn check_numbers(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
-    for Numbers { attribute, count, needed, .. } in NUMBERS.iter().filter(|numbers| numbers.element == element.name) {
+    for numbers in NUMBERS.iter().filter(|numbers| numbers.element == element.name) {
+        let Numbers { attribute, count, needed, most, unit, .. } = numbers;
         let expected = if *count == 1 { "a number".to_owned() } else { format!("{count} numbers") };
         match element.attribute(attribute) {
             None if *attribute == "velocity" && velocity_may_miss(text) => {}
             None if *needed => return Err(error(text, element, attribute, "", &format!("{expected} (missing)"))),
             None => {}
-            // A limit may be infinite.
-            Some(value) if holds_numbers(value, *count, element.name == "limit") => {}
-            Some(value) => return Err(error(text, element, attribute, &format!("\"{value}\""), &expected)),
+            Some(value) => {
+                let parsed = parsed(value, *count, most.is_infinite());
+                let quoted = format!("\"{}\"", value.chars().take(60).collect::<String>());
+                let parsed = parsed.ok_or_else(|| error(text, element, attribute, &quoted, &expected))?;
+                if parsed.iter().any(|number| number.abs() > *most) {
+                    let expected = format!("{expected} from -{most:e} to {most:e} [{unit}]");
+                    return Err(error(text, element, attribute, &quoted, &expected));
+                }
+            }
         }
     }
     Ok(())
@@ -194,10 +247,12 @@ fn velocity_may_miss(text: &UrdfText<'_>) -> bool {
     !matches!(version, None | Some("1.0" | "1.1"))
 }
 
-fn holds_numbers(text: &str, count: usize, infinite: bool) -> bool {
-    let is_number =
-        |word: &str| word.parse::<f64>().is_ok_and(|value| value.is_finite() || (infinite && !value.is_nan()));
-    text.split_whitespace().count() == count && text.split_whitespace().all(is_number)
+/// Exactly so many numbers, finite unless they may be infinite.
+fn parsed(text: &str, count: usize, infinite: bool) -> Option<Vec<f64>> {
+    let number =
+        |word: &str| word.parse::<f64>().ok().filter(|value| value.is_finite() || (infinite && !value.is_nan()));
+    let numbers: Option<Vec<f64>> = text.split_whitespace().take(count + 1).map(number).collect();
+    numbers.filter(|numbers| numbers.len() == count)
 }
 
 fn error(text: &UrdfText<'_>, element: &Element<'_>, attribute: &str, value: &str, expected: &str) -> Error {

@@ -4,8 +4,17 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
+use crate::error::Error;
+use crate::toml_input::read_bytes;
+
 /// Meshes with more points are made for the eye, not for collisions.
 const MAX_POINTS: usize = 200_000;
+
+/// [bytes] Longest mesh file; one of so many points has 20 MB.
+const LONGEST: u64 = 256 << 20;
+
+/// [m] A machine is not larger.
+const FARTHEST: f64 = 1e5;
 
 /// A mesh file, and what was expected of it.
 pub(super) type Unread = (PathBuf, String);
@@ -15,13 +24,28 @@ pub(super) fn points(urdf: &Path, name: &str, scale: &Vector3<f64>) -> Result<Ve
     let Some(file) = resolve(urdf, name) else {
         return Err((PathBuf::from(name), "a package whose folder is above the URDF".to_owned()));
     };
-    read(&file)
-        .map(|points| points.iter().map(|point| point.component_mul(scale)).collect())
-        .map_err(|expected| (file, expected))
+    let scaled = |points: Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
+        points.iter().map(|point| point.component_mul(scale)).collect()
+    };
+    match read(&file).map(scaled) {
+        Ok(points) if within(&points) => Ok(points),
+        Ok(_) => Err((file, format!("points within {FARTHEST:e} m"))),
+        Err(expected) => Err((file, expected)),
+    }
+}
+
+fn within(points: &[Vector3<f64>]) -> bool {
+    points.iter().all(|point| point.iter().all(|x| x.abs() <= FARTHEST))
 }
 
 fn read(file: &Path) -> Result<Vec<Vector3<f64>>, String> {
-    let bytes = crate::files::read(file).map_err(|error| format!("a file that can be read ({error})"))?;
+    let bytes = read_bytes(file, LONGEST).map_err(|error| match error {
+        Error::Input(fault) => fault.expected,
+        other => format!(
+            "a file that can be read ({})",
+            std::error::Error::source(&other).map_or_else(String::new, ToString::to_string)
+        ),
+    })?;
     let extension = file.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
     let points = match extension.as_str() {
         "stl" if !is_text_stl(&bytes) => binary_stl(&bytes),

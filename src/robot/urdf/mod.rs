@@ -40,12 +40,12 @@ impl<'a> Urdf<'a> {
             return Err(Error::input(file, Place::File, "", "", "plain URDF; run xacro on this file first"));
         }
         let scanned = UrdfText::scan(file, text)?;
-        let robot = urdf_rs::read_from_string(text)
-            .map_err(|error| Error::input(file, Place::File, "", "", format!("URDF: {error}")))?;
+        let robot = urdf_rs::read_from_string(text).map_err(|error| unread(file, &error.to_string()))?;
         let root = checks::root_of(&scanned, &robot)?;
         let urdf = Self { file, text: scanned, robot, root };
         urdf.check_links()?;
         urdf.check_joints()?;
+        urdf.check_shapes()?;
         Ok(urdf)
     }
 
@@ -61,6 +61,13 @@ impl<'a> Urdf<'a> {
     }
 }
 
+/// An error of the URDF parser; that of its XML has line and reason in its text: `Line: 7, Column: 32, Reason: ...`.
+fn unread(file: &Path, message: &str) -> Error {
+    let line = message.split_once("Line: ").and_then(|(_, rest)| rest.split(',').next()?.trim().parse().ok());
+    let reason = message.split_once("Reason: ").map_or(message, |(_, reason)| reason);
+    Error::input(file, line.map_or(Place::File, Place::Line), "URDF", "", format!("well-formed XML ({reason})"))
+}
+
 fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
     match joint.joint_type {
         JointType::Revolute | JointType::Continuous => Some(JointKind::Revolute),
@@ -69,12 +76,17 @@ fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
     }
 }
 
+/// [rad or m, rad/s or m/s, N·m or N] From here on a limit is none: programs write 1e16 or the largest number for an endless joint.
+const UNLIMITED: f64 = 1e9;
+
 /// Limits; what URDF leaves at its default of zero is not given, and so is the range of a continuous joint.
 fn limits_of(joint: &urdf_rs::Joint) -> Limits {
-    let given = |value: f64| if value > 0.0 { value } else { f64::INFINITY };
+    let given = |value: f64| if value > 0.0 && value < UNLIMITED { value } else { f64::INFINITY };
     let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
     let free = joint.joint_type == JointType::Continuous || (lower == 0.0 && upper == 0.0);
     let (lower, upper) = if free { (f64::NEG_INFINITY, f64::INFINITY) } else { (lower, upper) };
+    let lower = if lower <= -UNLIMITED { f64::NEG_INFINITY } else { lower };
+    let upper = if upper >= UNLIMITED { f64::INFINITY } else { upper };
     Limits { lower, upper, effort: given(effort), velocity: given(velocity) }
 }
 

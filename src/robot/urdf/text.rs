@@ -64,6 +64,15 @@ impl<'a> UrdfText<'a> {
         Error::input(self.file, self.place(kind, name, part), key, value, expected)
     }
 
+    /// Whether a link or joint has an element of this name.
+    pub(super) fn has(&self, kind: &str, name: &str, part: &str) -> bool {
+        let is_owner = |element: &&Element<'_>| {
+            element.parent == Some(0) && element.name == kind && element.attribute("name") == Some(name)
+        };
+        let owner = self.elements.iter().find(is_owner);
+        owner.is_some_and(|owner| owner.children.iter().any(|&child| self.elements[child].name == part))
+    }
+
     /// Line of a link or joint, or of the first of its elements of this name where it has one.
     fn place(&self, kind: &str, name: &str, part: &str) -> Place {
         let is_owner = |element: &Element<'_>| {

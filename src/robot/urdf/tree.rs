@@ -69,6 +69,7 @@ impl Urdf<'_> {
             let expected = "a joint of its own; one that mimics another cannot be listed in the model file";
             return Err(self.text.error("joint", &joint.name, "mimic", "", expected));
         }
+        self.check_limit(joint)?;
         let axis = Vector3::from(joint.axis.xyz.0);
         let axis = Unit::try_new(axis, 1e-9)
             .ok_or_else(|| self.text.error("joint", &joint.name, "axis", "0 0 0", "an axis that is not zero"))?;

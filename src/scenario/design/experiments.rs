@@ -156,7 +156,11 @@ pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, questi
     }
     text += "\n[controller]\nlaw = \"pi\"\nvelocity = \"sensor\"\n";
     for Reach { name, gains: [proportional, integral], .. } in &reaches {
-        let _ = writeln!(text, "[controller.joints.{name}]\nproportional = {proportional}\nintegral = {integral}");
+        let _ = writeln!(
+            text,
+            "[controller.joints.{}]\nproportional = {proportional}\nintegral = {integral}",
+            written_key(name)
+        );
     }
     text
 }
@@ -164,7 +168,7 @@ pub fn scenario_text(model: &Model, plan: &Plan, robot: &str, name: &str, questi
 fn head(text: &mut String, reaches: &[Reach], name: &str, kind: &str) {
     let _ = writeln!(text, "\n[[session]]\nname = {}\nkind = {kind:?}\nrest = 1.0", written_text(name));
     for reach in reaches {
-        let _ = writeln!(text, "start.{} = {}", reach.name, reach.middle);
+        let _ = writeln!(text, "start.{} = {}", written_key(&reach.name), reach.middle);
     }
 }
 
@@ -175,7 +179,8 @@ fn fast(text: &mut String, reaches: &[Reach], name: &str, seed: usize, duration:
         let Reach { name, middle, half, speed, acceleration, .. } = reach;
         let _ = writeln!(
             text,
-            "[session.joints.{name}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}",
+            "[session.joints.{}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}",
+            written_key(name),
             middle - half,
             middle + half
         );
@@ -189,8 +194,9 @@ fn slow_steps(text: &mut String, reaches: &[Reach], length: f64) {
         let step = speed / 40.0;
         let _ = writeln!(
             text,
-            "[session.joints.{name}]\nfirst = {step}\nlast = {}\nincrement = {step}\nacceleration = {}\ndeceleration = {}\n\
+            "[session.joints.{}]\nfirst = {step}\nlast = {}\nincrement = {step}\nacceleration = {}\ndeceleration = {}\n\
              steady_time = {}",
+            written_key(name),
             5.0 * step,
             0.2 * acceleration,
             0.2 * acceleration,
@@ -210,7 +216,8 @@ fn wide_range(text: &mut String, reaches: &[Reach], length: f64) {
             let ways: Vec<String> = (0..(2.0 * length) as usize).map(|_| format!("{high}, {low}")).collect();
             let _ = writeln!(
                 text,
-                "[session.joints.{name}]\npositions = [{}, {middle}]\nspeed = {own}\nacceleration = {}",
+                "[session.joints.{}]\npositions = [{}, {middle}]\nspeed = {own}\nacceleration = {}",
+                written_key(name),
                 ways.join(", "),
                 0.2 * acceleration
             );

@@ -12,7 +12,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Scenario, simulate};
+use super::{Limits, Scenario, simulate};
 use crate::diagnose::{self, Diagnosis, Options};
 use crate::effects::{Catalogue, Experiment};
 use crate::error::{Error, Place, Result};
@@ -126,12 +126,34 @@ pub struct Design {
     pub told_apart_by: Vec<&'static str>,
 }
 
-/// Designs the experiment for a machine, `budget` [s] long at most; `progress` hears what is simulated and which share is done.
+/// What an experiment may take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// [s] on the machine.
+    pub seconds: f64,
+    /// Of its simulation.
+    pub limits: Limits,
+}
+
+impl From<f64> for Budget {
+    /// So many seconds, and the limits that simulations have.
+    fn from(seconds: f64) -> Self {
+        Self { seconds, limits: Limits::default() }
+    }
+}
+
+/// Designs the experiment for a machine within a budget, in seconds or with limits of its simulation; `progress` hears what is simulated and which share is done.
 ///
 /// # Errors
 /// The model lacks friction, no experiment fits the budget (the error says how long the shortest is) or the machine's limits, or a
 /// simulation fails.
-pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dyn FnMut(&str, f64)) -> Result<Design> {
+pub fn design(
+    model: &Model,
+    question: &Question,
+    budget: impl Into<Budget>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Design> {
+    let Budget { seconds: budget, limits } = budget.into();
     let refused = |key: &str, expected: &str| Error::input(&model.source, Place::File, key, "", expected);
     if let Some(joint) = model.joints.iter().find(|joint| joint.friction.is_none()) {
         let key = format!("joints.{}.friction", joint.name);
@@ -143,14 +165,18 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
     let catalogue = Catalogue::default();
     let mut scenarios: Vec<(usize, Plan, String, Scenario)> = Vec::new();
     let mut beyond_budget: Option<f64> = None;
+    let mut too_costly = None;
     for plan in plans() {
         let Some(rank) = rank(&plan, question, &catalogue) else { continue };
         let text = text_of(model, question, &plan);
-        let scenario = Scenario::of_model(&text, Path::new("scenario.toml"), model)?;
-        if scenario.check_motion().is_err() {
+        // A plan that asks too much or too little of this machine is none for it.
+        let Ok(scenario) = Scenario::of_model(&text, Path::new("scenario.toml"), model) else { continue };
+        let scenario = Scenario { limits, ..scenario };
+        if let Err(error) = scenario.affordable() {
+            too_costly = Some(error);
+        } else if scenario.check_motion().is_err() {
             continue;
-        }
-        if duration(&scenario) <= budget {
+        } else if duration(&scenario) <= budget {
             scenarios.push((rank, plan, text, scenario));
         } else {
             beyond_budget = Some(beyond_budget.map_or(duration(&scenario), |least| least.min(duration(&scenario))));
@@ -159,6 +185,9 @@ pub fn design(model: &Model, question: &Question, budget: f64, progress: &mut dy
     if let (true, Some(least)) = (scenarios.is_empty(), beyond_budget) {
         let expected = format!("at least {:.0} s: no experiment for this question is shorter", least.ceil());
         return Err(Error::input("command line".as_ref(), Place::File, "budget", format!("{budget} s"), expected));
+    }
+    if let (true, Some(error)) = (scenarios.is_empty(), too_costly) {
+        return Err(error);
     }
     scenarios.sort_by(|a, b| a.0.cmp(&b.0).then(duration(&a.3).total_cmp(&duration(&b.3))));
     let mut tried: Vec<Trial> = Vec::new();

@@ -1,0 +1,113 @@
+//! What the numbers of a model file can be. Every range is a factor of a hundred or more wider than any machine that is built, and
+//! narrow enough that products and squares of its numbers stay numbers: a value outside is a slip of unit or of exponent.
+
+use crate::toml_input::Range;
+use crate::units::JointKind;
+
+/// Motor turns per joint motion. A rotary gear of several stages reaches 1e4; a screw of 1 mm behind a gear 1:1000, 6e6 rad/m.
+pub(super) fn gear_ratio(kind: JointKind) -> Range {
+    match kind {
+        JointKind::Revolute => Range::positive("rad/rad").up_to(1e6),
+        JointKind::Prismatic => Range::positive("rad/m").up_to(1e9),
+    }
+}
+
+/// A motor of 2 mm has 1e-12 kg·m², the rotor of a wind turbine 1e7.
+pub(super) const ROTOR_INERTIA: Range = Range::between(1e-14, 1e7, "kg·m²");
+
+/// The gear of a heavy robot has 1e7 N·m/rad, a steel screw 1e9 N/m.
+pub(super) fn stiffness(kind: JointKind) -> Range {
+    match kind {
+        JointKind::Revolute => Range::positive("N·m/rad").up_to(1e11),
+        JointKind::Prismatic => Range::positive("N/m").up_to(1e12),
+    }
+}
+
+/// Damping of a gear: what a thousandth of a second is to its stiffness.
+pub(super) fn damping(kind: JointKind) -> Range {
+    match kind {
+        JointKind::Revolute => Range::non_negative("N·m·s/rad").up_to(1e9),
+        JointKind::Prismatic => Range::non_negative("N·s/m").up_to(1e10),
+    }
+}
+
+/// A gap of more than a turn is no gap; one of a metre neither.
+pub(super) fn backlash(kind: JointKind) -> Range {
+    match kind {
+        JointKind::Revolute => Range::between(0.0, std::f64::consts::TAU, "rad"),
+        JointKind::Prismatic => Range::between(0.0, 1.0, "m"),
+    }
+}
+
+/// A watch motor has 1e-6, a direct drive of a ton 1e3.
+pub(super) const TORQUE_CONSTANT: Range = Range::positive("N·m/A").up_to(1e5);
+
+/// Of a winding.
+pub(super) const RESISTANCE: Range = Range::positive("Ω").up_to(1e6);
+
+/// Of a winding.
+pub(super) const INDUCTANCE: Range = Range::positive("H").up_to(1e4);
+
+/// Of a power stage: no drive is fed by more than the grid's 1e5 V.
+pub(super) const VOLTAGE: Range = Range::positive("V").up_to(1e6);
+
+/// Of a power stage.
+pub(super) const CURRENT: Range = Range::positive("A").up_to(1e6);
+
+/// A current loop switches at 1 MHz at most: it is no faster than that, and one of ten seconds is none.
+pub(super) const CURRENT_TIME: Range = Range::between(1e-7, 10.0, "s");
+
+/// Encoders resolve up to 2^32 counts a turn.
+pub(super) const COUNTS: Range = Range::between(1.0, 1e11, "1/turn");
+
+/// A scale of glass reads 1e-12 m.
+pub(super) fn resolution(kind: JointKind) -> Range {
+    match kind {
+        JointKind::Revolute => Range::between(1e-13, std::f64::consts::TAU, "rad"),
+        JointKind::Prismatic => Range::between(1e-13, 1.0, "m"),
+    }
+}
+
+/// Time constant of a filter of velocities.
+pub(super) const FILTER: Range = Range::between(1e-7, 100.0, "s");
+
+/// Noise and resolution of a current sensor.
+pub(super) const CURRENT_ERROR: Range = Range::non_negative("A").up_to(1e6);
+
+/// Dry friction. A joint of a heavy robot has 1e3 N·m, a press 1e6 N.
+pub(super) fn friction(kind: JointKind) -> Range {
+    Range::non_negative(kind.effort_unit()).up_to(1e9)
+}
+
+/// Slope of friction against speed; negative where it falls.
+pub(super) fn friction_slope(kind: JointKind) -> Range {
+    Range::between(
+        -1e10,
+        1e10,
+        match kind {
+            JointKind::Revolute => "N·m·s/rad",
+            JointKind::Prismatic => "N·s/m",
+        },
+    )
+}
+
+/// Speed over which friction falls from rest.
+pub(super) fn stribeck_velocity(kind: JointKind) -> Range {
+    Range::between(
+        1e-9,
+        1e4,
+        match kind {
+            JointKind::Revolute => "rad/s",
+            JointKind::Prismatic => "m/s",
+        },
+    )
+}
+
+/// Gravity on the sun is 274 m/s².
+pub(super) const GRAVITY: Range = Range::between(-1e3, 1e3, "m/s²");
+
+/// Of what an arm carries.
+pub(super) const MASS: Range = Range::positive("kg").up_to(1e6);
+
+/// Place of what an arm carries.
+pub(super) const PLACE: Range = Range::between(-1e3, 1e3, "m");

@@ -1,0 +1,79 @@
+//! Where the values of a file stand, kept beside what was read from it.
+
+use std::collections::BTreeMap;
+
+use super::{Item, Node};
+use crate::error::{Error, Place};
+
+/// Line and text of every value of a file, by its path of keys: `joints.elbow.gear_ratio`, `effects[2].tilt`.
+///
+/// What cannot be judged while a file is read, because it depends on other values, is blamed on its line later. All places are equal:
+/// where a value stands is no part of what it is.
+#[derive(Debug, Clone, Default)]
+pub struct Places(BTreeMap<String, (Place, String)>);
+
+impl PartialEq for Places {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Places {
+    pub(super) fn of(root: &Item) -> Self {
+        let mut places = Self::default();
+        // (path, item) still to be visited; not recursive, a file may be nested deeply.
+        let mut waiting = vec![(String::new(), root)];
+        while let Some((path, item)) = waiting.pop() {
+            match &item.node {
+                Node::Table(entries) => waiting.extend(
+                    entries
+                        .iter()
+                        .map(|(key, item)| (if path.is_empty() { key.clone() } else { format!("{path}.{key}") }, item)),
+                ),
+                Node::Array(items) => {
+                    let tables = items.iter().enumerate().filter(|(_, item)| matches!(item.node, Node::Table(_)));
+                    waiting.extend(tables.map(|(i, item)| (format!("{path}[{}]", i + 1), item)));
+                }
+                _ => {}
+            }
+            places.0.insert(path, (item.place(), item.raw.clone()));
+        }
+        places
+    }
+
+    /// Place and text of a value.
+    pub fn get(&self, key: &str) -> Option<(Place, &str)> {
+        self.0.get(key).map(|(place, written)| (*place, written.as_str()))
+    }
+
+    /// The error with the line of the key that it names, where it has none and the key stands in the file with that value, or
+    /// misses it in a table that stands there.
+    #[must_use]
+    pub fn locate(&self, error: Error) -> Error {
+        let Error::Input(mut fault) = error else { return error };
+        if fault.place == Place::File {
+            match self.get(&fault.key) {
+                Some((place, written)) if same(written, &fault.value) => {
+                    fault.place = place;
+                    fault.value = written.to_owned();
+                }
+                Some((place, "")) => fault.place = place,
+                None if fault.value.is_empty() => {
+                    let table = fault.key.rsplit_once('.').and_then(|(table, _)| self.get(table));
+                    fault.place = table.map_or(Place::File, |(place, _)| place);
+                }
+                _ => {}
+            }
+        }
+        Error::Input(fault)
+    }
+}
+
+/// Whether a text of a file is this value: the same number, or the same text in quotes.
+fn same(written: &str, value: &str) -> bool {
+    let number = |text: &str| text.replace('_', "").parse::<f64>().ok();
+    match (number(written), number(value)) {
+        (Some(written), Some(value)) => written == value,
+        _ => written.trim_matches(['"', '\'']) == value.trim_matches(['"', '\'']),
+    }
+}
