@@ -14,7 +14,7 @@ mod chunk;
 mod joint_state;
 mod topics;
 
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use self::chunk::{Chunk, MAX_RECORD};
@@ -45,7 +45,7 @@ const MAX_INFLATED: u64 = 2 * MAX_BYTES;
 /// The file cannot be read or is cut off; it has no joint states, or ones whose joints change.
 pub(super) fn read(path: &Path) -> Result<Table> {
     let (file, size) = source_file::open(path)?;
-    decode(path, io::BufReader::new(file.take(size)), size)
+    decode(path, io::BufReader::new(file), size)
 }
 
 /// As [`read`], from memory.
@@ -53,53 +53,83 @@ pub(super) fn read(path: &Path) -> Result<Table> {
 /// # Errors
 /// As [`read`].
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Table> {
-    decode(path, bytes, bytes.len() as u64)
+    decode(path, io::Cursor::new(bytes), bytes.len() as u64)
 }
 
-fn decode(path: &Path, mut input: impl Read, size: u64) -> Result<Table> {
-    let damaged = |at: u64, source: &io::Error| {
-        let value = if source.kind() == io::ErrorKind::UnexpectedEof { "cut off" } else { "damaged" };
-        Error::input(path, Place::File, format!("record at byte {at}"), value, "a whole MCAP file")
-    };
+fn decode(path: &Path, mut input: impl Read + Seek, size: u64) -> Result<Table> {
     let mut magic = [0; MAGIC.len()];
     if input.read_exact(&mut magic).is_err() || magic != MAGIC {
         return Err(Error::input(path, Place::File, "format", "", "an MCAP file"));
     }
-    let mut topics = Topics::new(path);
-    let (mut body, mut inflated) = (Vec::new(), 0);
-    let mut at = MAGIC.len() as u64;
-    while at + HEAD <= size {
-        let (opcode, length) = head(&mut input).map_err(|error| damaged(at, &error))?;
-        // The second magic of the file cannot be part of a record.
-        if length > size.saturating_sub(at + HEAD + MAGIC.len() as u64) {
-            return Err(damaged(at, &io::ErrorKind::UnexpectedEof.into()));
+    // Once for the sizes, before anything is inflated, and once for the content.
+    let mut inflated = 0;
+    each_record(path, &mut input, size, |at, opcode, _, record| {
+        if opcode == opcode::CHUNK {
+            let chunk = Chunk::read(record).map_err(|error| damaged(path, at, &error))?;
+            inflated = chunk.size.saturating_add(inflated);
+            if chunk.size > MAX_RECORD || inflated > MAX_INFLATED {
+                return Err(too_large(path, at, chunk.size, inflated));
+            }
         }
-        let mut record = input.by_ref().take(length);
+        Ok(())
+    })?;
+    let mut topics = Topics::new(path);
+    let mut body = Vec::new();
+    each_record(path, &mut input, size, |at, opcode, length, record| {
+        let unreadable = |error: &io::Error| damaged(path, at, error);
         match opcode {
             opcode::SCHEMA | opcode::CHANNEL | opcode::MESSAGE if length <= MAX_RECORD => {
                 body.clear();
-                record.read_to_end(&mut body).map_err(|source| Error::file(path, "read", source))?;
-                topics.take(opcode, &body)?;
+                record.read_to_end(&mut body).map_err(|error| unreadable(&error))?;
+                topics.take(opcode, &body)
             }
             opcode::CHUNK => {
-                let chunk = Chunk::read(&mut record).map_err(|error| damaged(at, &error))?;
-                inflated += chunk.size;
-                if chunk.size > MAX_RECORD || inflated > MAX_INFLATED {
-                    return Err(too_large(path, at, chunk.size, inflated));
-                }
-                chunk.inflate(&mut record, &mut body).map_err(|error| damaged(at, &error))?;
+                let chunk = Chunk::read(record).map_err(|error| unreadable(&error))?;
+                chunk.inflate(record, &mut body).map_err(|error| unreadable(&error))?;
                 chunk::records(&body, |opcode, record| topics.take(opcode, record))
-                    .unwrap_or_else(|()| Err(damaged(at, &io::ErrorKind::InvalidData.into())))?;
+                    .unwrap_or_else(|()| Err(unreadable(&io::ErrorKind::InvalidData.into())))
             }
-            _ => {}
+            _ => Ok(()),
         }
-        io::copy(&mut record, &mut io::sink()).map_err(|source| Error::file(path, "read", source))?;
+    })?;
+    topics.table()
+}
+
+/// Hands place, opcode, length and content of every record to `take`.
+///
+/// # Errors
+/// A record does not lie within the file, the file does not end with its magic, or `take` fails.
+fn each_record<R: Read + Seek>(
+    path: &Path,
+    input: &mut R,
+    size: u64,
+    mut take: impl FnMut(u64, u8, u64, &mut io::Take<&mut R>) -> Result<()>,
+) -> Result<()> {
+    let unreadable = |at: u64, error: &io::Error| damaged(path, at, error);
+    let mut at = MAGIC.len() as u64;
+    input.seek(SeekFrom::Start(at)).map_err(|error| unreadable(at, &error))?;
+    while at + HEAD <= size {
+        let (opcode, length) = head(input).map_err(|error| unreadable(at, &error))?;
+        // The second magic of the file cannot be part of a record.
+        if length > size.saturating_sub(at + HEAD + MAGIC.len() as u64) {
+            return Err(unreadable(at, &io::ErrorKind::UnexpectedEof.into()));
+        }
+        let mut record = input.by_ref().take(length);
+        take(at, opcode, length, &mut record)?;
+        let rest = record.limit().cast_signed();
+        input.seek_relative(rest).map_err(|error| unreadable(at, &error))?;
         at += HEAD + length;
     }
+    let mut magic = [0; MAGIC.len()];
     if input.read_exact(&mut magic).is_err() || magic != MAGIC {
-        return Err(damaged(at, &io::ErrorKind::UnexpectedEof.into()));
+        return Err(unreadable(at, &io::ErrorKind::UnexpectedEof.into()));
     }
-    topics.table()
+    Ok(())
+}
+
+fn damaged(path: &Path, at: u64, source: &io::Error) -> Error {
+    let value = if source.kind() == io::ErrorKind::UnexpectedEof { "cut off" } else { "damaged" };
+    Error::input(path, Place::File, format!("record at byte {at}"), value, "a whole MCAP file")
 }
 
 fn head(input: &mut impl Read) -> io::Result<(u8, u64)> {
