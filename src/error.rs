@@ -179,6 +179,24 @@ impl From<MotionError> for Error {
     }
 }
 
+/// Longest key or value, and longest expectation, that an error shows [characters]: what a file holds may be of any length.
+const SHOWN: usize = 240;
+const SHOWN_EXPECTED: usize = 1200;
+
+/// Text of a file as a message may show it: at most `most` characters, control characters as their escapes, so that a terminal
+/// neither obeys them nor breaks the line.
+pub fn shown(text: &str, most: usize) -> String {
+    let mut shown = String::new();
+    for (count, c) in text.chars().enumerate() {
+        if count == most {
+            shown += " ...";
+            break;
+        }
+        if c.is_control() { shown.extend(c.escape_default()) } else { shown.push(c) }
+    }
+    shown
+}
+
 impl Error {
     /// An unusable value at a place of a file.
     pub fn input(
@@ -191,9 +209,9 @@ impl Error {
         Self::Input(Box::new(InputError {
             file: file.to_owned(),
             place,
-            key: key.into(),
-            value: value.to_string(),
-            expected: expected.into(),
+            key: shown(&key.into(), SHOWN),
+            value: shown(&value.to_string(), SHOWN),
+            expected: shown(&expected.into(), SHOWN_EXPECTED),
         }))
     }
 

@@ -78,9 +78,13 @@ pub enum Dimension {
 }
 
 /// The units that files may use: name, what it measures, and how many SI units it holds.
-pub const UNITS: [(&str, Dimension, f64); 16] = [
+pub const UNITS: [(&str, Dimension, f64); 20] = [
     ("s", Dimension::Time, 1.0),
     ("ms", Dimension::Time, 1e-3),
+    ("us", Dimension::Time, 1e-6),
+    ("µs", Dimension::Time, 1e-6),
+    ("ns", Dimension::Time, 1e-9),
+    ("d", Dimension::Time, 86_400.0),
     ("rad", Dimension::Angle, 1.0),
     ("deg", Dimension::Angle, DEG),
     ("m", Dimension::Length, 1.0),

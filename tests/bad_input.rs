@@ -275,31 +275,6 @@ fn property_a_diverging_simulation_is_refused_and_leaves_nothing() {
 }
 
 #[test]
-fn property_broken_matlab_files_are_refused() {
-    let (time, position) = (times(), positions());
-    let files = Files::new();
-    let good = fs::read(files.path("run.mat")).expect("bytes");
-    let before = files.names();
-    let shorter = mat(&[("time", &time), ("turn.position", &position[..150]), ("turn.torque", &position)]);
-    let mut nan = position.clone();
-    nan[41] = f64::NAN;
-    let nan = mat(&[("time", &time), ("turn.position", &nan), ("turn.torque", &position)]);
-    let cases: [(Vec<u8>, &[&str]); 6] = [
-        (good[..good.len() - 100].to_vec(), &["array 3", "cut off"]),
-        (good[..60].to_vec(), &["format", "MATLAB 5"]),
-        (b"\x89HDF\r\n\x1a\n".to_vec(), &["MATLAB 7.3", "-v7"]),
-        (Vec::new(), &["format", "MATLAB 5"]),
-        (shorter, &["row 150", "turn.position", "150 samples", "200 samples", "shorter"]),
-        (nan, &["row 42", "turn.position = NaN", "finite"]),
-    ];
-    for (bytes, parts) in cases {
-        files.put("run.mat", bytes);
-        refused(&files.replay("run.mat"), &[&["run.mat"], parts].concat());
-        assert_eq!(files.names(), before);
-    }
-}
-
-#[test]
 fn property_missing_and_foreign_files_are_refused() {
     let files = Files::new();
     files.put("data.xlsx", "not a format of ours");

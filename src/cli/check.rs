@@ -52,6 +52,7 @@ fn check(file: &Path) -> Result<String> {
 }
 
 fn check_toml(file: &Path) -> Result<String> {
+    dataset::check_manifest(file)?;
     let document = Document::read(file)?;
     let root = document.root();
     match root.text("schema")? {

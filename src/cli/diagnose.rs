@@ -46,9 +46,8 @@ impl Diagnose {
     /// Reads, diagnoses, replays nominal and extended model, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let train = input::sessions(&self.data, &model)?;
-        let hold_out = input::sessions(&self.hold_out, &model)?;
-        let reference = input::sessions(&self.reference, &model)?;
+        let input::Recordings { data: train, hold_out, reference } =
+            input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model)?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
             Request {

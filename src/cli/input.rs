@@ -8,6 +8,7 @@ use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
 use super::catalogue;
+use super::identity;
 
 /// The model of a file, a folder with a `model.toml`, or a robot of the catalogue.
 ///
@@ -17,13 +18,41 @@ pub fn model(given: &Path) -> Result<Model> {
     Model::load(&catalogue::find(given, "robots", "model.toml")?)
 }
 
+/// The recordings of a command that judges on some of them, or compares.
+pub struct Recordings {
+    /// Of `--data`.
+    pub data: Vec<Session>,
+    /// Of `--hold-out`.
+    pub hold_out: Vec<Session>,
+    /// Of `--reference`.
+    pub reference: Vec<Session>,
+}
+
+impl Recordings {
+    /// Reads them, for the joints of a model.
+    ///
+    /// # Errors
+    /// A file cannot be read or used, is given twice, holds samples of another, or has the name of another.
+    pub fn read(data: &[PathBuf], hold_out: &[PathBuf], reference: &[PathBuf], model: &Model) -> Result<Self> {
+        let given = [("--data", data), ("--hold-out", hold_out), ("--reference", reference)];
+        identity::of_files(given)?;
+        let read =
+            |files: &[PathBuf]| files.iter().map(|file| dataset::load_for(file, model)).collect::<Result<Vec<_>>>();
+        let recordings = Self { data: read(data)?, hold_out: read(hold_out)?, reference: read(reference)? };
+        let Self { data, hold_out, reference } = &recordings;
+        identity::of_names(&[("--data", data), ("--hold-out", hold_out)])?;
+        identity::of_names(&[("--reference", reference)])?;
+        identity::of_samples(&[("--data", data), ("--hold-out", hold_out), ("--reference", reference)])?;
+        Ok(recordings)
+    }
+}
+
 /// Reads recordings of the joints of a model.
 ///
 /// # Errors
-/// A file cannot be read or used.
+/// A file cannot be read or used, is given twice, or has the name of another.
 pub fn sessions(files: &[PathBuf], model: &Model) -> Result<Vec<Session>> {
-    let joints = dataset::joints_of(model);
-    files.iter().map(|file| dataset::load(file, &joints)).collect()
+    Ok(Recordings::read(files, &[], &[], model)?.data)
 }
 
 /// The files that a command reads: those of the model, those that were given, and those of the recordings that manifests name.

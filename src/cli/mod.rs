@@ -19,6 +19,7 @@ mod design;
 mod diagnose;
 mod explain;
 mod identify;
+mod identity;
 mod input;
 mod limits;
 mod list;

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use super::Note;
+use super::time_base::{self, TimeUnit};
 use crate::error::{Error, Place, Result};
 
 /// Fewest samples that make a session.
@@ -15,20 +16,36 @@ const MISSING: f64 = 1.5;
 /// A step longer than this many median steps is a gap across which no filter may run.
 const GAP: f64 = 10.5;
 
-/// Checks columns, the time first, of one file; drops rows that repeat.
+/// Checks the time, the first of some columns of one length and of finite numbers; drops rows that repeat.
 ///
 /// # Errors
 /// The first thing that cannot be mended, with its row and column.
-pub(super) fn check(file: &Path, signals: &mut [(String, Vec<f64>)], notes: &mut Vec<Note>) -> Result<()> {
-    lengths(file, signals)?;
-    finite(file, signals)?;
+pub(super) fn check(
+    file: &Path,
+    signals: &mut [(String, Vec<f64>)],
+    unit: &TimeUnit,
+    notes: &mut Vec<Note>,
+) -> Result<()> {
     increasing(file, signals, notes)?;
-    gaps(file, &signals[0], notes)?;
+    let (name, time) = &signals[0];
+    let median = median_step(time);
+    time_base::check(file, (name, time), median, unit, notes)?;
+    gaps(file, (name, time), median, notes)?;
     constant(file, &signals[1..], notes);
     Ok(())
 }
 
-fn lengths(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
+fn median_step(time: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Refuses a column that is shorter than the others, and fewer than two rows.
+///
+/// # Errors
+/// As said.
+pub(super) fn lengths(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
     let longest = signals.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
     if longest < MIN_SAMPLES {
         let expected = format!("at least {MIN_SAMPLES} rows of samples");
@@ -43,7 +60,11 @@ fn lengths(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
     }
 }
 
-fn finite(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
+/// Refuses NaN and infinity.
+///
+/// # Errors
+/// The first row that holds one.
+pub(super) fn finite(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
     let first = |(name, values): &(String, Vec<f64>)| {
         values.iter().position(|value| !value.is_finite()).map(|row| (row, name.clone(), values[row]))
     };
@@ -83,10 +104,7 @@ fn increasing(file: &Path, signals: &mut [(String, Vec<f64>)], notes: &mut Vec<N
     Ok(())
 }
 
-fn gaps(file: &Path, (name, time): &(String, Vec<f64>), notes: &mut Vec<Note>) -> Result<()> {
-    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+fn gaps(file: &Path, (name, time): (&str, &[f64]), median: f64, notes: &mut Vec<Note>) -> Result<()> {
     let long = |limit: f64| time.windows(2).position(|pair| pair[1] - pair[0] > limit * median);
     if let Some(row) = long(GAP) {
         let step = time[row + 1] - time[row];
@@ -96,7 +114,7 @@ fn gaps(file: &Path, (name, time): &(String, Vec<f64>), notes: &mut Vec<Note>) -
     if let Some(row) = long(MISSING) {
         let count = time.windows(2).filter(|pair| pair[1] - pair[0] > MISSING * median).count();
         let text = format!("{count} steps longer than {MISSING} times the median {median:.4e} s, the first here");
-        notes.push(Note { file: file.to_owned(), place: Place::Row(row + 2), column: name.clone(), text });
+        notes.push(Note { file: file.to_owned(), place: Place::Row(row + 2), column: name.to_owned(), text });
     }
     Ok(())
 }

@@ -1,12 +1,13 @@
 //! From columns of a file to channels of joints: names, units, scale.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::manifest::Controller;
 use super::table::{Table, list};
-use super::{JointKinds, Note, Session, checks};
+use super::{JointKinds, Note};
 use crate::error::{Error, Place, Result};
-use crate::timeseries::{Channel, JointSeries, TimeSeries};
+use crate::timeseries::Channel;
 use crate::units::{Dimension, JointKind, UNITS, unit};
 
 /// Name of a channel in canonical columns, `<joint>.<name>`, and in manifests.
@@ -92,6 +93,8 @@ pub(super) struct Plan {
     pub(super) name: String,
     /// The time.
     pub(super) time: Source,
+    /// The unit of the time, where a manifest gives it.
+    pub(super) time_unit: Option<String>,
     /// The joints that were recorded.
     pub(super) joints: Vec<PlannedJoint>,
     /// What was noticed while planning.
@@ -103,6 +106,8 @@ pub(super) struct Plan {
 pub(super) struct PlannedJoint {
     /// Name of the joint in the model.
     pub(super) name: String,
+    /// Whether it turns or slides.
+    pub(super) kind: JointKind,
     /// Its channels.
     pub(super) channels: Vec<(Channel, Source)>,
     /// The machine's own controller of it.
@@ -126,31 +131,25 @@ pub(super) fn session_name(path: &Path) -> String {
 /// There is no `time`, no channel of any joint, or a channel that does not fit its joint.
 pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Plan> {
     let source = |column: &str| Source { column: column.to_owned(), factor: 1.0, named_at: None };
+    let kinds: HashMap<&str, JointKind> = joints.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
     let mut planned: Vec<PlannedJoint> = Vec::new();
+    let mut places: HashMap<&str, usize> = HashMap::new();
     let mut unknown = Vec::new();
     for column in table.columns.iter().filter(|column| column.name != "time") {
         let parts = column.name.rsplit_once('.');
-        let known = parts.and_then(|(joint, name)| Some((joints.iter().find(|known| known.0 == joint)?, name)));
-        let Some(((joint, kind), name)) = known else {
+        let known = parts.and_then(|(joint, name)| Some((joint, *kinds.get(joint)?, name)));
+        let Some((joint, kind, name)) = known else {
             unknown.push(column.name.as_str());
             continue;
         };
-        let Some(channel) = column_of(name, *kind) else {
-            let expected = channel_names(*kind);
-            return Err(Error::input(&table.file, Place::Line(1), "column", &column.name, expected));
-        };
-        let index = planned.iter().position(|entry| entry.name == *joint).unwrap_or_else(|| {
-            planned.push(PlannedJoint { name: joint.clone(), channels: Vec::new(), controller: None });
+        let refuse = |expected: String| Error::input(&table.file, Place::Line(1), "column", &column.name, expected);
+        let Some(channel) = column_of(name, kind) else { return Err(refuse(channel_names(kind))) };
+        let index = *places.entry(joint).or_insert_with(|| {
+            planned.push(PlannedJoint { name: joint.to_owned(), kind, channels: Vec::new(), controller: None });
             planned.len() - 1
         });
         if planned[index].has(channel) {
-            return Err(Error::input(
-                &table.file,
-                Place::Line(1),
-                "column",
-                &column.name,
-                "each channel of a joint once",
-            ));
+            return Err(refuse("each channel of a joint once".into()));
         }
         planned[index].channels.push((channel, source(&column.name)));
     }
@@ -168,7 +167,7 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Plan>
         let text = format!("columns of no joint of the model left out: {}", list(&unknown));
         notes.push(Note { file: table.file.clone(), place: Place::Line(1), column: String::new(), text });
     }
-    Ok(Plan { name: session_name(&table.file), time: source("time"), joints: planned, notes })
+    Ok(Plan { name: session_name(&table.file), time: source("time"), time_unit: None, joints: planned, notes })
 }
 
 /// The channels that a joint of that kind can have.
@@ -176,40 +175,4 @@ pub(super) fn channel_names(kind: JointKind) -> String {
     let names: Vec<&str> =
         CHANNEL_COLUMNS.iter().map(|entry| entry.0).filter(|name| column_of(name, kind).is_some()).collect();
     format!("one of the channels {}", names.join(", "))
-}
-
-/// Takes the planned columns out of a table and checks them.
-///
-/// # Errors
-/// A column is missing, or its content cannot be used.
-pub(super) fn assemble(mut table: Table, plan: Plan) -> Result<Session> {
-    let mut notes = std::mem::take(&mut table.notes);
-    notes.extend(plan.notes);
-    let mut signals = vec![(plan.time.column.clone(), values(&table, &plan.time)?)];
-    for joint in &plan.joints {
-        for (_, source) in &joint.channels {
-            signals.push((source.column.clone(), values(&table, source)?));
-        }
-    }
-    checks::check(&table.file, &mut signals, &mut notes)?;
-
-    let mut signals = signals.into_iter().map(|(_, values)| values);
-    let time = signals.next().unwrap_or_default();
-    let mut controllers = Vec::new();
-    let mut joints = Vec::new();
-    for PlannedJoint { name, channels, controller } in plan.joints {
-        let channels = channels.into_iter().map(|(channel, _)| channel).zip(signals.by_ref()).collect();
-        joints.push(JointSeries { name, channels });
-        controllers.push(controller);
-    }
-    let series = TimeSeries { name: plan.name, time, joints };
-    Ok(Session { series, notes, source: table.file, controllers })
-}
-
-fn values(table: &Table, source: &Source) -> Result<Vec<f64>> {
-    let mut values = table.values(&source.column, source.named_at.as_ref())?;
-    if source.factor != 1.0 {
-        values.iter_mut().for_each(|value| *value *= source.factor);
-    }
-    Ok(values)
 }

@@ -1,14 +1,19 @@
 //! Comma-separated values with a header: reading any, writing canonical ones.
 
+mod guard;
+
 use std::fmt::Write as _;
-use std::fs;
+use std::fs::File;
+use std::io::{Read, Seek as _, SeekFrom};
 use std::path::Path;
 
-use csv::{ByteRecord, ReaderBuilder};
+use csv::{ByteRecord, Reader, ReaderBuilder};
 
+use self::guard::{Fault, Guard, MAX_RECORD};
 use super::Note;
 use super::columns::CHANNEL_COLUMNS;
-use super::table::{Column, Table};
+use super::source_file;
+use super::table::{Column, Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 use crate::toml_input::write_atomically;
@@ -17,67 +22,173 @@ use crate::units::JointKind;
 /// Bytes of a cell that an error message shows.
 const SHOWN_BYTES: usize = 40;
 
-/// Reads all columns. A last row that was cut off is dropped and reported.
+/// Bytes that the parser reads at once.
+const BUFFER: usize = 1 << 16;
+
+/// Reads all columns of a file. A last row that was cut off is dropped and reported.
 ///
 /// # Errors
-/// The file cannot be read, has no header, no rows, or a row with another number of fields than the header.
+/// The file cannot be read, is no text, has no header, or a row with another number of fields than the header.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let bytes = fs::read(path).map_err(|source| Error::file(path, "read", source))?;
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let mut reader = ReaderBuilder::new().flexible(true).from_reader(text);
-    let header = reader.byte_headers().map_err(|error| unreadable(path, &error))?.clone();
-    let mut columns = named_columns(path, &header)?;
-    let complete = text.ends_with(b"\n");
-
-    let mut notes = Vec::new();
-    let mut record = ByteRecord::new();
-    let mut rows = 0;
-    while reader.read_byte_record(&mut record).map_err(|error| unreadable(path, &error))? {
-        rows += 1;
-        let last = reader.position().byte() >= text.len() as u64;
-        if last && !complete {
-            let text = "the last row has no line end and may be cut off: dropped".into();
-            notes.push(Note { file: path.to_owned(), place: Place::Row(rows), column: String::new(), text });
-            break;
-        }
-        if record.len() != columns.len() {
-            let expected = format!("{} fields as in the header", columns.len());
-            return Err(Error::input(path, Place::Row(rows), "fields", record.len(), expected));
-        }
-        for (column, cell) in columns.iter_mut().zip(&record) {
-            put(column, cell, rows);
-        }
-    }
-    Ok(Table { file: path.to_owned(), columns, notes })
+    let (mut file, size) = source_file::open(path)?;
+    let complete = ends_a_line(&mut file).map_err(|source| Error::file(path, "read", source))?;
+    parse(path, file.take(size), size, complete)
 }
 
-fn put(column: &mut Column, cell: &[u8], row: usize) {
-    let text = cell.trim_ascii();
-    let value = std::str::from_utf8(text).ok().and_then(|text| text.parse().ok());
-    column.put(value, row, || String::from_utf8_lossy(&text[..text.len().min(SHOWN_BYTES)]).into_owned());
+fn ends_a_line(file: &mut File) -> std::io::Result<bool> {
+    let mut last = [0];
+    file.seek(SeekFrom::End(-1))?;
+    file.read_exact(&mut last)?;
+    file.seek(SeekFrom::Start(0))?;
+    Ok(is_line_end(last[0]))
+}
+
+/// As [`read`], from memory.
+///
+/// # Errors
+/// As [`read`].
+pub(super) fn parse_bytes(path: &Path, bytes: &[u8]) -> Result<Table> {
+    parse(path, bytes, bytes.len() as u64, bytes.last().is_some_and(|&byte| is_line_end(byte)))
+}
+
+fn is_line_end(byte: u8) -> bool {
+    byte == b'\n' || byte == b'\r'
+}
+
+/// `complete`: whether the last byte ends a line.
+fn parse(path: &Path, input: impl Read, size: u64, complete: bool) -> Result<Table> {
+    let guard = Guard::new(input).map_err(|fault| refuse_text(path, &fault))?;
+    let mark = guard.skipped;
+    let mut reader = ReaderBuilder::new().flexible(true).buffer_capacity(BUFFER).from_reader(guard);
+    reader.get_mut().allow(MAX_RECORD + BUFFER);
+    let header = match reader.byte_headers() {
+        Ok(header) => header.clone(),
+        Err(error) => return Err(unreadable(path, &reader, &error)),
+    };
+    let mut table = Table::new(path, Place::Line(1), named_columns(path, &header)?, Vec::new())?;
+    let width = table.columns.len();
+
+    let mut record = ByteRecord::new();
+    let mut rows = 0;
+    loop {
+        reader.get_mut().allow(MAX_RECORD + BUFFER);
+        match reader.read_byte_record(&mut record) {
+            Ok(true) => rows += 1,
+            Ok(false) => break,
+            Err(error) => return Err(unreadable(path, &reader, &error)),
+        }
+        let last = reader.position().byte() + mark >= size;
+        if last {
+            check_quotes(path, &record, complete)?;
+            if !complete {
+                let text = "the last row has no line end and may be cut off: dropped".into();
+                let place = Place::Row(rows);
+                table.notes.push(Note { file: path.to_owned(), place, column: String::new(), text });
+                break;
+            }
+        }
+        if record.len() != width {
+            let expected = format!("{width} fields as in the header");
+            return Err(Error::input(path, Place::Row(rows), "fields", record.len(), expected));
+        }
+        check_cells(path, rows as u64, width)?;
+        for (column, cell) in table.columns.iter_mut().zip(&record) {
+            put(column, cell);
+        }
+    }
+    Ok(table)
+}
+
+/// Refuses a last record that holds the end of the file within a quoted cell.
+fn check_quotes(path: &Path, record: &ByteRecord, complete: bool) -> Result<()> {
+    let ends = |cell: &[u8]| cell.last().is_some_and(|&byte| is_line_end(byte)) || !complete;
+    let open = |cell: &[u8]| cell.iter().any(|&byte| is_line_end(byte)) && ends(cell);
+    if record.iter().any(open) {
+        let line = record.position().map_or(1, csv::Position::line);
+        let expected = "a closing quote: the quote that opens here is never closed";
+        return Err(Error::input(path, Place::Line(line as usize), "quote", "", expected));
+    }
+    Ok(())
+}
+
+fn put(column: &mut Column, cell: &[u8]) {
+    let bytes = cell.trim_ascii();
+    let text = std::str::from_utf8(bytes).ok();
+    // Only a column that begins with a large number is kept relative to it.
+    let relative = column.values.is_empty() || column.origin != 0;
+    match text.filter(|_| relative).and_then(parts) {
+        Some((whole, fraction)) => column.put_parts(whole, fraction),
+        None => {
+            let value = text.and_then(|text| text.parse().ok());
+            column.put(value, || String::from_utf8_lossy(&bytes[..bytes.len().min(SHOWN_BYTES)]).into_owned());
+        }
+    }
+}
+
+/// Whole part and fraction of a long decimal number such as a time stamp since 1970; `None` for anything else.
+fn parts(text: &str) -> Option<(i64, f64)> {
+    /// Fewest digits before the point of a number that is split.
+    const LONG: usize = 9;
+    let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+    if digits < LONG {
+        return None;
+    }
+    let (whole, rest) = text.split_at(digits);
+    let plain = rest.is_empty() || (rest.starts_with('.') && rest[1..].bytes().all(|byte| byte.is_ascii_digit()));
+    let fraction = if rest.len() > 1 { rest.parse().ok()? } else { 0.0 };
+    if plain { Some((whole.parse().ok()?, fraction)) } else { None }
 }
 
 fn named_columns(path: &Path, header: &ByteRecord) -> Result<Vec<Column>> {
+    check_count(path, Place::Line(1), header.len())?;
     let names: Vec<String> =
         header.iter().map(|cell| String::from_utf8_lossy(cell.trim_ascii()).into_owned()).collect();
     let expected = "a header of comma-separated column names";
-    if names.len() < 2 {
-        return Err(Error::input(path, Place::Line(1), "header", names.join(""), expected));
+    if let [name] = names.as_slice() {
+        let expected = match name.chars().find(|c| matches!(c, ';' | '\t' | '|')) {
+            Some(';') => "column names separated by commas: save the file with commas and decimal points",
+            Some('\t') => "column names separated by commas: this line has tabs",
+            _ => expected,
+        };
+        return Err(Error::input(path, Place::Line(1), "header", name, expected));
     }
     if names.iter().all(|name| name.parse::<f64>().is_ok()) {
         return Err(Error::input(path, Place::Line(1), "header", names.join(","), expected));
     }
-    for (index, name) in names.iter().enumerate() {
-        if names[..index].contains(name) {
-            return Err(Error::input(path, Place::Line(1), "column", name, "each column name once"));
-        }
-    }
-    Ok(names.into_iter().map(|name| Column { name, values: Vec::new(), fault: None }).collect())
+    Ok(names.into_iter().map(Column::new).collect())
 }
 
-fn unreadable(path: &Path, error: &csv::Error) -> Error {
-    let place = error.position().map_or(Place::File, |position| Place::Line(position.line() as usize));
-    Error::input(path, place, "csv", error, "comma-separated values")
+fn unreadable<R: Read>(path: &Path, reader: &Reader<Guard<R>>, error: &csv::Error) -> Error {
+    if let Some(fault) = &reader.get_ref().fault {
+        let line = reader.position().line() as usize;
+        return match fault {
+            Fault::Long => too_long(path, line),
+            other => refuse_text(path, other),
+        };
+    }
+    match error.kind() {
+        csv::ErrorKind::Io(source) => Error::file(path, "read", std::io::Error::new(source.kind(), source.to_string())),
+        _ => Error::input(path, Place::Line(reader.position().line() as usize), "csv", "", "comma-separated values"),
+    }
+}
+
+fn too_long(path: &Path, line: usize) -> Error {
+    let value = format!("above {}", source_file::shown(MAX_RECORD as u64));
+    let expected = "a row of numbers; a quote that is never closed may stand in this line";
+    Error::input(path, Place::Line(line), "length of the row", value, expected)
+}
+
+fn refuse_text(path: &Path, fault: &Fault) -> Error {
+    const SAVE: &str = "save it as UTF-8 (in a spreadsheet: \"CSV UTF-8\")";
+    match fault {
+        Fault::Utf16 => Error::input(path, Place::Line(1), "encoding", "UTF-16", format!("UTF-8 text: {SAVE}")),
+        Fault::Nul(line) => {
+            let expected = format!("text: the file is binary, damaged, or UTF-16 without a byte order mark; {SAVE}");
+            Error::input(path, Place::Line(*line), "character", "a NUL byte", expected)
+        }
+        Fault::Read(kind) => Error::file(path, "read", std::io::Error::from(*kind)),
+        Fault::Long => too_long(path, 1),
+    }
 }
 
 /// Writes a session with canonical columns, whole or not at all: [`text`] as a file.

@@ -1,5 +1,7 @@
 //! Whether the joints of a recording turn or slide, where no model says so.
 
+use std::collections::HashMap;
+
 use super::columns::CHANNEL_COLUMNS;
 use super::manifest::Manifest;
 use super::table::Table;
@@ -8,12 +10,13 @@ use crate::units::{Dimension, JointKind, unit};
 /// The joints of canonical columns: one with a `force` slides.
 pub(super) fn joints_of_table(table: &Table) -> Vec<(String, JointKind)> {
     let mut joints: Vec<(String, JointKind)> = Vec::new();
+    let mut places: HashMap<&str, usize> = HashMap::new();
     for column in &table.columns {
         let Some((name, channel)) = column.name.rsplit_once('.') else { continue };
         if !CHANNEL_COLUMNS.iter().any(|entry| entry.0 == channel) {
             continue;
         }
-        let index = joints.iter().position(|joint| joint.0 == name).unwrap_or_else(|| {
+        let index = *places.entry(name).or_insert_with(|| {
             joints.push((name.to_owned(), JointKind::Revolute));
             joints.len() - 1
         });

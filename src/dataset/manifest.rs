@@ -6,6 +6,7 @@
 //! source = "who recorded it"
 //! [time]
 //! column = "t"
+//! unit = "ms"                       # s, ms, us, ns, d; absent: SI, and refused where its steps tell another unit
 //! [joints.carriage]
 //! position = { column = "qm" }                       # unit: SI where not given
 //! force = { column = "vir", unit = "V", scale = 35.15065 }    # times scale
@@ -15,6 +16,7 @@
 //! velocity_samples = 2
 //! ```
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::JointKinds;
@@ -30,6 +32,10 @@ const SCHEMA: &str = "lostmotion/dataset/1";
 
 /// Longest difference quotient of a controller [samples].
 const MAX_VELOCITY_SAMPLES: i64 = 1000;
+
+/// Sizes of a scale: the finest unit in use, nm or µA, is 1e-9 of the SI unit, and counts of a converter of 24 bits divide it by 1e7 more.
+const SMALLEST_SCALE: f64 = 1e-16;
+const LARGEST_SCALE: f64 = 1e16;
 
 /// Environment variable that names the folder of recordings.
 const DATA_FOLDER: &str = "LOSTMOTION_DATA";
@@ -86,25 +92,26 @@ impl Manifest {
         for known in ["schema", "file", "source"] {
             root.has(known);
         }
-        let time = time_source(&root.table("time")?)?;
+        let (time, time_unit) = time_source(&root.table("time")?)?;
+        let kinds: HashMap<&str, JointKind> = joints.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
         let mut planned = Vec::new();
         for (name, table) in root.table("joints")?.named_tables()? {
-            let Some((_, kind)) = joints.iter().find(|known| known.0 == name) else {
+            let Some(&kind) = kinds.get(name) else {
                 return Err(unknown_joint(&root, name, &table, joints));
             };
-            let channels = channels(&table, *kind)?;
+            let channels = channels(&table, kind)?;
             let controller = table.optional_table("controller")?.map(|table| controller(&table)).transpose()?;
             table.finish()?;
             if channels.is_empty() {
-                return Err(Error::input(root.file(), table.place(""), table.path(), "", channel_names(*kind)));
+                return Err(Error::input(root.file(), table.place(""), table.path(), "", channel_names(kind)));
             }
-            planned.push(PlannedJoint { name: name.to_owned(), channels, controller });
+            planned.push(PlannedJoint { name: name.to_owned(), kind, channels, controller });
         }
         root.finish()?;
         if planned.is_empty() {
             return Err(root.error("joints", "at least one joint of the model"));
         }
-        Ok(Plan { name: session_name(root.file()), time, joints: planned, notes: Vec::new() })
+        Ok(Plan { name: session_name(root.file()), time, time_unit, joints: planned, notes: Vec::new() })
     }
 }
 
@@ -128,15 +135,17 @@ fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
     Err(root.error("file", format!("a file {} or {}", beside.display(), there.display())))
 }
 
-fn time_source(table: &Table<'_>) -> Result<Source> {
+/// The column of the time, and its unit where one is given.
+fn time_source(table: &Table<'_>) -> Result<(Source, Option<String>)> {
     let source = source(table, 1.0)?;
-    let factor = match table.optional_text("unit")?.map(unit) {
+    let given = table.optional_text("unit")?;
+    let factor = match given.map(unit) {
         None => 1.0,
         Some(Some((Dimension::Time, factor))) => factor,
-        Some(_) => return Err(table.error("unit", "a unit of time: s, ms")),
+        Some(_) => return Err(table.error("unit", "a unit of time: s, ms, us, ns, d")),
     };
     table.finish()?;
-    Ok(Source { factor, ..source })
+    Ok((Source { factor, ..source }, given.map(str::to_owned)))
 }
 
 fn source(table: &Table<'_>, factor: f64) -> Result<Source> {
@@ -159,8 +168,9 @@ fn channels(joint: &Table<'_>, kind: JointKind) -> Result<Vec<(Channel, Source)>
             return Err(joint.error(name, "each channel of a joint once"));
         }
         let scale = table.number_or("scale", &Range::any("SI per unit"), 1.0)?;
-        if scale == 0.0 {
-            return Err(table.error("scale", "a number other than zero"));
+        if !(SMALLEST_SCALE..=LARGEST_SCALE).contains(&scale.abs()) {
+            let expected = format!("a number other than zero, of a size from {SMALLEST_SCALE:e} to {LARGEST_SCALE:e}");
+            return Err(table.error("scale", expected));
         }
         let factor = match table.optional_text("unit")? {
             None => 1.0,

@@ -1,99 +1,123 @@
 //! MATLAB 5 files: every numeric vector is a column; arrays of one element are parameters of the experiment and left out.
-//! Left out: structures, cells, text.
+//! Left out: structures, cells, text, sparse arrays.
+//!
+//! ```text
+//!   128 bytes of header, the last two `IM` (least byte first) or `MI`; then elements, each a tag (type u32, length u32) and so many bytes:
+//!   an array (type 14), or one compressed by zlib (type 15)
+//! ```
+//! Reference: MathWorks, "MAT-File Format", chapter 1.
 
-use std::fs;
+mod array;
+
+use std::io::{self, Read};
 use std::path::Path;
 
-use matfile::{Array, MatFile, NumericData};
+use flate2::read::ZlibDecoder;
 
-use super::table::{Column, Table};
+use self::array::{Bytes, Found};
+use super::source_file::{self, MAX_BYTES};
+use super::table::{Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
 
-/// Length of the header and of an element's tag in the file format [bytes].
+/// Length of the header and of an element's tag [bytes].
 const HEADER: usize = 128;
-const TAG: usize = 8;
-/// Types of the elements that a file is made of: an array, or a compressed one.
-const ELEMENT_TYPES: [u32; 2] = [14, 15];
+const TAG: u64 = 8;
+/// Types of the elements that a file is made of.
+const ARRAY: u32 = 14;
+const COMPRESSED: u32 = 15;
 
 /// Reads all numeric arrays with more than one element.
 ///
 /// # Errors
-/// The file cannot be read, is not a MATLAB 5 file, is cut off, or holds complex numbers.
+/// The file cannot be read, is not a MATLAB 5 file, is cut off or damaged, holds complex numbers or matrices, or more than is read.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let bytes = fs::read(path).map_err(|source| Error::file(path, "read", source))?;
-    check_elements(path, &bytes)?;
-    let file = MatFile::parse(bytes.as_slice()).map_err(|error| {
-        Error::input(path, Place::File, "arrays", error, "numeric arrays of MATLAB 5, saved as double")
-    })?;
-    let columns = file.arrays().iter().filter_map(|array| column(path, array).transpose()).collect::<Result<_>>()?;
-    Ok(Table { file: path.to_owned(), columns, notes: Vec::new() })
+    let (file, size) = source_file::open(path)?;
+    decode(path, io::BufReader::new(file.take(size)), size)
 }
 
-/// Walks the elements: each must be an array and lie within the file.
-fn check_elements(path: &Path, bytes: &[u8]) -> Result<()> {
-    let little_endian = match bytes.get(HEADER - 2..HEADER) {
-        Some(b"IM") => true,
-        Some(b"MI") => false,
-        _ => {
-            let found =
-                if bytes.starts_with(b"\x89HDF") || bytes.starts_with(b"MATLAB 7.3") { "MATLAB 7.3" } else { "" };
-            return Err(Error::input(path, Place::File, "format", found, "a MATLAB 5 file (save with -v6 or -v7)"));
-        }
-    };
-    let number = |at: usize| -> Option<u32> {
-        let word: [u8; 4] = bytes.get(at..at + 4)?.try_into().ok()?;
-        Some(if little_endian { u32::from_le_bytes(word) } else { u32::from_be_bytes(word) })
-    };
-    let mut at = HEADER;
-    let mut count = 0;
-    while at < bytes.len() {
+/// As [`read`], from memory.
+///
+/// # Errors
+/// As [`read`].
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Table> {
+    decode(path, bytes, bytes.len() as u64)
+}
+
+fn decode(path: &Path, mut input: impl Read, size: u64) -> Result<Table> {
+    let little_endian = header(path, &mut input)?;
+    let (mut columns, mut count) = (Vec::new(), 0);
+    let (mut at, mut cells) = (HEADER as u64, 0);
+    while at < size {
         count += 1;
         let key = format!("array {count}");
-        let (Some(kind), Some(length)) = (number(at), number(at + 4)) else {
-            return Err(Error::input(path, Place::File, key, "cut off", "a whole file"));
+        let refuse = |value: String, expected: String| Err(Error::input(path, Place::File, &key, value, expected));
+        let mut tag = Bytes { input: &mut input, left: TAG, little_endian };
+        let (Ok(kind), Ok(length)) = (tag.u32(), tag.u32()) else {
+            return refuse("cut off".into(), "a whole file".into());
         };
-        if !ELEMENT_TYPES.contains(&kind) {
-            return Err(Error::input(path, Place::File, key, format!("element type {kind}"), "an array (14 or 15)"));
+        at += TAG + u64::from(length);
+        if kind != ARRAY && kind != COMPRESSED {
+            return refuse(format!("element type {kind}"), format!("an array ({ARRAY} or {COMPRESSED})"));
         }
-        let end = at + TAG + length as usize;
-        if end > bytes.len() {
-            let expected = format!("a whole file: {end} bytes, it has {}", bytes.len());
-            return Err(Error::input(path, Place::File, key, "cut off", expected));
+        if at > size {
+            return refuse("cut off".into(), format!("a whole file: {at} bytes, it has {size}"));
         }
-        at = end;
+        let mut body = input.by_ref().take(u64::from(length));
+        let found = if kind == ARRAY {
+            array::read(Bytes { input: &mut body, left: u64::from(length), little_endian }, cells)
+        } else {
+            inflated(&mut body, little_endian, cells)
+        };
+        match found {
+            Ok(Found::Column(column)) => {
+                cells += column.values.len() as u64;
+                columns.push(column);
+            }
+            Ok(Found::Other) => {}
+            Ok(Found::Unfit { name, value, expected }) => {
+                return Err(Error::input(path, Place::File, name, value, expected));
+            }
+            Ok(Found::TooLarge(total)) => {
+                return check_cells(path, total, 1).and_then(|()| refuse(String::new(), String::new()));
+            }
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                return refuse("cut off".into(), "an array as long as its tag says".into());
+            }
+            Err(_) => return refuse("damaged".into(), "an array of MATLAB 5 as its format describes it".into()),
+        }
+        check_count(path, Place::File, columns.len())?;
+        io::copy(&mut body, &mut io::sink()).map_err(|source| Error::file(path, "read", source))?;
     }
-    Ok(())
+    Table::new(path, Place::File, columns, Vec::new())
 }
 
-/// The column that an array is; none where it has one element or none.
-fn column(path: &Path, array: &Array) -> Result<Option<Column>> {
-    let refuse = |value: &str, expected: &str| Error::input(path, Place::File, array.name(), value, expected);
-    let Some(values) = reals(array.data()) else { return Err(refuse("complex numbers", "real numbers")) };
-    if values.len() < 2 {
-        return Ok(None);
+/// Reads the header; gives whether the least byte stands first.
+fn header(path: &Path, input: &mut impl Read) -> Result<bool> {
+    let mut header = Vec::new();
+    input.take(HEADER as u64).read_to_end(&mut header).map_err(|source| Error::file(path, "read", source))?;
+    match header.get(HEADER - 2..) {
+        Some(b"IM") => Ok(true),
+        Some(b"MI") => Ok(false),
+        _ => {
+            let newer = header.starts_with(b"\x89HDF") || header.starts_with(b"MATLAB 7.3");
+            let found = if newer { "MATLAB 7.3" } else { "" };
+            Err(Error::input(path, Place::File, "format", found, "a MATLAB 5 file (save with -v6 or -v7)"))
+        }
     }
-    if !array.size().contains(&values.len()) {
-        let size: Vec<String> = array.size().iter().map(usize::to_string).collect();
-        return Err(refuse(&size.join("×"), "a vector: one row or one column"));
-    }
-    Ok(Some(Column { name: array.name().to_owned(), values, fault: None }))
 }
 
-fn reals(data: &NumericData) -> Option<Vec<f64>> {
-    fn all<T: Copy + Into<f64>>(values: &[T]) -> Option<Vec<f64>> {
-        Some(values.iter().map(|&value| value.into()).collect())
+/// The array in a compressed element. Nothing is inflated but what is kept.
+fn inflated(body: &mut impl Read, little_endian: bool, cells: u64) -> io::Result<Found> {
+    let mut plain = ZlibDecoder::new(body);
+    let mut tag = Bytes { input: &mut plain, left: TAG, little_endian };
+    let (kind, length) = (tag.u32()?, u64::from(tag.u32()?));
+    if kind != ARRAY || length > MAX_BYTES {
+        return Err(io::ErrorKind::InvalidData.into());
     }
-    match data {
-        NumericData::Double { real, imag: None } => Some(real.clone()),
-        NumericData::Single { real, imag: None } => all(real),
-        NumericData::Int8 { real, imag: None } => all(real),
-        NumericData::UInt8 { real, imag: None } => all(real),
-        NumericData::Int16 { real, imag: None } => all(real),
-        NumericData::UInt16 { real, imag: None } => all(real),
-        NumericData::Int32 { real, imag: None } => all(real),
-        NumericData::UInt32 { real, imag: None } => all(real),
-        NumericData::Int64 { real, imag: None } => Some(real.iter().map(|&value| value as f64).collect()),
-        NumericData::UInt64 { real, imag: None } => Some(real.iter().map(|&value| value as f64).collect()),
-        _ => None,
+    let found = array::read(Bytes { input: &mut plain, left: length, little_endian }, cells)?;
+    // Reading on to the end of the stream compares its checksum.
+    if matches!(found, Found::Column(_)) && plain.read(&mut [0; 8])? != 0 {
+        return Err(io::ErrorKind::InvalidData.into());
     }
+    Ok(found)
 }

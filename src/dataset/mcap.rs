@@ -2,100 +2,152 @@
 //!
 //! Both encodings are read, that of ROS 1 and the CDR of ROS 2. Time is that of the message headers, from the first message on.
 //! Left out: other messages; joints that come and go between messages of one topic.
+//!
+//! ```text
+//!   magic, records, magic; a record is an opcode u8, a length u64 and so many bytes
+//! ```
+//! The records are walked here and not by the crate `mcap`: its reader does not end where a chunk decompresses to fewer bytes than its
+//! header says. What is read of a record is few lines, and every length is compared with what is there before anything is allocated.
+//! Reference: the MCAP format, version 0.
 
+mod chunk;
+mod joint_state;
+mod topics;
+
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use mcap::MessageStream;
-
-use super::Note;
-use super::joint_state::{JointState, Wire};
-use super::table::{Column, Table};
+use self::chunk::{Chunk, MAX_RECORD};
+use self::topics::Topics;
+use super::source_file::{self, MAX_BYTES};
+use super::table::Table;
 use crate::error::{Error, Place, Result};
 
-/// Names of the message in ROS 1 and ROS 2.
-const SCHEMAS: [&str; 2] = ["sensor_msgs/JointState", "sensor_msgs/msg/JointState"];
+/// What stands at both ends of a file.
+const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
+/// Length of opcode and length before a record [bytes].
+const HEAD: u64 = 9;
+
+/// Opcodes of the records that matter.
+mod opcode {
+    pub(super) const SCHEMA: u8 = 3;
+    pub(super) const CHANNEL: u8 = 4;
+    pub(super) const MESSAGE: u8 = 5;
+    pub(super) const CHUNK: u8 = 6;
+}
+
+/// Most bytes that the chunks of a file decompress to in all: what is not a joint state, pictures above all, is inflated and left out.
+const MAX_INFLATED: u64 = 2 * MAX_BYTES;
 
 /// Reads the joint states of the topic that has most of them.
 ///
 /// # Errors
 /// The file cannot be read or is cut off; it has no joint states, or ones whose joints change.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
-    check_records(path, &bytes)?;
-    let unreadable = |error: mcap::McapError| Error::input(path, Place::File, "mcap", error, "a whole MCAP file");
-    let mut topics: Vec<(String, Vec<JointState>)> = Vec::new();
-    for message in MessageStream::new(&bytes).map_err(unreadable)? {
-        let message = message.map_err(unreadable)?;
-        let channel = &message.channel;
-        if !channel.schema.as_ref().is_some_and(|schema| SCHEMAS.contains(&schema.name.as_str())) {
-            continue;
-        }
-        let index = topics.iter().position(|topic| topic.0 == channel.topic).unwrap_or_else(|| {
-            topics.push((channel.topic.clone(), Vec::new()));
-            topics.len() - 1
-        });
-        let row = topics[index].1.len() + 1;
-        let state = Wire::of_encoding(&channel.message_encoding).and_then(|wire| wire.joint_state(&message.data));
-        let refuse = || Error::input(path, Place::Row(row), &channel.topic, "", "a readable sensor_msgs/JointState");
-        topics[index].1.push(state.ok_or_else(refuse)?);
-    }
-    let Some(chosen) = (0..topics.len()).rev().max_by_key(|&index| topics[index].1.len()) else {
-        return Err(Error::input(path, Place::File, "messages", "", "messages of type sensor_msgs/JointState"));
-    };
-    let (topic, states) = topics.swap_remove(chosen);
-    let mut notes = Vec::new();
-    if !topics.is_empty() {
-        let others: Vec<&str> = topics.iter().map(|other| other.0.as_str()).collect();
-        let text = format!("joint states of {topic} taken, those of {} left out", others.join(", "));
-        notes.push(Note { file: path.to_owned(), place: Place::File, column: String::new(), text });
-    }
-    Ok(Table { file: path.to_owned(), columns: columns(path, &topic, &states)?, notes })
+    let (file, size) = source_file::open(path)?;
+    decode(path, io::BufReader::new(file), size)
 }
 
-/// Walks the records, each an opcode, a length and that many bytes: all must lie within the file.
-fn check_records(path: &Path, bytes: &[u8]) -> Result<()> {
-    /// Length of the magic at both ends, and of opcode and length before a record [bytes].
-    const MAGIC: usize = 8;
-    const HEAD: usize = 9;
-    let mut at = MAGIC;
-    while at + MAGIC < bytes.len() {
-        let length = bytes.get(at + 1..at + HEAD).and_then(|word| <[u8; 8]>::try_from(word).ok());
-        let length = length.and_then(|word| usize::try_from(u64::from_le_bytes(word)).ok());
-        let end = length.and_then(|length| at.checked_add(HEAD)?.checked_add(length));
-        match end {
-            Some(end) if end <= bytes.len() => at = end,
-            _ => {
-                return Err(Error::input(
-                    path,
-                    Place::File,
-                    format!("record at byte {at}"),
-                    "cut off",
-                    "a whole MCAP file",
-                ));
+/// As [`read`], from memory.
+///
+/// # Errors
+/// As [`read`].
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Table> {
+    decode(path, io::Cursor::new(bytes), bytes.len() as u64)
+}
+
+fn decode(path: &Path, mut input: impl Read + Seek, size: u64) -> Result<Table> {
+    let mut magic = [0; MAGIC.len()];
+    if input.read_exact(&mut magic).is_err() || magic != MAGIC {
+        return Err(Error::input(path, Place::File, "format", "", "an MCAP file"));
+    }
+    // Once for the sizes, before anything is inflated, and once for the content.
+    let mut inflated = 0;
+    each_record(path, &mut input, size, |at, opcode, _, record| {
+        if opcode == opcode::CHUNK {
+            let chunk = Chunk::read(record).map_err(|error| damaged(path, at, &error))?;
+            inflated = chunk.size.saturating_add(inflated);
+            if chunk.size > MAX_RECORD || inflated > MAX_INFLATED {
+                return Err(too_large(path, at, chunk.size, inflated));
             }
         }
+        Ok(())
+    })?;
+    let mut topics = Topics::new(path);
+    let mut body = Vec::new();
+    each_record(path, &mut input, size, |at, opcode, length, record| {
+        let unreadable = |error: &io::Error| damaged(path, at, error);
+        match opcode {
+            opcode::SCHEMA | opcode::CHANNEL | opcode::MESSAGE if length <= MAX_RECORD => {
+                body.clear();
+                record.read_to_end(&mut body).map_err(|error| unreadable(&error))?;
+                topics.take(opcode, &body)
+            }
+            opcode::CHUNK => {
+                let chunk = Chunk::read(record).map_err(|error| unreadable(&error))?;
+                chunk.inflate(record, &mut body).map_err(|error| unreadable(&error))?;
+                chunk::records(&body, |opcode, record| topics.take(opcode, record))
+                    .unwrap_or_else(|()| Err(unreadable(&io::ErrorKind::InvalidData.into())))
+            }
+            _ => Ok(()),
+        }
+    })?;
+    topics.table()
+}
+
+/// Hands place, opcode, length and content of every record to `take`.
+///
+/// # Errors
+/// A record does not lie within the file, the file does not end with its magic, or `take` fails.
+fn each_record<R: Read + Seek>(
+    path: &Path,
+    input: &mut R,
+    size: u64,
+    mut take: impl FnMut(u64, u8, u64, &mut io::Take<&mut R>) -> Result<()>,
+) -> Result<()> {
+    let unreadable = |at: u64, error: &io::Error| damaged(path, at, error);
+    let mut at = MAGIC.len() as u64;
+    input.seek(SeekFrom::Start(at)).map_err(|error| unreadable(at, &error))?;
+    while at + HEAD <= size {
+        let (opcode, length) = head(input).map_err(|error| unreadable(at, &error))?;
+        // The second magic of the file cannot be part of a record.
+        if length > size.saturating_sub(at + HEAD + MAGIC.len() as u64) {
+            return Err(unreadable(at, &io::ErrorKind::UnexpectedEof.into()));
+        }
+        let mut record = input.by_ref().take(length);
+        take(at, opcode, length, &mut record)?;
+        let rest = record.limit().cast_signed();
+        input.seek_relative(rest).map_err(|error| unreadable(at, &error))?;
+        at += HEAD + length;
+    }
+    let mut magic = [0; MAGIC.len()];
+    if input.read_exact(&mut magic).is_err() || magic != MAGIC {
+        return Err(unreadable(at, &io::ErrorKind::UnexpectedEof.into()));
     }
     Ok(())
 }
 
-/// One column for the time, and one for each of the three quantities of each joint that the first message has.
-fn columns(path: &Path, topic: &str, states: &[JointState]) -> Result<Vec<Column>> {
-    let column = |name: String| Column { name, values: Vec::with_capacity(states.len()), fault: None };
-    let first = &states[0];
-    let mut columns = vec![column("time".into())];
-    for (name, quantity) in first.quantities() {
-        columns.push(column(format!("{name}.{quantity}")));
-    }
-    for (row, state) in states.iter().enumerate() {
-        if !state.has_the_joints_of(first) {
-            let expected = format!("the joints of the first message: {}", first.names.join(", "));
-            return Err(Error::input(path, Place::Row(row + 1), topic, state.names.join(", "), expected));
-        }
-        let (seconds, nanoseconds) = state.stamp;
-        let since = (seconds - first.stamp.0) as f64 + (f64::from(nanoseconds) - f64::from(first.stamp.1)) * 1e-9;
-        for (column, value) in columns.iter_mut().zip(std::iter::once(since).chain(state.values())) {
-            column.values.push(value);
-        }
-    }
-    Ok(columns)
+fn damaged(path: &Path, at: u64, source: &io::Error) -> Error {
+    let value = if source.kind() == io::ErrorKind::UnexpectedEof { "cut off" } else { "damaged" };
+    Error::input(path, Place::File, format!("record at byte {at}"), value, "a whole MCAP file")
+}
+
+fn head(input: &mut impl Read) -> io::Result<(u8, u64)> {
+    let mut head = [0; HEAD as usize];
+    input.read_exact(&mut head)?;
+    let [opcode, length @ ..] = head;
+    Ok((opcode, u64::from_le_bytes(length)))
+}
+
+fn too_large(path: &Path, at: u64, size: u64, inflated: u64) -> Error {
+    let (value, expected) = if size > MAX_RECORD {
+        (size, format!("a chunk of at most {}", source_file::shown(MAX_RECORD)))
+    } else {
+        (
+            inflated,
+            format!("at most {} in all chunks: filter the topic of joint states out", source_file::shown(MAX_INFLATED)),
+        )
+    };
+    let key = format!("uncompressed size, chunk at byte {at}");
+    Error::input(path, Place::File, key, source_file::shown(value), expected)
 }

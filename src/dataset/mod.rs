@@ -5,22 +5,26 @@
 //! What cannot be used is refused with file, row and column; what can be mended without inventing data is mended and
 //! reported as a [`Note`].
 
+mod assemble;
+mod bounds;
 mod checks;
 mod columns;
 mod csv;
 mod guess;
-#[cfg(feature = "mcap")]
-mod joint_state;
 mod manifest;
 mod mat;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod source_file;
 mod survey;
 mod table;
+mod time_base;
 
+use std::collections::HashMap;
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 
 pub use self::columns::{CHANNEL_COLUMNS, column_of};
@@ -36,6 +40,9 @@ use crate::units::JointKind;
 
 /// Names and kinds of the joints that data may speak of.
 pub type JointKinds = [(String, JointKind)];
+
+/// [rad or m] Lower and upper limit of joints, by name.
+type JointLimits = HashMap<String, (f64, f64)>;
 
 /// One recording, checked.
 #[derive(Debug, Clone)]
@@ -86,9 +93,22 @@ pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
 /// Reads a recording: a manifest (`.toml`), or a file with canonical columns (`.csv`, `.mat`, `.parquet`, `.mcap`).
 ///
 /// # Errors
-/// The file cannot be read, its format is not known, or its content cannot be used: the error names file, row and column.
+/// The file is no regular file of bounded size, its format is not known, or its content cannot be used: the error names file, row and column.
 pub fn load(path: &Path, joints: &JointKinds) -> Result<Session> {
-    load_with(path, |_| joints.to_vec(), |_| joints.to_vec())
+    load_with(path, |_| joints.to_vec(), |_| joints.to_vec(), &JointLimits::new())
+}
+
+/// As [`load`], for the joints of a model; positions outside their limits are noted.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_for(path: &Path, model: &Model) -> Result<Session> {
+    let joints = joints_of(model);
+    let limits = model.robot.bodies.iter().map(|body| {
+        let limits = &body.joint.limits;
+        (body.joint.name.clone(), (limits.lower, limits.upper))
+    });
+    load_with(path, |_| joints.clone(), |_| joints.clone(), &limits.collect())
 }
 
 /// Reads a recording without a model: whether a joint turns or slides is told by its units and channels.
@@ -96,15 +116,17 @@ pub fn load(path: &Path, joints: &JointKinds) -> Result<Session> {
 /// # Errors
 /// As [`load`], apart from joints that no model has.
 pub fn load_alone(path: &Path) -> Result<Session> {
-    load_with(path, guess::joints_of_manifest, guess::joints_of_table)
+    load_with(path, guess::joints_of_manifest, guess::joints_of_table, &JointLimits::new())
 }
 
 fn load_with(
     path: &Path,
     of_manifest: impl Fn(&Manifest) -> Vec<(String, JointKind)>,
     of_table: impl Fn(&Table) -> Vec<(String, JointKind)>,
+    limits: &JointLimits,
 ) -> Result<Session> {
     let (table, plan) = if extension(path) == "toml" {
+        check_manifest(path)?;
         let manifest = Manifest::read(path)?;
         let plan = manifest.plan(&of_manifest(&manifest))?;
         (read_table(&manifest.file)?, plan)
@@ -113,13 +135,24 @@ fn load_with(
         let plan = columns::canonical_plan(&table, &of_table(&table))?;
         (table, plan)
     };
-    columns::assemble(table, plan)
+    assemble::assemble(table, plan, limits)
+}
+
+/// Refuses what is no regular file, and one that is too large for a manifest, a model or a scenario, before it is read.
+///
+/// # Errors
+/// As said. A file that is not there is left to its reader.
+pub fn check_manifest(path: &Path) -> Result<()> {
+    match source_file::check(path, source_file::MAX_MANIFEST_BYTES) {
+        Err(Error::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(()),
+        checked => checked.map(|_| ()),
+    }
 }
 
 /// Reads all columns of a file of data as they stand, without units and without checks of their content.
 ///
 /// # Errors
-/// The file cannot be read, or its format is not known.
+/// The file is no regular file of bounded size, cannot be read, or its format is not known.
 pub fn read_table(path: &Path) -> Result<Table> {
     match extension(path).as_str() {
         "csv" => csv::read(path),
@@ -128,16 +161,44 @@ pub fn read_table(path: &Path) -> Result<Table> {
         "parquet" => parquet::read(path),
         #[cfg(feature = "mcap")]
         "mcap" => mcap::read(path),
-        other => {
-            let found = if other.is_empty() { "no extension" } else { other };
-            let mut expected = String::from("a file of data: .csv, .mat (MATLAB 5), ");
-            for (format, built) in [("parquet", cfg!(feature = "parquet")), ("mcap", cfg!(feature = "mcap"))] {
-                let without = if built { "" } else { " (this build lacks the feature of that name)" };
-                expected += &format!(".{format}{without}, ");
-            }
-            Err(Error::input(path, Place::File, "format", found, expected + "or a manifest .toml"))
-        }
+        other => Err(unknown_format(path, other)),
     }
+}
+
+/// As [`read_table`], from bytes in memory; `path` is what errors call them, and its extension tells the format.
+///
+/// # Errors
+/// The format is not known, or the bytes are not of it.
+pub fn parse_table(path: &Path, bytes: &[u8]) -> Result<Table> {
+    match extension(path).as_str() {
+        "csv" => csv::parse_bytes(path, bytes),
+        "mat" => mat::parse(path, bytes),
+        #[cfg(feature = "parquet")]
+        "parquet" => parquet::parse(path, bytes),
+        #[cfg(feature = "mcap")]
+        "mcap" => mcap::parse(path, bytes),
+        other => Err(unknown_format(path, other)),
+    }
+}
+
+/// A recording with canonical columns from bytes in memory, as [`load_alone`].
+///
+/// # Errors
+/// As [`load_alone`].
+pub fn parse_alone(path: &Path, bytes: &[u8]) -> Result<Session> {
+    let table = parse_table(path, bytes)?;
+    let plan = columns::canonical_plan(&table, &guess::joints_of_table(&table))?;
+    assemble::assemble(table, plan, &JointLimits::new())
+}
+
+fn unknown_format(path: &Path, format: &str) -> Error {
+    let found = if format.is_empty() { "no extension" } else { format };
+    let mut expected = String::from("a file of data: .csv, .mat (MATLAB 5), ");
+    for (format, built) in [("parquet", cfg!(feature = "parquet")), ("mcap", cfg!(feature = "mcap"))] {
+        let without = if built { "" } else { " (this build lacks the feature of that name)" };
+        expected += &format!(".{format}{without}, ");
+    }
+    Error::input(path, Place::File, "format", found, expected + "or a manifest .toml")
 }
 
 fn extension(path: &Path) -> String {

@@ -1,67 +1,109 @@
 //! Apache Parquet: every top-level column of numbers; time stamps become seconds.
+//!
+//! Left out: nested and repeated columns, text, decimal numbers of more than 18 digits, compression by gzip and brotli.
+
+mod footer;
+mod numbers;
+mod pages;
+mod quiet;
+mod thrift;
 
 use std::fs::File;
+use std::panic::AssertUnwindSafe;
 use std::path::Path;
 
+use bytes::Bytes;
+use parquet::basic::Compression;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader as _, SerializedFileReader};
-use parquet::record::Field;
+use parquet::file::metadata::ParquetMetaDataReader;
+use parquet::file::properties::ReaderProperties;
+use parquet::file::reader::{ChunkReader, FileReader as _};
+use parquet::file::serialized_reader::{ReadOptionsBuilder, SerializedFileReader};
 
-use super::table::{Column, Table};
+use self::numbers::Meaning;
+use super::source_file;
+use super::table::{Column, Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
 
 /// Reads all columns. What is no number is remembered as a fault of its column.
 ///
 /// # Errors
-/// The file cannot be read, or is no Parquet file.
+/// The file cannot be read, is no Parquet file, is damaged, or holds more than is read.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    // The decoder asserts what a broken file may not hold.
-    std::panic::catch_unwind(|| decode(path))
-        .unwrap_or_else(|_| Err(Error::input(path, Place::File, "parquet", "broken pages", "an Apache Parquet file")))
+    let (file, size) = source_file::open(path)?;
+    let probe = file.try_clone().map_err(|source| Error::file(path, "read", source))?;
+    decode::<File>(path, size, file, &probe)
 }
 
-fn decode(path: &Path) -> Result<Table> {
-    let file = File::open(path).map_err(|source| Error::file(path, "read", source))?;
-    let reader = SerializedFileReader::new(file).map_err(|error| unreadable(path, &error))?;
-    let fields = reader.metadata().file_metadata().schema().get_fields();
-    let mut columns: Vec<Column> =
-        fields.iter().map(|field| Column { name: field.name().to_owned(), values: Vec::new(), fault: None }).collect();
-    for (row, fields) in reader.get_row_iter(None).map_err(|error| unreadable(path, &error))?.enumerate() {
-        let fields = fields.map_err(|error| unreadable(path, &error))?;
-        for (column, (_, field)) in columns.iter_mut().zip(fields.get_column_iter()) {
-            column.put(number(field), row + 1, || shown(field));
+/// As [`read`], from memory.
+///
+/// # Errors
+/// As [`read`].
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Table> {
+    let bytes = Bytes::copy_from_slice(bytes);
+    decode::<Bytes>(path, bytes.len() as u64, bytes.clone(), &bytes)
+}
+
+/// `probe` is the file once more: what the library allocates for is looked at before.
+fn decode<R: ChunkReader + 'static>(path: &Path, size: u64, source: R, probe: &R) -> Result<Table> {
+    let footer_size = footer::check(path, size, probe)?;
+    // The decoders assert what a damaged page may not hold, in many places that no check from outside can foresee. Nothing is shared
+    // with the caller but files that are only read.
+    quiet::catch(AssertUnwindSafe(|| columns(path, size - footer_size, source, probe)))
+        .unwrap_or_else(|| Err(damaged(path, "broken pages")))
+}
+
+fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R) -> Result<Table> {
+    let unreadable = |_: ParquetError| damaged(path, "damaged");
+    let metadata = ParquetMetaDataReader::new().parse_and_finish(probe).map_err(unreadable)?;
+    let schema = metadata.file_metadata().schema_descr();
+    let fields = schema.root_schema().get_fields();
+    check_count(path, Place::File, fields.len())?;
+    let mut columns: Vec<Column> = fields.iter().map(|field| Column::new(field.name())).collect();
+    let mut leaves = Vec::new();
+    for (leaf, described) in schema.columns().iter().enumerate() {
+        let root = schema.get_column_root_idx(leaf);
+        let flat = fields[root].is_primitive() && described.max_rep_level() == 0;
+        match Meaning::of(described).filter(|_| flat) {
+            Some(meaning) => {
+                columns[root].seconds = meaning.seconds();
+                leaves.push((leaf, root, meaning));
+            }
+            None => columns[root].fault = Some((1, numbers::description(described, flat).to_owned())),
         }
     }
-    Ok(Table { file: path.to_owned(), columns, notes: Vec::new() })
-}
+    let groups = metadata.row_groups();
+    let rows = groups.iter().try_fold(0_u64, |sum, group| sum.checked_add(u64::try_from(group.num_rows()).ok()?));
+    check_cells(path, rows.ok_or_else(|| damaged(path, "a negative count of rows"))?, leaves.len())?;
 
-fn number(field: &Field) -> Option<f64> {
-    match field {
-        Field::Double(value) => Some(*value),
-        Field::Float(value) => Some(f64::from(*value)),
-        Field::Byte(value) => Some(f64::from(*value)),
-        Field::Short(value) => Some(f64::from(*value)),
-        Field::Int(value) => Some(f64::from(*value)),
-        Field::Long(value) => Some(*value as f64),
-        Field::UByte(value) => Some(f64::from(*value)),
-        Field::UShort(value) => Some(f64::from(*value)),
-        Field::UInt(value) => Some(f64::from(*value)),
-        Field::ULong(value) => Some(*value as f64),
-        Field::TimeMillis(value) => Some(f64::from(*value) * 1e-3),
-        Field::TimestampMillis(value) => Some(*value as f64 * 1e-3),
-        Field::TimeMicros(value) | Field::TimestampMicros(value) => Some(*value as f64 * 1e-6),
-        _ => None,
+    let properties = ReaderProperties::builder().set_backward_compatible_lz4(false).build();
+    let options = ReadOptionsBuilder::new().with_reader_properties(properties).build();
+    let reader = SerializedFileReader::new_with_options(source, options).map_err(unreadable)?;
+    let mut inflated = 0;
+    for (index, group) in groups.iter().enumerate() {
+        let pages = reader.get_row_group(index).map_err(unreadable)?;
+        for &(leaf, root, meaning) in &leaves {
+            let chunk = group.column(leaf);
+            let compression = chunk.compression();
+            if matches!(compression, Compression::GZIP(_) | Compression::BROTLI(_) | Compression::LZO) {
+                let expected = "columns that are not compressed, or by Snappy, Zstandard or LZ4";
+                let name = compression.to_string();
+                let name = name.split('(').next().unwrap_or_default();
+                return Err(Error::input(path, Place::File, "compression", name, expected));
+            }
+            inflated = pages::check(path, probe, end, chunk, group.num_rows(), inflated)?;
+            let column = &mut columns[root];
+            let before = column.values.len();
+            let values = pages.get_column_reader(leaf).map_err(unreadable)?;
+            numbers::read(values, meaning, chunk.column_descr().max_def_level(), column).map_err(unreadable)?;
+            if (column.values.len() - before) as i64 != group.num_rows() {
+                return Err(damaged(path, "fewer values than rows"));
+            }
+        }
     }
+    Table::new(path, Place::File, columns, Vec::new())
 }
 
-/// The text of a field that is no number; empty where it is missing.
-fn shown(field: &Field) -> String {
-    match field {
-        Field::Null => String::new(),
-        other => other.to_string(),
-    }
-}
-
-fn unreadable(path: &Path, error: &ParquetError) -> Error {
-    Error::input(path, Place::File, "parquet", error, "an Apache Parquet file")
+fn damaged(path: &Path, value: &str) -> Error {
+    Error::input(path, Place::File, "parquet", value, "an Apache Parquet file")
 }

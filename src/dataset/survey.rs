@@ -1,11 +1,14 @@
 //! What a file of data holds, for someone who sees it for the first time, and a first manifest for it.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use super::columns::CHANNEL_COLUMNS;
 use super::table::{Column, Table};
+use super::time_base::likely_units;
 use super::{Session, guess};
 use crate::timeseries::Channel;
+use crate::toml_input::{written_key, written_text};
 
 /// Words in the names of columns that tell a channel, most telling first.
 const CHANNEL_WORDS: [(&[&str], &str); 12] = [
@@ -24,7 +27,7 @@ const CHANNEL_WORDS: [(&[&str], &str); 12] = [
 ];
 
 /// Endings of the names of columns that tell a unit.
-const UNIT_ENDINGS: [(&str, &str); 12] = [
+const UNIT_ENDINGS: [(&str, &str); 14] = [
     ("_rad_s", "rad/s"),
     ("_deg_s", "deg/s"),
     ("_rad", "rad"),
@@ -34,6 +37,8 @@ const UNIT_ENDINGS: [(&str, &str); 12] = [
     ("_ma", "mA"),
     ("_nm", "N·m"),
     ("_ms", "ms"),
+    ("_us", "us"),
+    ("_ns", "ns"),
     ("_a", "A"),
     ("_n", "N"),
     ("_v", "V"),
@@ -41,7 +46,7 @@ const UNIT_ENDINGS: [(&str, &str); 12] = [
 
 /// Lines on a file: rows, then each column with its range and what is remarkable in it.
 pub fn survey(table: &Table) -> String {
-    let rows = table.columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
+    let rows = table.rows();
     let mut text = format!("{}: {rows} rows, {} columns\n", table.file.display(), table.columns.len());
     let width = table.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
     for column in &table.columns {
@@ -49,6 +54,9 @@ pub fn survey(table: &Table) -> String {
     }
     for note in &table.notes {
         let _ = writeln!(text, "  note: {note}");
+    }
+    if let Some(unit) = foreign_time(table) {
+        let _ = writeln!(text, "  note: by its steps, the time is likely in {unit} and not in seconds");
     }
     if is_canonical(table) {
         let joints = guess::joints_of_table(table);
@@ -60,7 +68,21 @@ pub fn survey(table: &Table) -> String {
 
 /// Whether a file can be read without a manifest.
 pub fn is_canonical(table: &Table) -> bool {
-    table.column("time").is_some() && !guess::joints_of_table(table).is_empty()
+    table.column("time").is_some() && foreign_time(table).is_none() && !guess::joints_of_table(table).is_empty()
+}
+
+/// The units that the steps of the column `time` tell, where they are not seconds.
+fn foreign_time(table: &Table) -> Option<String> {
+    let units = likely_time_units(table.column("time")?);
+    (!units.is_empty() && !units.contains(&"s")).then(|| units.join(" or "))
+}
+
+/// The units that the steps of a column tell; empty where its type has a unit, or where it does not increase.
+fn likely_time_units(column: &Column) -> Vec<&'static str> {
+    if column.seconds.is_some() {
+        return Vec::new();
+    }
+    clock(column).map(likely_units).unwrap_or_default()
 }
 
 /// Lines on a session: samples, time, then each channel with its range in SI.
@@ -78,7 +100,7 @@ pub fn survey_session(session: &Session) -> String {
             let column = Column {
                 name: format!("{}.{}", joint.name, channel_name(*channel)),
                 values: values.clone(),
-                fault: None,
+                ..Column::default()
             };
             let _ = writeln!(text, "  {:<32}  {}", column.name, about(&column, series.len()));
         }
@@ -97,14 +119,18 @@ fn about(column: &Column, rows: usize) -> String {
     if let Some((row, cell)) = &column.fault {
         return format!("not a number in row {row}: {cell:?}");
     }
-    let minimum = column.values.iter().copied().fold(f64::INFINITY, f64::min);
-    let maximum = column.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let origin = column.origin as f64;
+    let minimum = column.values.iter().copied().fold(f64::INFINITY, f64::min) + origin;
+    let maximum = column.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + origin;
     let mut text =
         if minimum == maximum { format!("constant {minimum}") } else { format!("{minimum:>12.6} to {maximum:>12.6}") };
     if let Some(row) = column.values.iter().position(|value| !value.is_finite()) {
         let _ = write!(text, "  {} in row {}", column.values[row], row + 1);
     } else if let Some(step) = clock(column) {
         let _ = write!(text, "  increasing, median step {step:.4e}");
+    }
+    if let Some(seconds) = column.seconds {
+        let _ = write!(text, "  time stamps in units of {seconds} s");
     }
     if column.values.len() < rows {
         let _ = write!(text, "  only {} rows", column.values.len());
@@ -125,17 +151,19 @@ fn clock(column: &Column) -> Option<f64> {
 /// A manifest to begin with: what the names of the columns tell is filled in, the rest is listed for its user.
 pub fn first_manifest(table: &Table) -> String {
     let file = table.file.file_name().unwrap_or_default().to_string_lossy();
-    let mut text =
-        format!("schema = \"lostmotion/dataset/1\"\nfile = \"{file}\"\nsource = \"who recorded it, when, on what\"\n");
+    let mut text = format!(
+        "schema = \"lostmotion/dataset/1\"\nfile = {}\nsource = \"who recorded it, when, on what\"\n",
+        written_text(&file)
+    );
     let time = time_column(table);
     match time {
         Some(column) => {
-            let unit = if unit_of(&column.name) == Some("ms") { "\nunit = \"ms\"" } else { "" };
-            let _ = write!(text, "\n[time]\ncolumn = \"{}\"{unit}\n", column.name);
+            let _ = write!(text, "\n[time]\ncolumn = {}\n{}", written_text(&column.name), time_unit(column));
         }
         None => text += "\n[time]\ncolumn = \"?\"  # no column increases from row to row\n",
     }
-    let mut joints: Vec<(String, Vec<String>)> = Vec::new();
+    let mut joints: Vec<(&str, Vec<(&'static str, String)>)> = Vec::new();
+    let mut places: HashMap<&str, usize> = HashMap::new();
     let mut rest = Vec::new();
     for column in table.columns.iter().filter(|column| time.is_none_or(|time| time.name != column.name)) {
         let Some((joint, channel)) = channel_of(&column.name) else {
@@ -143,20 +171,24 @@ pub fn first_manifest(table: &Table) -> String {
             continue;
         };
         let unit = unit_of(&column.name).map_or(String::new(), |unit| format!(", unit = \"{unit}\""));
-        let line = format!("{channel} = {{ column = \"{}\"{unit} }}\n", column.name);
-        match joints.iter_mut().find(|entry| entry.0 == joint) {
-            Some(entry) if entry.1.iter().any(|other| other.starts_with(&format!("{channel} ="))) => {
-                rest.push(column.name.as_str());
-            }
-            Some(entry) => entry.1.push(line),
-            None => joints.push((joint, vec![line])),
+        let line = format!("{channel} = {{ column = {}{unit} }}\n", written_text(&column.name));
+        let place = *places.entry(joint).or_insert_with(|| {
+            joints.push((joint, Vec::new()));
+            joints.len() - 1
+        });
+        let lines = &mut joints[place].1;
+        if lines.iter().any(|(other, _)| *other == channel) {
+            rest.push(column.name.as_str());
+        } else {
+            lines.push((channel, line));
         }
     }
     if joints.is_empty() {
         text += "\n[joints.NAME]  # a joint of the model\n";
     }
     for (joint, lines) in joints {
-        let _ = write!(text, "\n[joints.{joint}]\n{}", lines.concat());
+        let lines: String = lines.into_iter().map(|(_, line)| line).collect();
+        let _ = write!(text, "\n[joints.{}]\n{lines}", written_key(joint));
     }
     if !rest.is_empty() {
         let channels: Vec<&str> = CHANNEL_COLUMNS.iter().map(|entry| entry.0).collect();
@@ -165,6 +197,21 @@ pub fn first_manifest(table: &Table) -> String {
         text += "# as `position = { column = \"NAME\", unit = \"deg\", scale = 1.0 }`\n";
     }
     text
+}
+
+/// The line of the unit of the time, where its name or its steps tell one.
+fn time_unit(column: &Column) -> String {
+    if column.seconds.is_some() {
+        return String::new();
+    }
+    let likely = likely_time_units(column);
+    match (unit_of(&column.name), likely.as_slice()) {
+        (Some(unit @ ("ms" | "us" | "ns")), _) => format!("unit = \"{unit}\"\n"),
+        (_, ["s"]) => String::new(),
+        (_, [unit]) => format!("unit = \"{unit}\"\n"),
+        (_, units @ [_, _, ..]) => format!("unit = \"?\"  # by its steps {}\n", units.join(" or ")),
+        _ => String::new(),
+    }
 }
 
 fn time_column(table: &Table) -> Option<&Column> {
@@ -177,11 +224,17 @@ fn time_column(table: &Table) -> Option<&Column> {
 }
 
 /// Joint and channel that a name like `A1_motor_position_deg` or `joint1.position` tells.
-fn channel_of(name: &str) -> Option<(String, &'static str)> {
+fn channel_of(name: &str) -> Option<(&str, &'static str)> {
+    let canonical = name
+        .rsplit_once('.')
+        .and_then(|(joint, channel)| Some((joint, CHANNEL_COLUMNS.iter().find(|entry| entry.0 == channel)?.0)));
+    if canonical.is_some() {
+        return canonical;
+    }
     let lower = name.to_ascii_lowercase();
     let (_, channel) = CHANNEL_WORDS.iter().find(|(words, _)| words.iter().all(|word| lower.contains(word)))?;
     let joint = name.split(['.', '_']).next().filter(|joint| joint.len() < name.len() && !joint.is_empty())?;
-    Some((joint.to_owned(), channel))
+    Some((joint, channel))
 }
 
 fn unit_of(name: &str) -> Option<&'static str> {

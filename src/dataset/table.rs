@@ -1,9 +1,15 @@
 //! Columns of numbers as a file holds them, before names and units are given to them.
 
-use std::path::PathBuf;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use super::Note;
+use super::source_file::{MAX_CELLS, MAX_COLUMNS};
 use crate::error::{Error, Place, Result};
+
+/// Smallest size of a first value from which on a column keeps its values relative to a whole number: above it, an `f64` resolves a
+/// time stamp in seconds to no better than 1e-8 s, one in nanoseconds to no better than 256 ns.
+const LARGE: u64 = 100_000_000;
 
 /// The columns of a file of data.
 #[derive(Debug, Clone)]
@@ -14,40 +20,92 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// What was noticed while reading.
     pub notes: Vec<Note>,
+    index: HashMap<String, usize>,
 }
 
 /// One column.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Column {
     /// Its name in the file.
     pub name: String,
-    /// Its values; NaN where a cell is not a number.
+    /// Its values less `origin`; NaN where a cell is not a number.
     pub values: Vec<f64>,
+    /// What has to be added to each of `values`. Zero but for columns that begin at 1e8 or above, such as time stamps since 1970:
+    /// their differences keep their digits this way.
+    pub origin: i64,
+    /// [s] in one unit of the column, where the type of the column says so.
+    pub seconds: Option<f64>,
     /// The first cell that is not a number: its row, counted from 1, and its text.
     pub fault: Option<(usize, String)>,
 }
 
 impl Column {
+    /// An empty column.
+    pub(super) fn new(name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..Self::default() }
+    }
+
     /// Adds the value of a row, or what stands there instead of a number.
-    pub(super) fn put(&mut self, value: Option<f64>, row: usize, shown: impl FnOnce() -> String) {
+    pub(super) fn put(&mut self, value: Option<f64>, shown: impl FnOnce() -> String) {
         if value.is_none() && self.fault.is_none() {
-            self.fault = Some((row, shown()));
+            self.fault = Some((self.values.len() + 1, shown()));
         }
-        self.values.push(value.unwrap_or(f64::NAN));
+        self.values.push(value.map_or(f64::NAN, |value| value - self.origin as f64));
+    }
+
+    /// Adds a whole number and the fraction beside it, without a rounding of their sum.
+    pub(super) fn put_parts(&mut self, whole: i64, fraction: f64) {
+        if self.values.is_empty() && whole.unsigned_abs() >= LARGE {
+            self.origin = whole;
+        }
+        let value = match whole.checked_sub(self.origin) {
+            Some(difference) => difference as f64 + fraction,
+            None => whole as f64 - self.origin as f64 + fraction,
+        };
+        self.values.push(value);
+    }
+
+    /// The value of a row as the file means it.
+    pub fn value(&self, row: usize) -> f64 {
+        self.values[row] + self.origin as f64
     }
 }
 
 impl Table {
-    /// The column of that name.
-    pub fn column(&self, name: &str) -> Option<&Column> {
-        self.columns.iter().find(|column| column.name == name)
+    /// Puts columns together.
+    ///
+    /// # Errors
+    /// A name is there twice or holds control characters, or there are more columns than are read.
+    pub(super) fn new(file: &Path, place: Place, columns: Vec<Column>, notes: Vec<Note>) -> Result<Self> {
+        check_count(file, place, columns.len())?;
+        let mut index = HashMap::with_capacity(columns.len());
+        for (at, column) in columns.iter().enumerate() {
+            let refuse = |expected: &str| Err(Error::input(file, place, "column", &column.name, expected));
+            if column.name.chars().any(char::is_control) {
+                return refuse("a name without control characters");
+            }
+            if index.insert(column.name.clone(), at).is_some() {
+                return refuse("each column name once");
+            }
+        }
+        Ok(Self { file: file.to_owned(), columns, notes, index })
     }
 
-    /// The values of a column. `named_at`: file, place and key of the manifest that names it.
+    /// The column of that name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.index.get(name).and_then(|&at| self.columns.get(at)).filter(|column| column.name == name)
+    }
+
+    /// Rows of its longest column.
+    pub fn rows(&self) -> usize {
+        self.columns.iter().map(|column| column.values.len()).max().unwrap_or(0)
+    }
+
+    /// The column that a session wants. `named_at`: file, place and key of the manifest that names it.
     ///
     /// # Errors
     /// There is no such column, or it holds text.
-    pub(super) fn values(&self, name: &str, named_at: Option<&(PathBuf, Place, String)>) -> Result<Vec<f64>> {
+    pub(super) fn wanted(&self, name: &str, named_at: Option<&(PathBuf, Place, String)>) -> Result<&Column> {
         let Some(column) = self.column(name) else {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
             let expected = format!("one of the columns of {}: {}", self.file.display(), list(&names));
@@ -60,13 +118,37 @@ impl Table {
             let (value, expected) = describe_fault(text, *row, &column.values);
             return Err(Error::input(&self.file, Place::Row(*row), name, value, expected));
         }
-        Ok(column.values.clone())
+        Ok(column)
     }
+}
+
+/// Refuses more columns than are read.
+///
+/// # Errors
+/// As said.
+pub(super) fn check_count(file: &Path, place: Place, columns: usize) -> Result<()> {
+    if columns > MAX_COLUMNS {
+        return Err(Error::input(file, place, "columns", columns, format!("at most {MAX_COLUMNS}")));
+    }
+    Ok(())
+}
+
+/// Refuses more cells than are read.
+///
+/// # Errors
+/// As said.
+pub(super) fn check_cells(file: &Path, rows: u64, columns: usize) -> Result<()> {
+    if rows.saturating_mul(columns as u64) > MAX_CELLS as u64 {
+        let value = format!("{rows} rows of {columns} columns");
+        let expected = format!("at most {MAX_CELLS} cells: cut the recording into shorter sessions");
+        return Err(Error::input(file, Place::File, "size", value, expected));
+    }
+    Ok(())
 }
 
 /// The value and expectation to report for the first cell that is not a number.
 fn describe_fault(text: &str, row: usize, values: &[f64]) -> (String, String) {
-    let rest_is_missing = values[row - 1..].iter().all(|value| value.is_nan());
+    let rest_is_missing = values.get(row - 1..).is_some_and(|rest| rest.iter().all(|value| value.is_nan()));
     if text.is_empty() && rest_is_missing && row > 1 {
         let expected =
             format!("{} samples as in the other columns: the channel is shorter than the rest", values.len());
@@ -78,12 +160,14 @@ fn describe_fault(text: &str, row: usize, values: &[f64]) -> (String, String) {
     }
 }
 
-/// At most twelve names, and how many more there are.
+/// At most twelve names, each of at most forty characters, and how many more there are.
 pub(super) fn list(names: &[&str]) -> String {
     const SHOWN: usize = 12;
+    const CHARACTERS: usize = 40;
+    let shown: Vec<String> = names.iter().take(SHOWN).map(|name| crate::error::shown(name, CHARACTERS)).collect();
     if names.len() <= SHOWN {
-        names.join(", ")
+        shown.join(", ")
     } else {
-        format!("{} and {} more", names[..SHOWN].join(", "), names.len() - SHOWN)
+        format!("{} and {} more", shown.join(", "), names.len() - SHOWN)
     }
 }

@@ -24,6 +24,9 @@ pub(super) struct JointState {
     lists: [Vec<f64>; 3],
 }
 
+/// Most joints of a message.
+const MAX_JOINTS: u32 = 10_000;
+
 /// Names of the three lists.
 const QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 
@@ -58,7 +61,7 @@ impl Wire {
     /// Reads a message; `None` where it is cut off or its lists do not fit its names.
     pub(super) fn joint_state(self, bytes: &[u8]) -> Option<JointState> {
         let mut reader = match self {
-            Self::Ros1 => Reader { bytes, at: 0, aligned: false, little_endian: true },
+            Self::Ros1 => Reader::packed(bytes),
             Self::Cdr => {
                 let (head, bytes) = bytes.split_at_checked(4)?;
                 Reader { bytes, at: 0, aligned: true, little_endian: head[1] & 1 == 1 }
@@ -72,7 +75,7 @@ impl Wire {
         let seconds = if self == Self::Cdr { i64::from(seconds.cast_signed()) } else { i64::from(seconds) };
         let stamp = (seconds, reader.u32()?);
         reader.string()?;
-        let count = reader.u32()?;
+        let count = reader.u32().filter(|&count| count <= MAX_JOINTS)?;
         let names = (0..count).map(|_| reader.string()).collect::<Option<Vec<String>>>()?;
         let lists = [reader.list()?, reader.list()?, reader.list()?];
         let fits = lists.iter().all(|list| list.is_empty() || list.len() == names.len());
@@ -81,7 +84,7 @@ impl Wire {
 }
 
 /// Walks through a message.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
     aligned: bool,
@@ -89,6 +92,11 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
+    /// Of bytes that are packed, least byte first.
+    pub(super) fn packed(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0, aligned: false, little_endian: true }
+    }
+
     fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let piece = self.bytes.get(self.at..self.at.checked_add(count)?)?;
         self.at += count;
@@ -106,11 +114,15 @@ impl<'a> Reader<'a> {
         Some(bytes)
     }
 
+    pub(super) fn u16(&mut self) -> Option<u16> {
+        self.number().map(u16::from_le_bytes)
+    }
+
     fn u32(&mut self) -> Option<u32> {
         self.number().map(u32::from_le_bytes)
     }
 
-    fn string(&mut self) -> Option<String> {
+    pub(super) fn string(&mut self) -> Option<String> {
         let length = self.u32()?;
         let bytes = self.take(usize::try_from(length).ok()?)?;
         let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);

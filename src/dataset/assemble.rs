@@ -1,0 +1,96 @@
+//! From the columns of a plan to the signals of a session: units, time, checks.
+
+use std::path::Path;
+
+use super::bounds;
+use super::columns::{Plan, PlannedJoint, Source};
+use super::table::Table;
+use super::time_base::TimeUnit;
+use super::{JointLimits, Session, checks};
+use crate::error::{Error, Place, Result};
+use crate::timeseries::{JointSeries, TimeSeries};
+
+/// [s] Time that begins later than this, or earlier than its negative, is counted from the first sample: since 1970, not since the start
+/// of a recording. Above it, an `f64` resolves time no better than 1e-10 s.
+const FAR: f64 = 1e6;
+
+/// Takes the planned columns out of a table and checks them.
+///
+/// # Errors
+/// A column is missing, or its content cannot be used.
+pub(super) fn assemble(mut table: Table, plan: Plan, limits: &JointLimits) -> Result<Session> {
+    let mut notes = std::mem::take(&mut table.notes);
+    notes.extend(plan.notes);
+    let (time, unit) = time(&table, &plan.time, plan.time_unit)?;
+    let mut signals = vec![(plan.time.column.clone(), time)];
+    for joint in &plan.joints {
+        for (_, source) in &joint.channels {
+            signals.push((source.column.clone(), values(&table, source)?));
+        }
+    }
+    checks::lengths(&table.file, &signals)?;
+    checks::finite(&table.file, &signals)?;
+    let mut columns = signals[1..].iter();
+    for joint in &plan.joints {
+        for ((channel, _), (name, values)) in joint.channels.iter().zip(columns.by_ref()) {
+            bounds::physical(&table.file, name, *channel, joint.kind, values)?;
+            notes.extend(bounds::outside_limits(&table.file, name, *channel, joint, values, limits));
+        }
+    }
+    checks::check(&table.file, &mut signals, &unit, &mut notes)?;
+    Ok(session(table.file.as_path(), plan.name, plan.joints, signals, notes))
+}
+
+fn session(
+    source: &Path,
+    name: String,
+    planned: Vec<PlannedJoint>,
+    signals: Vec<(String, Vec<f64>)>,
+    notes: Vec<super::Note>,
+) -> Session {
+    let mut signals = signals.into_iter().map(|(_, values)| values);
+    let time = signals.next().unwrap_or_default();
+    let mut controllers = Vec::new();
+    let mut joints = Vec::new();
+    for PlannedJoint { name, channels, controller, .. } in planned {
+        let channels = channels.into_iter().map(|(channel, _)| channel).zip(signals.by_ref()).collect();
+        joints.push(JointSeries { name, channels });
+        controllers.push(controller);
+    }
+    Session { series: TimeSeries { name, time, joints }, notes, source: source.to_owned(), controllers }
+}
+
+/// [s] The time, and how its unit is known.
+fn time(table: &Table, source: &Source, given: Option<String>) -> Result<(Vec<f64>, TimeUnit)> {
+    let column = table.wanted(&source.column, source.named_at.as_ref())?;
+    let (factor, unit) = match (column.seconds, given) {
+        (Some(seconds), None) => (seconds, TimeUnit::Typed),
+        (Some(seconds), Some(unit)) if unit == "s" => (seconds, TimeUnit::Typed),
+        (Some(_), Some(unit)) => {
+            let expected = "no unit: the column holds time stamps, and the file itself says of which unit";
+            let (file, place) =
+                source.named_at.as_ref().map_or((&table.file, Place::File), |(file, place, _)| (file, *place));
+            return Err(Error::input(file, place, "time.unit", unit, expected));
+        }
+        (None, Some(unit)) => (source.factor, TimeUnit::Given(unit)),
+        (None, None) if source.named_at.is_some() => (source.factor, TimeUnit::Manifest),
+        (None, None) => (source.factor, TimeUnit::Canonical),
+    };
+    let first = column.values.first().copied().unwrap_or(0.0);
+    let far = column.origin != 0 || (first * factor).abs() > FAR;
+    let begin = if far { first } else { 0.0 };
+    Ok((column.values.iter().map(|value| (value - begin) * factor).collect(), unit))
+}
+
+fn values(table: &Table, source: &Source) -> Result<Vec<f64>> {
+    let column = table.wanted(&source.column, source.named_at.as_ref())?;
+    let (origin, factor) = (column.origin as f64, source.factor * column.seconds.unwrap_or(1.0));
+    let mut values = column.values.clone();
+    if origin != 0.0 {
+        values.iter_mut().for_each(|value| *value += origin);
+    }
+    if factor != 1.0 {
+        values.iter_mut().for_each(|value| *value *= factor);
+    }
+    Ok(values)
+}

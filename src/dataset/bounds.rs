@@ -1,0 +1,80 @@
+//! Numbers beyond physical sense, and positions outside the limits of a joint.
+
+use std::path::Path;
+
+use super::columns::PlannedJoint;
+use super::{JointLimits, Note};
+use crate::error::{Error, Place, Result};
+use crate::timeseries::Channel;
+use crate::units::JointKind;
+
+/// Part of the range of a joint by which a position may miss its limits unsaid: 3.6° of a range of 180°, where a tracking error at the
+/// limit and the error of a zero that was set by eye are about 1° each.
+const MARGIN: f64 = 0.02;
+
+/// Refuses a number that no machine reaches: a thousand times what the largest does, so that no unit that is merely wrong is meant.
+///
+/// # Errors
+/// The first such number, with row and column.
+pub(super) fn physical(file: &Path, name: &str, channel: Channel, kind: JointKind, values: &[f64]) -> Result<()> {
+    let (low, high, unit) = range(channel, kind);
+    match values.iter().position(|value| !(low..=high).contains(value)) {
+        None => Ok(()),
+        Some(row) => {
+            let expected = format!("a number from {low:e} to {high:e} [{unit}], beyond which no machine goes");
+            Err(Error::input(file, Place::Row(row + 1), name, format!("{:e}", values[row]), expected))
+        }
+    }
+}
+
+/// What a channel can be, with its unit.
+fn range(channel: Channel, kind: JointKind) -> (f64, f64, &'static str) {
+    let turns = kind == JointKind::Revolute;
+    let (size, unit) = match channel {
+        // 1e8 rad: a spindle at 1000 rad/s for a day. 1e6 m: a gantry of a kilometre.
+        Channel::Position | Channel::ReferencePosition | Channel::LinkPosition => {
+            (if turns { 1e8 } else { 1e6 }, kind.position_unit())
+        }
+        // The fastest spindles reach 2e4 rad/s at the motor, the fastest linear axes 100 m/s.
+        Channel::Velocity | Channel::ReferenceVelocity if turns => (1e7, "rad/s"),
+        Channel::Velocity | Channel::ReferenceVelocity => (1e5, "m/s"),
+        // The largest drives take 1e4 A.
+        Channel::Current | Channel::CommandCurrent => (1e7, "A"),
+        // The joints of the largest excavators bear 1e7 N·m and 1e7 N.
+        Channel::Torque => (1e10, kind.effort_unit()),
+        // A motor burns at 300 °C.
+        Channel::Temperature => return (-273.15, 1e4, "°C"),
+        _ => (f64::MAX, "SI"),
+    };
+    (-size, size, unit)
+}
+
+/// What there is to say of a position that lies outside the limits of its joint.
+pub(super) fn outside_limits(
+    file: &Path,
+    name: &str,
+    channel: Channel,
+    joint: &PlannedJoint,
+    values: &[f64],
+    limits: &JointLimits,
+) -> Option<Note> {
+    if !matches!(channel, Channel::Position | Channel::LinkPosition) {
+        return None;
+    }
+    let &(lower, upper) = limits.get(&joint.name)?;
+    let margin = MARGIN * (upper - lower);
+    if !margin.is_finite() {
+        return None;
+    }
+    let outside = |value: &&f64| !(lower - margin..=upper + margin).contains(*value);
+    let row = values.iter().position(|value| outside(&value))?;
+    let (count, unit) = (values.iter().filter(outside).count(), joint.kind.position_unit());
+    let text = format!(
+        "{:.4} {unit} lies outside the limits of {} in the model, {lower:.4} to {upper:.4} {unit}, as {count} of {} rows do: \
+         the unit, the zero or the sign of the position, or the limits, may be wrong",
+        values[row],
+        joint.name,
+        values.len()
+    );
+    Some(Note { file: file.to_owned(), place: Place::Row(row + 1), column: name.to_owned(), text })
+}
