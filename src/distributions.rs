@@ -14,9 +14,10 @@ pub fn normal_upper_tail(x: f64) -> f64 {
 }
 
 /// `t_{0.975}(f)`: 97.5 % quantile of Student's t with `f` degrees of freedom; fewer than one count as one, and what is no number does.
-/// From a million on it is the normal distribution's, which differs by 2e-6 there.
+/// From 1e5 on it is the normal distribution's, which differs
+/// by 2.4e-5 there: the inverse loses digits as the degrees of freedom grow, 1e-6 at that place.
 pub fn student_975(freedom: f64) -> f64 {
-    const NORMAL: f64 = 1e6;
+    const NORMAL: f64 = 1e5;
     if freedom >= NORMAL {
         return NORMAL_975;
     }
@@ -49,11 +50,11 @@ mod tests {
 
     #[test]
     fn property_quantiles_fall_towards_the_normal_ones_and_stay_finite() {
-        let freedoms = [f64::NAN, -1.0, 0.0, 1.0, 1.5, 2.0, 7.3, 50.0, 1e3, 9.9e5, 1.1e6, f64::INFINITY];
+        let freedoms = [f64::NAN, -1.0, 0.0, 1.0, 1.5, 2.0, 7.3, 50.0, 1e3, 9.9e4, 1.1e5, f64::INFINITY];
         let quantiles = freedoms.map(student_975);
         assert!(quantiles.iter().all(|t| t.is_finite()), "{quantiles:?}");
         assert!(quantiles[3..].windows(2).all(|pair| pair[0] >= pair[1] - 1e-9), "{quantiles:?}");
-        assert!((student_975(9.9e5) - NORMAL_975).abs() < 3e-6);
+        assert!((student_975(9.9e4) - NORMAL_975).abs() < 3e-5);
     }
 
     #[test]
@@ -63,6 +64,6 @@ mod tests {
             assert!((normal_upper_tail(x) / tail - 1.0).abs() < 1e-10, "{x}: {}", normal_upper_tail(x));
             assert!((normal_upper_tail(x) + normal_upper_tail(-x) - 1.0).abs() < 1e-15);
         }
-        assert!((normal_upper_tail(NORMAL_975) - 0.025).abs() < 1e-15);
+        assert!((normal_upper_tail(NORMAL_975) / 0.025 - 1.0).abs() < 1e-10);
     }
 }

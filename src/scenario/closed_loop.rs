@@ -96,9 +96,9 @@ fn run_session(
     seed: u64,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(TimeSeries, Vec<Contact>)> {
-    let Scenario { model, options, control_period, controller, .. } = scenario;
+    let Scenario { truth, model, options, control_period, controller, .. } = scenario;
     let model = &model.in_session(&session.name);
-    let mut plant = Plant::new(model, &Options { seed, ..options.clone() })?;
+    let mut plant = Plant::new(&truth.machine().in_session(&session.name), &Options { seed, ..options.clone() })?;
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);
     let timing = Timing { period: *control_period, duration: session.duration };
