@@ -60,7 +60,9 @@ mod tests {
     #[test]
     fn published_tails_of_the_normal_distribution() {
         // Abramowitz and Stegun, table 26.2, and symmetry.
-        for (x, tail) in [(0.0, 0.5), (1.0, 0.158_655_253_931_457), (3.0, 1.349_898_031_630_1e-3), (6.0, 9.865_876_450_377e-10)] {
+        for (x, tail) in
+            [(0.0, 0.5), (1.0, 0.158_655_253_931_457), (3.0, 1.349_898_031_630_1e-3), (6.0, 9.865_876_450_377e-10)]
+        {
             assert!((normal_upper_tail(x) / tail - 1.0).abs() < 1e-10, "{x}: {}", normal_upper_tail(x));
             assert!((normal_upper_tail(x) + normal_upper_tail(-x) - 1.0).abs() < 1e-15);
         }

@@ -1,7 +1,6 @@
 //! Measured data: what is read, what is mended, what is refused.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lostmotion::dataset::{self, Session};
@@ -29,10 +28,6 @@ fn says(message: &str, parts: &[&str]) {
     for part in parts {
         assert!(message.contains(part), "`{part}` not in: {message}");
     }
-}
-
-fn root(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
 #[test]

@@ -1,8 +1,7 @@
 //! The gap from motor-side signals: the paper's procedure and the likelihood of the counts.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use lostmotion::dataset;
 use lostmotion::identify::backlash::EstimatorResult;
 use lostmotion::identify::{self, BacklashIdentification, Options};
 use lostmotion::robot::Model;

@@ -1,7 +1,7 @@
 //! Scenarios: every one of the catalogue runs and meets its expectations; motions that cannot be are refused; the staircase
 //! is steady where it is measured.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use lostmotion::error::{Error, MotionFault};
 use lostmotion::identify::{self, Options};

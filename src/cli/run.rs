@@ -156,7 +156,8 @@ fn identified_with<'a>(
     progress.next("identifying");
     let mut found = identification::identify(trusted, measured, &Options::default())?;
     scenario.truth.compare(&mut found);
-    let unmet = scenario.expectations.iter().filter_map(|expectation| Some(expectation.check(&found)?.to_string())).collect();
+    let unmet =
+        scenario.expectations.iter().filter_map(|expectation| Some(expectation.check(&found)?.to_string())).collect();
     let report = identify::report(&scenario.name, &found, Some(&scenario.truth), &scenario.model, sessions);
     Ok((Report { model: Some(found.apply(base)), ..report }, unmet))
 }
@@ -173,25 +174,26 @@ fn diagnosed<'a>(
     let findings = Findings::new(&scenario.model, &recordings, &[], progress)?;
     let extended = &findings.diagnosis.extended_model;
     let diagnosis = findings.report(&scenario.name);
-    let (mut report, mut unmet) = match identified_with(&corrected(extended)?, extended, scenario, sessions, measured, progress) {
-        // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
-        Err(Error::TooLittleData { .. }) if scenario.expectations.is_empty() => {
-            let (json, document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
-            (Report { json, document, model, ..simulated(scenario, sessions) }, Vec::new())
-        }
-        result => {
-            let (mut report, unmet) = result?;
-            let joints = std::mem::take(&mut report.json["joints"]);
-            report.json = diagnosis.json;
-            report.json["identification"] = json!({ "joints": joints });
-            let friction = std::mem::replace(&mut report.document, diagnosis.document);
-            report.document.verdict += &format!("\n{}", friction.verdict);
-            let details = report.document.sections.iter().position(|section| section.detail);
-            let at = details.unwrap_or(report.document.sections.len());
-            report.document.sections.splice(at..at, friction.sections);
-            (report, unmet)
-        }
-    };
+    let (mut report, mut unmet) =
+        match identified_with(&corrected(extended)?, extended, scenario, sessions, measured, progress) {
+            // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
+            Err(Error::TooLittleData { .. }) if scenario.expectations.is_empty() => {
+                let (json, document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
+                (Report { json, document, model, ..simulated(scenario, sessions) }, Vec::new())
+            }
+            result => {
+                let (mut report, unmet) = result?;
+                let joints = std::mem::take(&mut report.json["joints"]);
+                report.json = diagnosis.json;
+                report.json["identification"] = json!({ "joints": joints });
+                let friction = std::mem::replace(&mut report.document, diagnosis.document);
+                report.document.verdict += &format!("\n{}", friction.verdict);
+                let details = report.document.sections.iter().position(|section| section.detail);
+                let at = details.unwrap_or(report.document.sections.len());
+                report.document.sections.splice(at..at, friction.sections);
+                (report, unmet)
+            }
+        };
     let named = scenario.diagnosis_expectation.check(&findings.diagnosis);
     unmet.splice(0..0, named.iter().map(ToString::to_string));
     for motion in &mut report.motions {

@@ -22,7 +22,10 @@ pub fn document(name: &str, identification: &Identification, truth: Option<&Trut
             .iter()
             .flat_map(|joint| joint.notes.iter().map(|note| format!("{}: {note}", joint.joint)))
             .collect(),
-        sections: joints.iter().map(|joint| section(joint, truth.and_then(|truth| truth.friction(&joint.joint)))).collect(),
+        sections: joints
+            .iter()
+            .map(|joint| section(joint, truth.and_then(|truth| truth.friction(&joint.joint))))
+            .collect(),
     }
 }
 

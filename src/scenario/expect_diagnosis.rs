@@ -75,7 +75,10 @@ impl fmt::Display for UnmetDiagnosis {
         let list = |names: &[String]| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
         match self {
             Self::Named { found, expected } => write!(f, "named: {}, expected: {}", list(found), list(expected)),
-            Self::Figure { expectation: EffectFigure { effect, joint, figure, unit, range: [least, greatest] }, found } => {
+            Self::Figure {
+                expectation: EffectFigure { effect, joint, figure, unit, range: [least, greatest] },
+                found,
+            } => {
                 let on = joint.as_ref().map_or_else(String::new, |joint| format!(" on {joint}"));
                 match found {
                     Some(found) => write!(f, "{effect}{on}: {figure} is {found:.6} {unit}, ")?,
@@ -131,8 +134,7 @@ impl DiagnosisExpectation {
 impl EffectFigure {
     fn check(&self, found: &[FoundEffect]) -> Vec<UnmetDiagnosis> {
         let on_joint = |one: &&FoundEffect| self.joint.as_ref().is_none_or(|joint| one.joints.contains(joint));
-        let named: Vec<&FoundEffect> =
-            found.iter().filter(|one| one.effect == self.effect).filter(on_joint).collect();
+        let named: Vec<&FoundEffect> = found.iter().filter(|one| one.effect == self.effect).filter(on_joint).collect();
         let unmet = |found| UnmetDiagnosis::Figure { expectation: self.clone(), found };
         if named.is_empty() {
             return vec![unmet(None)];

@@ -40,7 +40,8 @@ pub fn has_asymmetric_friction_and_a_line_at_one_motor_turn() {
     let model = Model::load(&root("robots/emps/model.toml")).expect("the axis");
     let train = load(&model, &[datasets().join("train.toml")]);
     let held_out = load(&model, &[datasets().join("pulses.toml")]);
-    let found = diagnose(&model, &train, &held_out, &diagnose::Options::default(), &mut |_, _| {}).expect("a diagnosis");
+    let found =
+        diagnose(&model, &train, &held_out, &diagnose::Options::default(), &mut |_, _| {}).expect("a diagnosis");
     let fit = |split| found.fit.iter().find(|fit| fit.split == split).expect("both parts are judged");
     let (train, held_out) = (fit(Split::Train), fit(Split::HeldOut));
     // 4.1 ± 0.2 %: the published figure, with room for another filter.

@@ -38,7 +38,11 @@ const CHECKS: [Check; 7] = [
         emps::errs_in_open_loop_as_much_as_published,
     ),
     ("published_the_kr300_has_a_delay_and_no_gap", &KR300, kr300::has_a_delay_and_no_gap),
-    ("property_nothing_is_named_on_the_clean_practice_set", &["practice/none/fast_3.csv"], practice::clean_is_left_alone),
+    (
+        "property_nothing_is_named_on_the_clean_practice_set",
+        &["practice/none/fast_3.csv"],
+        practice::clean_is_left_alone,
+    ),
     ("recover_gap_of_foreign_recordings", &["practice/none/staircase.csv"], practice::gap_of_foreign_recordings),
 ];
 
