@@ -71,7 +71,7 @@ fn scenario_all_of_the_catalogue_meet_their_expectations() {
         let text = std::fs::read_to_string(&file).unwrap();
         if text.contains("\ndata = ") {
             assert!(file.with_file_name("README.md").is_file(), "{} has no README.md", file.display());
-            // Carried out by tests/recordings.
+            // Carried out by tests/readme.
             continue;
         }
         let scenario = Scenario::load(&file, &[]).unwrap_or_else(|error| panic!("{error}"));

@@ -1,10 +1,9 @@
 //! Checks on recordings that are not part of the project. Where `LOSTMOTION_DATA` does not name their folder, or one of them is not in it,
-//! its checks are reported as ignored, never as passed.
+//! its checks are reported as ignored, never as passed. The scenarios on recordings are carried out by `tests/readme`.
 
 mod emps;
 mod kr300;
 mod practice;
-mod scenarios;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -46,25 +45,8 @@ const CHECKS: [Check; 7] = [
     ("recover_gap_of_foreign_recordings", &["practice/none/staircase.csv"], practice::gap_of_foreign_recordings),
 ];
 
-/// Scenarios of the catalogue on recordings, with those that they need.
-const SCENARIOS: [(&str, &[&str]); 4] = [
-    ("06_late_second_encoder", &KR300),
-    ("07_emps_two_days", &EMPS),
-    ("08_practice_tilt", &["practice/base_tilt/fast_3.csv"]),
-    ("09_practice_load", &["practice/load_dependent_friction/fast_3.csv"]),
-];
-
 fn main() -> ExitCode {
-    let mut trials: Vec<Trial> = CHECKS.iter().map(|&(name, needs, check)| trial(name, needs, check)).collect();
-    for (name, needs) in SCENARIOS {
-        trials.push(trial(&format!("scenario_{name}_meets_its_expectations"), needs, move || {
-            scenarios::meets_its_expectations(&root(&format!("scenarios/{name}/scenario.toml")));
-        }));
-    }
-    trials.push(Trial::test("property_every_scenario_on_recordings_is_checked", || {
-        scenarios::all_are_listed(&SCENARIOS.map(|(name, _)| name));
-        Ok(())
-    }));
+    let trials = CHECKS.iter().map(|&(name, needs, check)| trial(name, needs, check)).collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
