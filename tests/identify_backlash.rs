@@ -67,6 +67,7 @@ fn recover_gap_of_scara() {
 fn property_no_gap_is_reported_as_none() {
     let none = ["model.joints.joint1.backlash=0.0", "model.joints.joint2.backlash=0.0"].map(str::to_owned);
     let scenario = scenario("01_identify_scara", &none);
+    let mut consistent = 0;
     for seed in 11..15 {
         let data = measured(&scenario, seed);
         for joint in 0..2 {
@@ -74,9 +75,11 @@ fn property_no_gap_is_reported_as_none() {
             // Half an encoder count, a thirtieth of the real arm's gap: what a machine without a gap may show.
             let count = scenario.model.joints[joint].encoder_step();
             assert!(found.best.mean.value.abs() < 0.5 * count, "{:?}, a count is {count}", found.best.mean);
-            assert!(found.consistent_with_zero(), "{:?}", found.best.mean);
+            consistent += usize::from(found.consistent_with_zero());
         }
     }
+    // Of eight intervals of 95 %, fewer than six hold the truth in 0.6 % of all cases.
+    assert!(consistent >= 6, "{consistent} of 8");
 }
 
 /// `LOSTMOTION_GAP_TABLE="SCENARIO FIRST_SEED SEEDS [KEY=VALUE...]"` prints a table of the gaps found.

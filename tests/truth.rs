@@ -63,15 +63,15 @@ fn planted(number: f64) -> Option<&'static str> {
 #[test]
 fn regress_no_truth_reaches_what_a_run_writes() {
     let folder = tempfile::tempdir().expect("a folder");
-    // One joint moves through five speeds, so that the other is not identified: what is written of it must not be the truth either.
+    // One joint moves through ten speeds, so that the other is not identified: what is written of it must not be the truth either.
     let scenario = folder.path().join("scenario.toml");
     let robot = demonstration().with_file_name("model.toml");
     let text =
-        text().replace("\"model.toml\"", &format!("{robot:?}")).replace("increment_deg = 0.5", "increment_deg = 2.0");
+        text().replace("\"model.toml\"", &format!("{robot:?}")).replace("increment_deg = 0.5", "increment_deg = 1.0");
     let sessions: Vec<&str> = text.split("[[session]]").collect();
     let controller = text.split_once("[controller]").expect("a controller").1;
     let text = format!("{}[[session]]{}[controller]{controller}", sessions[0], sessions[1]);
-    let text = text.replace("first_deg = 0.5", "first_deg = 2.0");
+    let text = text.replace("first_deg = 0.5", "first_deg = 1.0");
     std::fs::write(&scenario, text).expect("written");
     let truths: Vec<String> = ABSURD.iter().map(|(key, value)| format!("model.{key}={value}")).collect();
     for procedure in ["identify", "diagnose"] {
