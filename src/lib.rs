@@ -9,6 +9,8 @@ pub mod control;
 pub mod dataset;
 /// What the simulation gets wrong, and why.
 pub mod diagnose;
+/// The normal and Student's t distribution.
+pub mod distributions;
 /// Motors, power stages and sensors.
 pub mod drive;
 /// Inverse dynamics, mass matrix, bias and gravity.

@@ -1,22 +1,12 @@
 //! Measured data: what is read, what is mended, what is refused.
 
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lostmotion::dataset::{self, Session};
 use lostmotion::error::Result;
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
 use lostmotion::units::{DEG, JointKind};
-
-/// The folder of recordings, or a message that the test is skipped.
-fn recordings() -> Option<PathBuf> {
-    let folder = std::env::var_os("LOSTMOTION_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("skipped: LOSTMOTION_DATA is not set");
-    }
-    folder
-}
 
 fn arm() -> Vec<(String, JointKind)> {
     vec![("shoulder".into(), JointKind::Revolute), ("slide".into(), JointKind::Prismatic)]
@@ -34,10 +24,6 @@ fn says(message: &str, parts: &[&str]) {
     for part in parts {
         assert!(message.contains(part), "`{part}` not in: {message}");
     }
-}
-
-fn root(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
 #[test]
@@ -106,28 +92,6 @@ fn property_a_manifest_gives_names_units_and_scale() {
     let position = shoulder.get(Channel::Position).expect("position");
     // One rounding of the factor, one of the product: two units in the last place of 1.6.
     assert!(position.iter().zip(expected).all(|(a, b)| (a - b).abs() < 5e-16), "{position:?}");
-}
-
-#[test]
-fn published_emps_recordings_read_as_they_were_published() {
-    if recordings().is_none() {
-        return;
-    }
-    let axis = [("carriage".to_owned(), JointKind::Prismatic)];
-    for (name, force) in [("train", 2.53862809), ("pulses", 2.55322418)] {
-        let session = dataset::load(&root(&format!("robots/emps/datasets/{name}.toml")), &axis).expect("the recording");
-        let (series, carriage) = (&session.series, &session.series.joints[0]);
-        assert_eq!(series.len(), 24841);
-        // 24.84 s at 1 kHz.
-        assert!((series.time[24840] - 24.84).abs() < 1e-5);
-        // Its steps scatter by 3.3e-8 s.
-        assert!((series.sample_interval() - 1e-3).abs() < 4e-8);
-        // First drive voltage of the file, printed with nine digits, times gtau.
-        let first = carriage.get(Channel::Torque).expect("force")[0];
-        assert!((first - 35.15065188 * force).abs() < 1e-6, "{first}");
-        assert_eq!(carriage.channels.len(), 3);
-        assert!(session.notes.is_empty(), "{:?}", session.notes);
-    }
 }
 
 #[test]

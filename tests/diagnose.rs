@@ -3,9 +3,8 @@
 #[path = "support/rigid_arm.rs"]
 mod rigid_arm;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use lostmotion::dataset;
 use lostmotion::diagnose::{Axis, Diagnosis, Options, Split, Verdict, diagnose};
 use lostmotion::error::Error;
 use lostmotion::gearhead::FrictionLaw;
@@ -228,64 +227,5 @@ fn property_a_session_without_current_is_refused() {
             assert!(error.expected.contains("current or torque"), "{error}");
         }
         other => panic!("{:?}", other.map(|found| found.verdict)),
-    }
-}
-
-/// Folder of measured data, or `None` with a message.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("LOSTMOTION_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("skipped: LOSTMOTION_DATA does not name a folder of measured data");
-    }
-    folder
-}
-
-fn load(model: &Model, files: &[PathBuf]) -> Vec<TimeSeries> {
-    let joints = dataset::joints_of(model);
-    files.iter().map(|file| dataset::load(file, &joints).expect("a recording").series).collect()
-}
-
-/// A. Janot, M. Gautier, M. Brunot (2019): relative force error on the training session 4.08 % for Coulomb and viscous friction,
-/// 3.11 % where they differ by direction. The authors name the asymmetry.
-#[test]
-fn published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn() {
-    if data().is_none() {
-        return;
-    }
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/emps");
-    let model = Model::load(&robot.join("model.toml")).expect("the axis");
-    let train = load(&model, &[robot.join("datasets/train.toml")]);
-    let held_out = load(&model, &[robot.join("datasets/pulses.toml")]);
-    let found = diagnose(&model, &train, &held_out, &Options::default(), &mut |_, _| {}).expect("a diagnosis");
-    let fit = |split| found.fit.iter().find(|fit| fit.split == split).expect("both parts are judged");
-    let (train, held_out) = (fit(Split::Train), fit(Split::HeldOut));
-    // 4.1 ± 0.2 %: the published figure, with room for another filter.
-    assert!((train.before_percent - 4.1).abs() < 0.2, "{train:?}");
-    assert!(train.after_percent < 3.0, "{train:?}");
-    // On another day, with pulses that the training does not have, the gain has to be there as well: a tenth at least.
-    assert!(held_out.after < 0.9 * held_out.before, "{held_out:?}");
-    assert_eq!(found.effects[0].effect, "viscous_asymmetry", "{:?}", found.effects);
-    let line = found.effects.iter().find(|effect| effect.effect == "cogging").expect("the line is named");
-    assert_eq!(line.parameters["order"].value, 1.0, "one period in 2.5 mm, which is a turn of the motor");
-    // Fitted by hand with free phases on this session: 1.03 ± 0.05 N.
-    assert!((line.parameters["amplitude"].value - 1.0).abs() < 0.15, "{line:?}");
-}
-
-#[test]
-fn scenario_practice_sets_are_named_and_the_clean_one_is_left_alone() {
-    let Some(folder) = data() else { return };
-    for name in ["base_tilt", "load_dependent_friction", "none"] {
-        let set = folder.join("practice").join(name);
-        let model = Model::load(&set.join("model.toml")).expect("the nominal model");
-        let train = load(&model, &["staircase.csv", "fast_1.csv", "fast_2.csv"].map(|file| set.join(file)));
-        let held_out = load(&model, &[set.join("fast_3.csv")]);
-        let options = Options { backlash: false, ..Options::default() };
-        let found = diagnose(&model, &train, &held_out, &options, &mut |_, _| {}).expect("a diagnosis");
-        let mut names: Vec<_> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
-        names.dedup();
-        let expected: &[&str] = if name == "none" { &[] } else { &[name] };
-        assert_eq!(names, expected, "{name}: {:?}", found.effects);
-        let verdict = if name == "none" { Verdict::NothingFound } else { Verdict::EffectsFound };
-        assert_eq!(found.verdict, verdict, "{name}: {:?}", found.unexplained);
     }
 }

@@ -45,6 +45,48 @@ fn property_a_tooth_never_pulls_and_both_flanks_are_alike() {
     }
 }
 
+/// The gear of a plant at an instant: the law's torque at the states that it shows, and the flank that touches.
+fn law_of_the_plant(plant: &Plant, gear: &DeadZone) -> [f64; 2] {
+    let state = &plant.states()[0];
+    let (x, x_dot) = (state.motor_position - state.link_position, state.motor_velocity - state.link_velocity);
+    [gear.torque(x, x_dot), state.gear_torque]
+}
+
+/// What the plant integrates is the dead zone of the doc: where it starts, and after any number of flanks left and met.
+#[test]
+fn regress_the_plant_integrates_the_dead_zone_that_is_tested() {
+    let (gap, stiffness, damping) = (0.01, 2000.0, 3.0);
+    let gear = DeadZone { backlash: gap, stiffness, damping };
+    let joint = JointModel {
+        rotor_inertia: 0.02,
+        gear_stiffness: stiffness,
+        gear_damping: damping,
+        backlash: Some(gap),
+        ..plain_joint("joint1")
+    };
+    let mut plant = single(joint);
+    let mut noise = Noise::new(7, 0);
+    let mut flanks = [0; 3];
+    for _ in 0..300 {
+        let (x, x_dot) = (0.016 * (noise.uniform() - 0.5), 4.0 * (noise.uniform() - 0.5));
+        let state = JointState { motor_position: x, motor_velocity: x_dot, ..JointState::default() };
+        plant.launch(&[state]);
+        let [law, integrated] = law_of_the_plant(&plant, &gear);
+        // The same operations on the same numbers: rounding of the sums, at torques up to 12 N·m.
+        assert!((law - integrated).abs() < 1e-12, "x = {x}, x' = {x_dot}: {law}, the plant has {integrated}");
+        assert_eq!(plant.contact(0), gear.contact(x, x_dot));
+        flanks[(plant.contact(0) + 1) as usize] += 1;
+        for _ in 0..5 {
+            plant.advance(&[0.0], 1e-3).unwrap();
+            let [law, integrated] = law_of_the_plant(&plant, &gear);
+            // A flank is met and left where the event is located, 1e-10 rad of wind-up: 2e-7 N·m.
+            assert!((law - integrated).abs() < 1e-6, "{law}, the plant has {integrated}");
+        }
+    }
+    // 5/8 of the draws lie within the gap.
+    assert!(flanks.iter().all(|count| *count > 30), "{flanks:?}");
+}
+
 /// The published lines as [a1, b1, a2, b2], N·m against deg/s, with joint 2 + corrected for its misprint.
 const PUBLISHED: [[f64; 4]; 4] = [
     [0.4645, -0.119, 0.2718, 0.0106],

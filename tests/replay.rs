@@ -4,11 +4,10 @@
 mod machines;
 
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use lostmotion::dataset::{self, Controller, Session};
+use lostmotion::dataset::{Controller, Session};
 use lostmotion::drive::Sensing;
-use lostmotion::gearhead::{Exponential, Friction, FrictionLaw};
 use lostmotion::plant::{Options as PlantOptions, Plant};
 use lostmotion::replay::{self, Gain, Loop, Options, Pairs, Quantity, Replay, low_pass};
 use lostmotion::robot::{EffectEntry, Model};
@@ -200,55 +199,6 @@ fn property_missing_signals_are_refused_by_name() {
     session.series.joints.clear();
     let message = replay::replay(&machine, &session, &Options::default()).expect_err("no joint").to_string();
     assert!(message.contains("joint1, joint2"), "{message}");
-}
-
-/// The EMPS axis with the published symmetric parameters: mass 95.1089 kg, viscous, Coulomb, offset.
-fn emps() -> Model {
-    let mut model = Model::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/emps/model.toml")).expect("model");
-    let side = Exponential { coulomb: 20.3935, breakaway: 20.3935, stribeck_velocity: 1e-3, viscous: 203.5034 };
-    model.joints[0].friction = Some(Friction { law: FrictionLaw::Exponential([side, side]), link_share: 0.1 });
-    model.joints[0].backlash = Some(0.0);
-    let parameters = [("offset".to_owned(), -3.1648 / model.joints[0].torque_per_ampere())].into();
-    model.effects.push(EffectEntry { effect: "current_offset".into(), joint: Some("carriage".into()), parameters });
-    model
-}
-
-#[test]
-fn published_emps_replays_at_least_as_well_as_the_published_closed_loop_simulation() {
-    if std::env::var_os("LOSTMOTION_DATA").is_none() {
-        eprintln!("skipped: LOSTMOTION_DATA is not set");
-        return;
-    }
-    let model = emps();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/emps/datasets");
-    // Relative errors in percent of the published simulation, unfiltered: position, force.
-    for (name, published) in [("train", [0.0138, 5.85]), ("pulses", [0.0080, 8.94])] {
-        let session = dataset::load(&folder.join(format!("{name}.toml")), &dataset::joints_of(&model)).expect("data");
-        let options = Options { cutoff: 1e6, ..Options::default() };
-        let replay = replay::replay(&model, &session, &options).expect("replay");
-        let relative: Vec<f64> = replay.errors.iter().map(|error| 100.0 * error.relative).collect();
-        println!("{name}: position {:.4} %, force {:.2} %; published {published:?}", relative[0], relative[1]);
-        assert!(relative[0] < published[0] && relative[1] < published[1], "{relative:?}");
-        // Far below the published figure would mean that the force is not simulated but handed through.
-        assert!(relative[1] > 2.0, "{relative:?}");
-    }
-}
-
-#[test]
-fn published_emps_in_open_loop_errs_as_much_as_the_published_simulation() {
-    if std::env::var_os("LOSTMOTION_DATA").is_none() {
-        eprintln!("skipped: LOSTMOTION_DATA is not set");
-        return;
-    }
-    let model = emps();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/emps/datasets");
-    let session = dataset::load(&folder.join("pulses.toml"), &dataset::joints_of(&model)).expect("data");
-    let replay = replay::replay(&model, &session, &open()).expect("replay");
-    let position = rms(&replay, "carriage", Quantity::Position);
-    println!("pulses in open loop: {:.2} mm; published 9.22 mm", 1e3 * position);
-    // The same parameters: the figure is theirs, up to how the last sample's force is held, what the current loop delays, and the gear
-    // that they leave out. A tenth of it covers that; a controller left in would make it a thousandth.
-    assert!((0.85..1.0).contains(&(position / 9.22e-3)), "{position}");
 }
 
 /// Errors of two models over `seconds` at 100 Hz: bursts of some seconds that both share, the second model's smaller by `1 − gain`, and noise

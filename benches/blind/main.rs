@@ -9,6 +9,8 @@
 //! A set is a folder with `model.toml`, `robot.urdf` and four recordings; what was hidden stands in `truth/<set>.json` beside it.
 //! It is drawn by the same modules as the sets of `tests/hidden_effects`. `table` keeps no data; see `docs/blind.md`. Seeds below 100000 are for tuning, those from 900000 for reports.
 
+#[path = "../../tests/hidden_effects/drawn.rs"]
+mod drawn;
 #[path = "../../tests/hidden_effects/generate.rs"]
 mod generate;
 #[path = "../../tests/hidden_effects/hidden.rs"]

@@ -11,6 +11,7 @@ use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, identification};
 use crate::robot::Model;
+use crate::scenario::Truth;
 use crate::timeseries::TimeSeries;
 
 use super::console::{OutputOptions, Progress};
@@ -60,7 +61,7 @@ impl Identify {
 pub fn report<'a>(
     name: &str,
     found: &Identification,
-    truth: Option<&Model>,
+    truth: Option<&Truth>,
     model: &'a Model,
     series: &'a [TimeSeries],
 ) -> Report<'a> {

@@ -14,7 +14,7 @@ use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, contacts};
 use crate::robot::Model;
-use crate::scenario::{self, Procedure, Recorded, Scenario, Unmet};
+use crate::scenario::{self, Procedure, Recorded, Scenario};
 use crate::timeseries::TimeSeries;
 
 use super::console::{self, OutputOptions, Progress};
@@ -89,13 +89,12 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     let progress = Progress::start("simulating", common.output.quiet);
     let run = scenario::simulate(&scenario, seed, &|done, all| progress.set(done / all))?;
     let measured = run.measured();
-    let (mut report, unmet) = match scenario.procedure {
+    let (mut report, mut unmet) = match scenario.procedure {
         Procedure::None => (simulated(&scenario, &run.sessions), Vec::new()),
         Procedure::Identify => identified(&scenario, &run.sessions, &measured, &progress)?,
         Procedure::Diagnose => diagnosed(&scenario, &run.sessions, &measured, &progress)?,
     };
     drop(progress);
-    let mut unmet: Vec<String> = unmet.iter().map(Unmet::to_string).collect();
     let met = scenario.contact_expectations.iter().filter_map(|expectation| expectation.check(&run));
     unmet.extend(met.map(|unmet| unmet.to_string()));
     note_contacts(&mut report, &scenario, &run);
@@ -104,11 +103,13 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
         report.extra.extend(measured.iter().map(|session| csv(&scenario, session)));
     }
     let outcome = console::finish(&report, &folder, &common.output)?;
-    if unmet.is_empty() {
-        return Ok(outcome);
-    }
+    Ok(judged(outcome, &unmet))
+}
+
+/// The outcome of a report, or a failure where an expectation is not met.
+fn judged(outcome: Outcome, unmet: &[String]) -> Outcome {
     unmet.iter().for_each(|unmet| eprintln!("expectation failed: {unmet}"));
-    Ok(Outcome::Failed)
+    if unmet.is_empty() { outcome } else { Outcome::Failed }
 }
 
 /// The folder of a simulated scenario.
@@ -133,20 +134,14 @@ fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<
     let progress = Progress::start("diagnosing", common.output.quiet);
     let findings = Findings::new(&model, &train, &hold_out, &progress)?;
     drop(progress);
-    let unmet = scenario.check(&findings.diagnosis);
+    let unmet: Vec<String> = scenario.check(&findings.diagnosis).iter().map(ToString::to_string).collect();
     let mut report = findings.report(&scenario.name);
     report.document.title = format!("{}: {}", scenario.name, scenario.question);
     if let Value::Object(content) = &mut report.json {
-        content.insert("failed_expectations".into(), unmet.iter().cloned().collect());
+        content.insert("failed_expectations".into(), unmet.clone().into());
     }
     let outcome = console::finish(&report, &folder, &common.output)?;
-    match unmet {
-        None => Ok(outcome),
-        Some(unmet) => {
-            eprintln!("expectation failed: {unmet}");
-            Ok(Outcome::Failed)
-        }
-    }
+    Ok(judged(outcome, &unmet))
 }
 
 /// The report of a run that was only simulated.
@@ -165,72 +160,66 @@ fn identified<'a>(
     sessions: &'a [TimeSeries],
     measured: &[TimeSeries],
     progress: &Progress,
-) -> Result<(Report<'a>, Vec<Unmet>)> {
-    identified_with(&scenario.model, scenario, sessions, measured, progress)
+) -> Result<(Report<'a>, Vec<String>)> {
+    identified_with(&scenario.model, &scenario.model, scenario, sessions, measured, progress)
 }
 
-/// The same with a model of one's own.
+/// The same with a model of one's own; what was identified is written into `base`.
 fn identified_with<'a>(
     trusted: &Model,
+    base: &Model,
     scenario: &'a Scenario,
     sessions: &'a [TimeSeries],
     measured: &[TimeSeries],
     progress: &Progress,
-) -> Result<(Report<'a>, Vec<Unmet>)> {
+) -> Result<(Report<'a>, Vec<String>)> {
     progress.next("identifying");
     let mut found = identification::identify(trusted, measured, &Options::default())?;
-    found.compare(&scenario.model);
-    let unmet = scenario.expectations.iter().filter_map(|expectation| expectation.check(&found)).collect();
-    let model = &scenario.model;
-    Ok((identify::report(&scenario.name, &found, Some(model), model, sessions), unmet))
+    scenario.truth.compare(&mut found);
+    let unmet =
+        scenario.expectations.iter().filter_map(|expectation| Some(expectation.check(&found)?.to_string())).collect();
+    let report = identify::report(&scenario.name, &found, Some(&scenario.truth), &scenario.model, sessions);
+    Ok((Report { model: Some(found.apply(base)), ..report }, unmet))
 }
 
-/// The nominal machine, without effects, friction and gap, compared with what was measured; then friction and gap, with the
+/// The nominal machine compared with what was measured; then friction and gap, with the
 /// cause in the model that the identification trusts.
 fn diagnosed<'a>(
     scenario: &'a Scenario,
     sessions: &'a [TimeSeries],
     measured: &[TimeSeries],
     progress: &Progress,
-) -> Result<(Report<'a>, Vec<Unmet>)> {
+) -> Result<(Report<'a>, Vec<String>)> {
     let recordings: Vec<_> = measured.iter().map(|series| recording(series, &scenario.source)).collect();
-    let findings = Findings::new(&nominal(&scenario.model), &recordings, &[], progress)?;
+    let findings = Findings::new(&scenario.model, &recordings, &[], progress)?;
     let extended = &findings.diagnosis.extended_model;
     let diagnosis = findings.report(&scenario.name);
-    let (mut report, unmet) = match identified_with(&corrected(extended)?, scenario, sessions, measured, progress) {
-        // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
-        Err(Error::TooLittleData { .. }) if scenario.expectations.is_empty() => {
-            let (json, document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
-            (Report { json, document, model, ..simulated(scenario, sessions) }, Vec::new())
-        }
-        result => {
-            let (mut report, unmet) = result?;
-            report.model = report.model.map(|identified| Model { effects: extended.effects.clone(), ..identified });
-            let joints = std::mem::take(&mut report.json["joints"]);
-            report.json = diagnosis.json;
-            report.json["identification"] = json!({ "joints": joints });
-            let friction = std::mem::replace(&mut report.document, diagnosis.document);
-            report.document.verdict += &format!("\n{}", friction.verdict);
-            let details = report.document.sections.iter().position(|section| section.detail);
-            let at = details.unwrap_or(report.document.sections.len());
-            report.document.sections.splice(at..at, friction.sections);
-            (report, unmet)
-        }
-    };
+    let (mut report, mut unmet) =
+        match identified_with(&corrected(extended)?, extended, scenario, sessions, measured, progress) {
+            // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
+            Err(Error::TooLittleData { .. }) if scenario.expectations.is_empty() => {
+                let (json, document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
+                (Report { json, document, model, ..simulated(scenario, sessions) }, Vec::new())
+            }
+            result => {
+                let (mut report, unmet) = result?;
+                let joints = std::mem::take(&mut report.json["joints"]);
+                report.json = diagnosis.json;
+                report.json["identification"] = json!({ "joints": joints });
+                let friction = std::mem::replace(&mut report.document, diagnosis.document);
+                report.document.verdict += &format!("\n{}", friction.verdict);
+                let details = report.document.sections.iter().position(|section| section.detail);
+                let at = details.unwrap_or(report.document.sections.len());
+                report.document.sections.splice(at..at, friction.sections);
+                (report, unmet)
+            }
+        };
+    let named = scenario.diagnosis_expectation.check(&findings.diagnosis);
+    unmet.splice(0..0, named.iter().map(ToString::to_string));
     for motion in &mut report.motions {
         motion.traces = residuals(&findings.diagnosis, &motion.session.name);
     }
     Ok((report, unmet))
-}
-
-/// The machine as its model file would describe it before anything was measured.
-fn nominal(model: &Model) -> Model {
-    let mut model = Model { effects: Vec::new(), ..model.clone() };
-    for joint in &mut model.joints {
-        joint.friction = None;
-        joint.backlash = None;
-    }
-    model
 }
 
 /// The model with its effects carried into its numbers, as far as they alter those.

@@ -28,15 +28,38 @@ pub struct DeadZone {
 impl DeadZone {
     /// `T(x, ẋ)` [N·m or N], positive when it drives the link positively.
     pub fn torque(&self, x: f64, x_dot: f64) -> f64 {
-        let half = 0.5 * self.backlash;
-        if self.backlash == 0.0 {
-            self.stiffness * x + self.damping * x_dot
-        } else if x > half {
-            (self.stiffness * (x - half) + self.damping * x_dot).max(0.0)
-        } else if x < -half {
-            (self.stiffness * (x + half) + self.damping * x_dot).min(0.0)
+        let side = f64::from(self.contact(x, x_dot));
+        if side == 0.0 { 0.0 } else { self.pressed(self.compression(x, side), x_dot) }
+    }
+
+    /// The flank that touches: +1, 0, −1. A gear without a gap is always in contact.
+    pub fn contact(&self, x: f64, x_dot: f64) -> i8 {
+        let overlap = |side: f64| self.overlap(side * x - 0.5 * self.backlash, side * x_dot);
+        if self.backlash == 0.0 || overlap(1.0) > 0.0 {
+            1
+        } else if overlap(-1.0) > 0.0 {
+            -1
         } else {
-            0.0
+            0
         }
+    }
+
+    /// `p` [rad or m] of a flank (`side` ±1; 0: `x` itself), signed towards positive torque.
+    #[inline(always)]
+    pub fn compression(&self, x: f64, side: f64) -> f64 {
+        x - 0.5 * side * self.backlash
+    }
+
+    /// `k p + d ṗ` [N·m or N] of a flank that touches.
+    #[inline(always)]
+    pub fn pressed(&self, p: f64, p_dot: f64) -> f64 {
+        self.stiffness * p + self.damping * p_dot
+    }
+
+    /// How far [rad or m] a flank is from touching, or from letting go, `p` and `ṗ` counted into the flank: positive where it touches,
+    /// which needs both, teeth that overlap and a force that pushes.
+    #[inline(always)]
+    pub fn overlap(&self, p: f64, p_dot: f64) -> f64 {
+        p.min(p + p_dot * self.damping / self.stiffness)
     }
 }

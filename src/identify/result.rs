@@ -201,13 +201,15 @@ impl Identification {
         self.joints.iter().find(|joint| joint.joint == name)
     }
 
-    /// The model with the identified friction and gap. The share of the friction that acts on the link cannot be seen on the
-    /// motor side: it stays as the model has it, or zero.
+    /// The model with the identified friction and gap. The share of the friction that acts on the link stays as the model has it; where the
+    /// model has no friction it is what the reversals tell, or zero where they tell nothing.
     pub fn apply(&self, model: &Model) -> Model {
         let mut model = model.clone();
         for found in &self.joints {
             let Some(joint) = model.joints.iter_mut().find(|joint| joint.name == found.joint) else { continue };
-            let link_share = joint.friction.map_or(0.0, |friction| friction.link_share);
+            let measured = found.backlash.as_ref().and_then(|backlash| backlash.link_share.as_ref());
+            let measured = measured.map_or(0.0, |share| share.value.clamp(0.0, 1.0));
+            let link_share = joint.friction.map_or(measured, |friction| friction.link_share);
             joint.friction = Some(Friction { law: found.friction.preferred_law(), link_share });
             if let Some(backlash) = &found.backlash {
                 joint.backlash = Some(backlash.best.mean.value.max(0.0));

@@ -1,4 +1,4 @@
-//! Averages of autocorrelated samples and the quantile that an interval needs.
+//! Averages of autocorrelated samples.
 
 /// Batches that the samples of a window are cut into for the standard error of their mean.
 const BATCHES: usize = 16;
@@ -23,15 +23,4 @@ pub fn mean_with_error(samples: &[f64]) -> (f64, f64) {
     let scatter: f64 = means.iter().map(|m| (m - mean(&means)).powi(2)).sum::<f64>();
     let n = batches as f64;
     (mean(samples), (scatter / (n * (n - 1.0).max(1.0))).sqrt())
-}
-
-/// 0.975 quantile of Student's t with `dof` degrees of freedom, by its expansion about the normal quantile
-/// (Abramowitz and Stegun 26.7.5; within 0.1 % from 5 degrees of freedom, an overestimate of the interval below 3).
-pub fn t_quantile_975(dof: usize) -> f64 {
-    let z = 1.959_963_984_540_054_f64;
-    let n = dof.max(1) as f64;
-    let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
-    z + (z3 + z) / (4.0 * n)
-        + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
-        + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * n * n * n)
 }

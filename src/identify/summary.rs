@@ -4,7 +4,7 @@ use super::fit::LawFit;
 use super::law::{CENTRIFUGAL, PER_DIRECTION};
 use super::points::Point;
 use super::result::{ExponentialEstimate, FrictionIdentification, LawKind, LinesEstimate, PerDirection, Quantity};
-use super::statistics::t_quantile_975;
+use crate::distributions::student_975;
 use crate::gearhead::FrictionLaw;
 use crate::robot::Model;
 use crate::units::JointKind;
@@ -60,7 +60,7 @@ const COMMON_ERRORS: f64 = 1.6;
 
 /// One coefficient.
 fn quantity(fit: &LawFit, index: usize, unit: String) -> Quantity {
-    let t = t_quantile_975(fit.fit.degrees_of_freedom);
+    let t = student_975(fit.fit.degrees_of_freedom as f64);
     Quantity::new(fit.fit.parameters[index], COMMON_ERRORS * fit.fit.std_error(index), t, unit)
 }
 
@@ -92,7 +92,7 @@ fn switch_velocity(fit: &LawFit, k: usize, unit: String) -> Quantity {
         }
     }
     let std_error = COMMON_ERRORS * (variance * fit.fit.inflation()).sqrt();
-    Quantity::new(value, std_error, t_quantile_975(fit.fit.degrees_of_freedom), unit)
+    Quantity::new(value, std_error, student_975(fit.fit.degrees_of_freedom as f64), unit)
 }
 
 /// Equation 6 in the direction of index `k`.

@@ -45,7 +45,7 @@ impl JointLaws {
         let x_dot = y.omega - y.v;
         let mesh = self.mesh(time, y.theta);
         let p_dot = mesh.rate(y.omega, y.v, side);
-        let torque = self.gear.stiffness * mesh.compression(y.theta, y.q, side) + self.gear.damping * p_dot;
+        let torque = self.gear.pressed(mesh.compression(y.theta, y.q, side), p_dot);
         flow.rotor_drive += flow.gear_torque - mesh.lever(side) * torque;
         flow.link_load += torque - flow.gear_torque;
         flow.power.work += torque * mesh.offset_rate;

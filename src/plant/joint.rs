@@ -132,12 +132,14 @@ impl JointLaws {
             let mesh = self.mesh(time, y.theta);
             (compression, rate) = (side * mesh.compression(y.theta, y.q, side), side * mesh.rate(y.omega, y.v, side));
         }
-        // Touching needs both: teeth that overlap, and a force that pushes.
-        compression.min(compression + rate * self.gear.damping / self.gear.stiffness)
+        self.gear.overlap(compression, rate)
     }
 
     /// Contact that a state has: +1, 0, −1. A gear without a gap is always in contact.
     pub fn contact(&self, time: f64, y: &Phase) -> i8 {
+        if self.gears.is_empty() {
+            return self.gear.contact(y.theta - y.q, y.omega - y.v);
+        }
         if self.gear.backlash == 0.0 || self.flank(time, y, 1.0) > 0.0 {
             1
         } else if self.flank(time, y, -1.0) > 0.0 {
@@ -154,7 +156,7 @@ impl JointLaws {
 
     /// Compression `p` of the touching flank, signed towards positive torque.
     pub fn compression(&self, y: &Phase, contact: i8) -> f64 {
-        y.theta - y.q - 0.5 * f64::from(contact) * self.gear.backlash
+        self.gear.compression(y.theta - y.q, f64::from(contact))
     }
 
     /// Elastic energy [J] of the gear.
@@ -175,7 +177,7 @@ impl JointLaws {
         let mut gear_torque = 0.0;
         if mode.contact != 0 {
             damper = self.gear.damping * x_dot;
-            gear_torque = self.gear.stiffness * self.compression(y, mode.contact) + damper;
+            gear_torque = self.gear.pressed(self.compression(y, mode.contact), x_dot);
         }
         let motor_torque = self.power.torque_per_ampere * current;
         let mut flow = Flow {

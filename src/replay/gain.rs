@@ -15,6 +15,8 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::distributions::{NORMAL_975, student_975};
+
 /// [s] Length of a block, unless that leaves fewer than [`WANTED_BLOCKS`].
 const BLOCK: f64 = 5.0;
 /// [s] Shortest block: errors behind the low-pass of a comparison forget themselves in less.
@@ -25,8 +27,6 @@ const WANTED_BLOCKS: f64 = 10.0;
 const FEWEST_BLOCKS: usize = 4;
 /// Draws: the ends of a 95 % interval then scatter by a twentieth of its width.
 const DRAWS: usize = 2000;
-/// 97.5 % quantile of the normal distribution.
-const Z: f64 = 1.959_964;
 /// Seed of the draws: the same data give the same interval.
 const SEED: u64 = 0x6761_696e;
 
@@ -130,33 +130,8 @@ fn interval(blocks: &[Power], all: Power) -> [f64; 2] {
     let mut draws: Vec<f64> = (0..DRAWS).map(|_| draw()).collect();
     draws.sort_by(f64::total_cmp);
     let freedom = (blocks.len() - 1) as f64;
-    let wider = student(freedom) / Z * ((freedom + 1.0) / freedom).sqrt();
+    let wider = student_975(freedom) / NORMAL_975 * ((freedom + 1.0) / freedom).sqrt();
     let estimate = all.log_ratio();
     let end = |share: f64| estimate + wider * (draws[((DRAWS - 1) as f64 * share).round() as usize] - estimate);
     [end(0.975), end(0.025)]
-}
-
-/// 97.5 % quantile of Student's t with `f ≥ 3` degrees of freedom (expansion of R. A. Fisher and E. A. Cornish 1960).
-fn student(f: f64) -> f64 {
-    let z2 = Z * Z;
-    let terms = [
-        (z2 + 1.0) / 4.0,
-        ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0,
-        (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0,
-        ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92_160.0,
-    ];
-    Z * (1.0 + terms.iter().rev().fold(0.0, |sum, term| (sum + term) / f))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn published_quantiles_of_students_t() {
-        // Tables; the first term that the expansion leaves out is of the order 1/f⁵.
-        for (f, expected, tolerance) in [(3.0, 3.182_4, 0.03), (5.0, 2.570_6, 0.003), (10.0, 2.228_1, 1e-4)] {
-            assert!((student(f) - expected).abs() < tolerance, "{f}: {}", student(f));
-        }
-    }
 }

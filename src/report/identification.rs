@@ -7,13 +7,13 @@ use super::plot::{Layer, Mark, Plot, Role};
 use super::table::Table;
 use crate::gearhead::{Direction, FrictionLaw};
 use crate::identify::{Identification, JointIdentification, LawKind, PerDirection, Quantity};
-use crate::robot::Model;
+use crate::scenario::Truth;
 
 /// Points of a fitted or true curve in a plot.
 const CURVE: usize = 240;
 
 /// The document of an identification; `truth` holds what was injected, where that is known.
-pub fn document(name: &str, identification: &Identification, truth: Option<&Model>) -> Document {
+pub fn document(name: &str, identification: &Identification, truth: Option<&Truth>) -> Document {
     let joints = &identification.joints;
     Document {
         title: format!("{name}: identified friction and backlash"),
@@ -22,13 +22,11 @@ pub fn document(name: &str, identification: &Identification, truth: Option<&Mode
             .iter()
             .flat_map(|joint| joint.notes.iter().map(|note| format!("{}: {note}", joint.joint)))
             .collect(),
-        sections: joints.iter().map(|joint| section(joint, true_law(truth, &joint.joint))).collect(),
+        sections: joints
+            .iter()
+            .map(|joint| section(joint, truth.and_then(|truth| truth.friction(&joint.joint))))
+            .collect(),
     }
-}
-
-fn true_law(truth: Option<&Model>, joint: &str) -> Option<FrictionLaw> {
-    let joint = truth?.joints.iter().find(|known| known.name == joint)?;
-    joint.friction.map(|friction| friction.law)
 }
 
 /// One line: Coulomb level, breakaway and gap.

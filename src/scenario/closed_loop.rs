@@ -96,10 +96,11 @@ fn run_session(
     seed: u64,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(TimeSeries, Vec<Contact>)> {
-    let Scenario { model, options, control_period, controller, .. } = scenario;
+    let Scenario { truth, model, options, control_period, controller, .. } = scenario;
     let model = &model.in_session(&session.name);
     let most_steps = (scenario.limits.steps / model.joints.len().max(1) as f64) as usize;
-    let mut plant = Plant::new(model, &Options { seed, most_steps, ..options.clone() })?;
+    let machine = truth.machine().in_session(&session.name);
+    let mut plant = Plant::new(&machine, &Options { seed, most_steps, ..options.clone() })?;
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);
     let timing = Timing { period: *control_period, duration: session.duration };

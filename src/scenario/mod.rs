@@ -13,6 +13,7 @@ mod contact;
 mod cost;
 mod design;
 mod expect;
+mod expect_diagnosis;
 mod ranges;
 mod read;
 mod read_controller;
@@ -21,15 +22,18 @@ mod read_reference;
 mod record;
 mod recorded;
 mod regulator;
+mod truth;
 
 pub use closed_loop::{Timing, closed_loop, simulate};
 pub use contact::{Contact, ContactExpectation, UnmetContact};
 pub use cost::{Cost, Limits, STEPS_A_SECOND};
 pub use design::{Budget, DECIDES, Design, Prediction, Question, Trial, design};
 pub use expect::{Expectation, Unmet};
+pub use expect_diagnosis::{DiagnosisExpectation, EffectFigure, UnmetDiagnosis};
 pub use record::Recorder;
 pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
+pub use truth::Truth;
 
 use std::path::PathBuf;
 
@@ -82,8 +86,10 @@ pub struct Scenario {
     pub question: String,
     /// Its file; what errors call it.
     pub source: PathBuf,
-    /// The machine that is simulated, everything about it known.
+    /// The machine as its user describes it before anything was measured: what procedures are given.
     pub model: Model,
+    /// The machine that is simulated: never given to a procedure.
+    pub truth: Truth,
     /// How it is simulated. The seed in it is `seed`'s.
     pub options: Options,
     /// Seed of the sensors' noise where none is given on the command line.
@@ -96,8 +102,10 @@ pub struct Scenario {
     pub sessions: Vec<Session>,
     /// What is done with them.
     pub procedure: Procedure,
-    /// What must come out.
+    /// What must come out of an identification.
     pub expectations: Vec<Expectation>,
+    /// What must come out of a diagnosis.
+    pub diagnosis_expectation: DiagnosisExpectation,
     /// What must be met on the way.
     pub contact_expectations: Vec<ContactExpectation>,
     /// What a run of it may cost.
@@ -166,7 +174,7 @@ impl Scenario {
     }
 
     fn check_starts(&self) -> Result<()> {
-        let mut plant = Plant::new(&self.model, &self.options)?;
+        let mut plant = Plant::new(self.truth.machine(), &self.options)?;
         for session in &self.sessions {
             plant.place(&session.profile.start());
             if let Some((touch, obstacle)) = plant.touches().find_map(|touch| Some((touch, touch.obstacle?))) {

@@ -18,6 +18,7 @@
 //! # [session.added_mass]                       # the same in one session of a list [[session]] alone
 //! [[obstacles]]                                # what stands in the way, see `read_obstacles`
 //! [expect.joint1]                              # largest errors in per cent, see `expect`
+//! # [expect] effects, [[expect.effect]]         # what a diagnosis names, see `expect_diagnosis`
 //! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
 //! ```
 
@@ -26,7 +27,7 @@ use std::path::Path;
 
 use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
-use super::{ContactExpectation, Expectation, Procedure, SCHEMA, Scenario, Session};
+use super::{ContactExpectation, DiagnosisExpectation, Expectation, Procedure, SCHEMA, Scenario, Session, Truth};
 use super::{Limits, ranges, read_controller, read_obstacles, read_reference};
 use crate::error::Result;
 use crate::files;
@@ -81,9 +82,12 @@ impl Scenario {
         let words = [("identify", Procedure::Identify), ("diagnose", Procedure::Diagnose), ("none", Procedure::None)];
         let mut options = read_options(root)?;
         options.obstacles = read_obstacles::read(root, &model.robot, options.engine)?;
-        let (expectations, contact_expectations) = read_expectations(root, &model, &options)?;
+        let procedure = root.optional_choice("procedure", &words)?.unwrap_or(Procedure::None);
+        let expected = read_expectations(root, &model, &options, procedure)?;
         let (sessions, loads): (Vec<Session>, Vec<Option<Load>>) = read_sessions(root, &model)?.into_iter().unzip();
         model.loads.extend(loads.into_iter().flatten());
+        let truth = Truth::of(model);
+        let nominal = truth.nominal();
         let scenario = Self {
             name: root.name("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
@@ -91,12 +95,14 @@ impl Scenario {
             options,
             seed: root.optional_integer("seed", 0, i64::MAX)?.unwrap_or(1).unsigned_abs(),
             control_period: root.number_or("control_period", &ranges::CONTROL_PERIOD, 1e-3)?,
-            controller: read_controller::read(&root.table("controller")?, &model)?,
+            controller: read_controller::read(&root.table("controller")?, &nominal)?,
             sessions,
-            procedure: root.optional_choice("procedure", &words)?.unwrap_or(Procedure::None),
-            expectations,
-            contact_expectations,
-            model,
+            procedure,
+            expectations: expected.joints,
+            diagnosis_expectation: expected.diagnosis,
+            contact_expectations: expected.contacts,
+            model: nominal,
+            truth,
             limits: Limits::default(),
         };
         root.finish()?;
@@ -181,17 +187,27 @@ fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<(Session, Option
     }
 }
 
-fn read_expectations(
-    root: &Table<'_>,
-    model: &Model,
-    options: &Options,
-) -> Result<(Vec<Expectation>, Vec<ContactExpectation>)> {
-    let Some(table) = root.optional_table("expect")? else { return Ok((Vec::new(), Vec::new())) };
-    let mut expectations = Vec::new();
-    let mut of_contacts = Vec::new();
-    for (joint, table) in table.named_tables()? {
+/// The content of `[expect]`.
+#[derive(Default)]
+struct Expected {
+    joints: Vec<Expectation>,
+    diagnosis: DiagnosisExpectation,
+    contacts: Vec<ContactExpectation>,
+}
+
+fn read_expectations(root: &Table<'_>, model: &Model, options: &Options, procedure: Procedure) -> Result<Expected> {
+    let Some(expect) = root.optional_table("expect")? else { return Ok(Expected::default()) };
+    let names: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+    let diagnosis = DiagnosisExpectation::read(&expect, Some(&names))?;
+    if let (false, true) = (diagnosis.is_empty(), procedure != Procedure::Diagnose) {
+        let key = if diagnosis.effects.is_some() { "effects" } else { "effect" };
+        return Err(expect.error(key, "a scenario with procedure = \"diagnose\""));
+    }
+    let mut expected = Expected { diagnosis, ..Expected::default() };
+    for joint in expect.keys().filter(|key| !["effects", "effect"].contains(key)) {
+        let table = expect.table(joint)?;
         if joint == "obstacles" {
-            of_contacts = read_contact_expectations(&table, options)?;
+            expected.contacts = read_contact_expectations(&table, options)?;
             continue;
         }
         if model.robot.joint_index(joint).is_none() {
@@ -199,12 +215,12 @@ fn read_expectations(
         }
         for (quantity, _) in QUANTITIES {
             if let Some(limit_percent) = table.optional_number(quantity, &Range::non_negative("%").up_to(1e6))? {
-                expectations.push(Expectation { joint: joint.to_owned(), quantity, limit_percent });
+                expected.joints.push(Expectation { joint: joint.to_owned(), quantity, limit_percent });
             }
         }
         table.finish()?;
     }
-    Ok((expectations, of_contacts))
+    Ok(expected)
 }
 
 fn read_contact_expectations(table: &Table<'_>, options: &Options) -> Result<Vec<ContactExpectation>> {

@@ -9,13 +9,12 @@
 //! data = ["../../robots/kr300/datasets/trajectory_a.toml"]
 //! hold_out = ["../../robots/kr300/datasets/trajectory_b.toml"]
 //! [expect]
-//! effects = ["sensor_delay"]                   # all that is named, in any order
+//! effects = ["sensor_delay"]                   # all that is named; and bounds of figures, see `expect_diagnosis`
 //! ```
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::SCHEMA;
+use super::{DiagnosisExpectation, SCHEMA, UnmetDiagnosis};
 use crate::diagnose::Diagnosis;
 use crate::error::Result;
 use crate::toml_input::{Document, Table};
@@ -24,7 +23,7 @@ use crate::toml_input::{Document, Table};
 const DATA_FOLDER: &str = "LOSTMOTION_DATA";
 
 /// A scenario on recordings.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Recorded {
     /// Its name.
     pub name: String,
@@ -36,8 +35,8 @@ pub struct Recorded {
     pub data: Vec<PathBuf>,
     /// Recordings to judge on.
     pub hold_out: Vec<PathBuf>,
-    /// Effects that must be named, and no others.
-    pub effects: Vec<String>,
+    /// What must be named, and within which bounds.
+    pub expectation: DiagnosisExpectation,
 }
 
 impl Recorded {
@@ -61,30 +60,29 @@ impl Recorded {
         let all = |key: &str| -> Result<Vec<PathBuf>> {
             root.optional_texts(key)?.unwrap_or_default().iter().map(|name| find(&root, key, name)).collect()
         };
-        let expect = root.table("expect")?;
-        let effects = expect.optional_texts("effects")?.unwrap_or_default();
+        let expectation = match root.optional_table("expect")? {
+            Some(expect) => {
+                let expectation = DiagnosisExpectation::read(&expect, None)?;
+                expect.finish()?;
+                expectation
+            }
+            None => DiagnosisExpectation::default(),
+        };
         let scenario = Self {
             name: root.name("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
             robot: find(&root, "robot", root.text("robot")?)?,
             data: all("data")?,
             hold_out: all("hold_out")?,
-            effects: effects.iter().map(|effect| (*effect).to_owned()).collect(),
+            expectation,
         };
-        expect.finish()?;
         root.finish()?;
         Ok(Some(scenario))
     }
 
-    /// What fails of what is expected, in words.
-    pub fn check(&self, found: &Diagnosis) -> Option<String> {
-        let named: BTreeSet<&str> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
-        let expected: BTreeSet<&str> = self.effects.iter().map(String::as_str).collect();
-        let list = |names: &BTreeSet<&str>| match names.is_empty() {
-            true => "nothing".to_owned(),
-            false => names.iter().copied().collect::<Vec<_>>().join(", "),
-        };
-        (named != expected).then(|| format!("named: {}, expected: {}", list(&named), list(&expected)))
+    /// What fails of what is expected.
+    pub fn check(&self, found: &Diagnosis) -> Vec<UnmetDiagnosis> {
+        self.expectation.check(found)
     }
 }
 

@@ -91,10 +91,11 @@ impl Document {
         Ok(Self { file: file.to_owned(), root })
     }
 
-    /// Sets one value from an assignment `a.b.c = value`, where a value that is not TOML is taken as text.
+    /// Sets one value from an assignment `a.b.c = value`, where a value that is not TOML is taken as text. `a[2].b` is in the second of a
+    /// list of tables `[[a]]`.
     ///
     /// # Errors
-    /// There is no `=`, a key is empty, or the path leads through a value that is no table.
+    /// There is no `=`, a key is empty, the path leads through a value that is no table, or a list is shorter.
     pub fn set(&mut self, assignment: &str) -> Result<()> {
         let refuse = |file: &Path, expected: &str| Error::input(file, Place::File, assignment, "", expected);
         let Some((path, value)) = assignment.split_once('=') else {
@@ -112,6 +113,18 @@ impl Document {
             };
             if key.trim().is_empty() {
                 return Err(refuse(&self.file, "an assignment KEY=VALUE"));
+            }
+            if let Some((name, number)) = numbered(key.trim()) {
+                let list = entries.iter_mut().find(|(known, _)| known == name).map(|(_, item)| &mut item.node);
+                let Some(Node::Array(items)) = list else {
+                    return Err(refuse(&self.file, "the name of a list before [ ]"));
+                };
+                let count = items.len();
+                let Some(one) = number.checked_sub(1).and_then(|index| items.get_mut(index)) else {
+                    return Err(refuse(&self.file, &format!("a number from 1 to {count} in [ ]")));
+                };
+                item = one;
+                continue;
             }
             let index = entries.iter().position(|(name, _)| name == key.trim()).unwrap_or_else(|| {
                 let empty = Item { line: None, raw: String::new(), node: Node::Table(Vec::new()) };
@@ -138,6 +151,12 @@ impl Document {
     pub fn root(&self) -> Table<'_> {
         Table::new(&self.file, String::new(), &self.root)
     }
+}
+
+/// Name and number of a key `name[2]`.
+fn numbered(key: &str) -> Option<(&str, usize)> {
+    let (name, number) = key.strip_suffix(']')?.split_once('[')?;
+    Some((name, number.trim().parse().ok()?))
 }
 
 /// Offsets at which lines begin.

@@ -5,16 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lostmotion::dataset::write_csv;
-use lostmotion::robot::{EffectEntry, Model};
+use lostmotion::robot::EffectEntry;
 use lostmotion::units::JointKind;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-use super::hidden::{self, Order};
-use super::machine::Machine;
-use super::motion;
-use super::record::record;
+use super::drawn::Drawn;
+use super::hidden::Order;
 
 /// Variables that tell the generating process what to do: folder, effects (`none`, `cogging`, `cogging+payload`), strength, seed.
 const FOLDER: &str = "HIDDEN_EFFECTS_FOLDER";
@@ -79,17 +75,9 @@ pub fn as_told() {
     write_set(Path::new(&folder), &Order { effects, strength, seed });
 }
 
-/// Streams of random numbers of one seed: the machine and its motion are the same whatever it hides.
-fn stream(seed: u64, number: u64) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(number);
-    rng
-}
-
 fn write_set(folder: &Path, order: &Order) {
-    let mut machine = Machine::draw(&mut stream(order.seed, 0));
-    let entries = hidden::draw(&mut stream(order.seed, 1), order, &mut machine);
-
+    let drawn = Drawn::new(order);
+    let machine = &drawn.machine;
     let set = Set::at(folder, &order.name());
     let data = set.model.parent().expect("a folder");
     fs::create_dir_all(data).expect("a folder for data");
@@ -97,16 +85,9 @@ fn write_set(folder: &Path, order: &Order) {
     fs::write(data.join("robot.urdf"), machine.urdf()).expect("the robot");
     fs::write(&set.model, machine.nominal()).expect("the nominal model");
 
-    let truth = machine.truth(&entries);
-    let model = Model::from_texts(&truth, &machine.urdf(), Path::new("truth.toml")).expect("a good model");
-    // Another day has other motions and other noise.
-    let later = u64::from(order.changed().is_some());
-    let mut moves = stream(order.seed, 2 + later);
     let kinds = [JointKind::Revolute; 2];
-    for (index, name) in ["staircase", "fast_1", "fast_2", "fast_3"].into_iter().enumerate() {
-        let motion = if index == 0 { motion::staircase(&mut moves) } else { motion::fast(&mut moves) };
-        let series = record(name, &model, &motion, 4 * order.seed + index as u64 + (later << 40));
-        write_csv(&data.join(name).with_extension("csv"), &series, &kinds).expect("a recording");
+    for series in drawn.sessions() {
+        write_csv(&data.join(&series.name).with_extension("csv"), &series, &kinds).expect("a recording");
     }
     let entry =
         |entry: &EffectEntry| json!({ "effect": entry.effect, "joint": entry.joint, "parameters": entry.parameters });
@@ -114,8 +95,8 @@ fn write_set(folder: &Path, order: &Order) {
         "seed": order.seed,
         "effects": order.effects,
         "strength": order.strength,
-        "entries": entries.iter().map(entry).collect::<Vec<_>>(),
-        "model": truth,
+        "entries": drawn.entries.iter().map(entry).collect::<Vec<_>>(),
+        "model": machine.truth(&drawn.entries),
     });
     fs::write(&set.truth, format!("{content:#}\n")).expect("the truth");
 }

@@ -4,6 +4,7 @@
 //! `truth/<effect>_<seed>.json`. The seeds of this test belong to it alone: nothing may be tuned to them.
 //! A set is judged right only where the hidden effect and no other is named. The bench `blind` draws and judges by the same modules, at length.
 
+mod drawn;
 mod generate;
 mod hidden;
 mod machine;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::robot::{EffectEntry, Model};
-use lostmotion::scenario::{Scenario, simulate};
+use lostmotion::scenario::{Scenario, Truth, simulate};
 use lostmotion::timeseries::TimeSeries;
 
 const ROBOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/sixaxis");
@@ -68,8 +68,8 @@ fn scenario() -> String {
 
 fn recorded(effects: &[EffectEntry], seed: u64) -> Vec<TimeSeries> {
     let mut scenario = Scenario::from_text(&scenario(), Path::new("scenario.toml"), &[]).expect("a good scenario");
-    scenario.model = symmetric();
-    scenario.model.effects.extend_from_slice(effects);
+    scenario.truth = Truth::of(symmetric());
+    scenario.truth.alter(|machine| machine.effects.extend_from_slice(effects));
     simulate(&scenario, seed, &|_, _| {}).expect("a run").measured()
 }
 

@@ -7,7 +7,9 @@
 //! ```
 //! Reference: N. L. Johnson, S. Kotz, N. Balakrishnan (1994), Continuous Univariate Distributions 1, section 10.1.
 
-use std::f64::consts::{FRAC_1_SQRT_2, PI};
+use std::f64::consts::PI;
+
+use crate::distributions::normal_upper_tail as upper_tail;
 
 /// Beyond this many standard deviations an interval's end is as good as infinite, or a tail is its asymptote.
 const FAR: f64 = 6.0;
@@ -48,29 +50,4 @@ impl Truncated {
 /// `φ(x)`.
 fn density(x: f64) -> f64 {
     (-0.5 * x * x).exp() / (2.0 * PI).sqrt()
-}
-
-/// `1 − Φ(x)`.
-fn upper_tail(x: f64) -> f64 {
-    0.5 * erfc(x * FRAC_1_SQRT_2)
-}
-
-/// Complementary error function, relative error below 1.2e-7 everywhere (W. H. Press et al., Numerical Recipes, section 6.2).
-fn erfc(x: f64) -> f64 {
-    const SERIES: [f64; 10] = [
-        -1.265_512_23,
-        1.000_023_68,
-        0.374_091_96,
-        0.096_784_18,
-        -0.186_288_06,
-        0.278_868_07,
-        -1.135_203_98,
-        1.488_515_87,
-        -0.822_152_23,
-        0.170_872_77,
-    ];
-    let t = 1.0 / (1.0 + 0.5 * x.abs());
-    let sum = SERIES.iter().rev().fold(0.0, |sum, c| sum * t + c);
-    let tail = t * (sum - x * x).exp();
-    if x >= 0.0 { tail } else { 2.0 - tail }
 }

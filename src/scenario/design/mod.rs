@@ -246,29 +246,19 @@ fn duration(scenario: &Scenario) -> f64 {
     scenario.sessions.iter().map(|session| session.duration).sum()
 }
 
-/// The machine as a diagnosis is told of it: without effects, its friction and gaps to be found.
-fn nominal(model: &Model) -> Model {
-    let mut nominal = Model { effects: Vec::new(), ..model.clone() };
-    for joint in &mut nominal.joints {
-        joint.friction = None;
-        joint.backlash = None;
-    }
-    nominal
-}
-
 fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) -> Result<Trial> {
     let options = Options { backlash: false, ..Options::default() };
-    let told = nominal(&scenario.model);
+    let told = &scenario.model;
     let plain = simulate(&with(scenario, None), SEED, &|_, _| {})?.measured();
     let mut seed = SEED;
     let mut predict = |cause: &String, strength: f64| -> Result<Prediction> {
-        let Some(assumed) = diagnose::typical(&told, &plain, cause, strength, &options)? else {
+        let Some(assumed) = diagnose::typical(told, &plain, cause, strength, &options)? else {
             let expected = "effects that can move the torque of this machine in an experiment";
             return Err(Error::input("command line".as_ref(), Place::File, "question", cause, expected));
         };
         seed += 1;
         let recorded: Vec<TimeSeries> = simulate(&with(scenario, Some(&assumed)), seed, &|_, _| {})?.measured();
-        let found = diagnose::diagnose(&told, &recorded, &[], &options, &mut |_, _| {})?;
+        let found = diagnose::diagnose(told, &recorded, &[], &options, &mut |_, _| {})?;
         Ok(prediction(&found, cause, question, assumed))
     };
     let [first, further @ ..] = STRENGTHS;
@@ -291,7 +281,7 @@ fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) 
 /// The scenario with one effect in its machine and no other.
 fn with(scenario: &Scenario, effect: Option<&EffectEntry>) -> Scenario {
     let mut scenario = scenario.clone();
-    scenario.model.effects = effect.into_iter().cloned().collect();
+    scenario.truth.alter(|machine| machine.effects = effect.into_iter().cloned().collect());
     scenario
 }
 

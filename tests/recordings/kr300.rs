@@ -1,37 +1,27 @@
-//! A second encoder behind the gear: delay, gap and soft gear told apart, on a real robot and on simulated ones.
+//! A KUKA KR300 with second encoders behind the gears, J. Weigand et al. (2022).
 
-use std::path::{Path, PathBuf};
-
-use lostmotion::dataset;
 use lostmotion::diagnose::{Diagnosis, Options, Split, Verdict, diagnose};
 use lostmotion::robot::Model;
-use lostmotion::timeseries::TimeSeries;
+
+use super::{load, root};
 
 /// [rad]
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
-fn kr300(train: &[&str], hold_out: &[&str]) -> Option<Diagnosis> {
-    if std::env::var_os("LOSTMOTION_DATA").is_none() {
-        eprintln!("skipped: LOSTMOTION_DATA does not name a folder of measured data");
-        return None;
-    }
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/kr300");
-    let model = Model::load(&robot.join("model.toml")).expect("the robot");
-    let joints = dataset::joints_of(&model);
-    let load = |names: &[&str]| -> Vec<TimeSeries> {
-        let file = |name: &&str| -> PathBuf { robot.join("datasets").join(format!("{name}.toml")) };
-        names.iter().map(|name| dataset::load(&file(name), &joints).expect("a recording").series).collect()
+fn kr300(train: &[&str], hold_out: &[&str]) -> Diagnosis {
+    let model = Model::load(&root("robots/kr300/model.toml")).expect("the robot");
+    let sessions = |names: &[&str]| {
+        let files: Vec<_> = names.iter().map(|name| root(&format!("robots/kr300/datasets/{name}.toml"))).collect();
+        load(&model, &files)
     };
-    let found = diagnose(&model, &load(train), &load(hold_out), &Options::default(), &mut |_, _| {});
-    Some(found.expect("a diagnosis"))
+    diagnose(&model, &sessions(train), &sessions(hold_out), &Options::default(), &mut |_, _| {}).expect("a diagnosis")
 }
 
 /// J. Weigand et al. (2022): one skew of 2.8 to 3.1 ms on all axes explains 93 to 99 % of what the motors are ahead of the links; without it
 /// a gap of 0.016 to 0.033° is found.
-#[test]
-fn published_the_kr300_has_a_delay_and_no_gap() {
+pub fn has_a_delay_and_no_gap() {
     for (train, hold_out) in [(["trajectory_a"], ["trajectory_b"]), (["trajectory_b"], ["trajectory_a"])] {
-        let Some(found) = kr300(&train, &hold_out) else { return };
+        let found = kr300(&train, &hold_out);
         assert_eq!(found.verdict, Verdict::EffectsFound);
         let names: Vec<_> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
         assert_eq!(names, ["sensor_delay"], "{:?}", found.effects);

@@ -1,0 +1,82 @@
+//! Checks on recordings that are not part of the project. Where `LOSTMOTION_DATA` does not name their folder, or one of them is not in it,
+//! its checks are reported as ignored, never as passed. The scenarios on recordings are carried out by `tests/readme`.
+
+mod emps;
+mod kr300;
+mod practice;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use libtest_mimic::{Arguments, Trial};
+use lostmotion::dataset;
+use lostmotion::robot::Model;
+use lostmotion::timeseries::TimeSeries;
+
+const EMPS: [&str; 2] = ["emps/DATA_EMPS.mat", "emps/DATA_EMPS_PULSES.mat"];
+const KR300: [&str; 2] = ["kuka_kr300/trajectory_A.csv", "kuka_kr300/trajectory_B.csv"];
+
+/// A check by name, the recordings that it needs, what it does.
+type Check = (&'static str, &'static [&'static str], fn());
+
+const CHECKS: [Check; 7] = [
+    ("published_emps_recordings_read_as_they_were_published", &EMPS, emps::read_as_published),
+    (
+        "published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn",
+        &EMPS,
+        emps::has_asymmetric_friction_and_a_line_at_one_motor_turn,
+    ),
+    (
+        "published_emps_replays_at_least_as_well_as_the_published_closed_loop_simulation",
+        &EMPS,
+        emps::replays_at_least_as_well_as_published,
+    ),
+    (
+        "published_emps_in_open_loop_errs_as_much_as_the_published_simulation",
+        &EMPS,
+        emps::errs_in_open_loop_as_much_as_published,
+    ),
+    ("published_the_kr300_has_a_delay_and_no_gap", &KR300, kr300::has_a_delay_and_no_gap),
+    (
+        "property_nothing_is_named_on_the_clean_practice_set",
+        &["practice/none/fast_3.csv"],
+        practice::clean_is_left_alone,
+    ),
+    ("recover_gap_of_foreign_recordings", &["practice/none/staircase.csv"], practice::gap_of_foreign_recordings),
+];
+
+fn main() -> ExitCode {
+    let trials = CHECKS.iter().map(|&(name, needs, check)| trial(name, needs, check)).collect();
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+/// A check that is ignored where one of its recordings is missing; `--include-ignored` makes it fail there.
+fn trial(name: &str, needs: &[&str], check: impl FnOnce() + Send + 'static) -> Trial {
+    let missing = recordings().map_or(Some("LOSTMOTION_DATA".to_owned()), |folder| {
+        needs.iter().map(|file| folder.join(file)).find(|file| !file.is_file()).map(|file| file.display().to_string())
+    });
+    if let Some(missing) = &missing {
+        eprintln!("ignored for want of {missing}: {name}");
+    }
+    let ignored = missing.is_some();
+    Trial::test(name, move || {
+        check();
+        Ok(())
+    })
+    .with_ignored_flag(ignored)
+}
+
+/// The folder of recordings.
+fn recordings() -> Option<PathBuf> {
+    std::env::var_os("LOSTMOTION_DATA").map(PathBuf::from)
+}
+
+/// A file of the project.
+fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn load(model: &Model, files: &[PathBuf]) -> Vec<TimeSeries> {
+    let joints = dataset::joints_of(model);
+    files.iter().map(|file| dataset::load(file, &joints).expect("a recording").series).collect()
+}
