@@ -20,8 +20,8 @@ const TOO_LONG: f64 = 10.0;
 /// A median step may miss these bounds by this share, as a step of 0.1 s does that is the difference of two rounded numbers.
 const ROUNDING: f64 = 1e-6;
 
-/// [s] Longest session: a day. A replay simulates it in some hours at worst, and what a machine's friction does over more than a day
-/// is that of several sessions.
+/// [s] Longest session: a day. What is slow in a machine, its temperature above all, is one state of a session; over more than a day it is
+/// that of several. This bounds what a replay simulates whatever stands in the column: at 1 kHz, 9·10⁷ steps.
 const LONGEST_SESSION: f64 = 86_400.0;
 
 /// Units that a time may be in where it is taken for seconds, and their size [s].
@@ -76,7 +76,7 @@ pub(super) fn check(
             return refuse(shown, range + &cause);
         }
         let likely = if known { Vec::new() } else { likely_units(step) };
-        if !known && (!likely.is_empty() || step > LONGEST || step < TOO_SHORT) {
+        if !known && (!likely.is_empty() || !(TOO_SHORT..=LONGEST).contains(&step)) {
             return refuse(shown, range + &advice(&likely, unit));
         }
         let text = format!("{shown}; a robot's log has {range}");
