@@ -5,7 +5,9 @@
 //!   gain_k = (E_{k−1} − E_k)/E_0
 //! ```
 //! The gains of one joint's effects add up to the joint's own gain. Errors of joints are taken relative to the RMS torque of each joint
-//! where several are judged together. The interval is that of [`Gain`]. An effect also has to gain beside all others, wherever it stands in
+//! where several are judged together. Rows far out (a link that floats, a knock) are clipped at [`CLIPPED`] robust standard deviations of the
+//! nominal error, before and after alike: single rows of most of the squared error would say how they are explained, and nothing of the
+//! rest. The interval is that of [`Gain`]. An effect also has to gain beside all others, wherever it stands in
 //! the order: with its columns against a fit without them.
 
 use std::collections::BTreeMap;
@@ -44,20 +46,20 @@ impl TermGain {
 /// belong to the nominal model. `None` where a part of the terms cannot be fitted.
 pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength: &[f64]) -> Option<Vec<TermGain>> {
     let terms = selection.terms();
+    let judge = Judge::new(problem, &selection.as_recorded);
     let mut order: Vec<usize> = (given..terms.len()).collect();
     order.sort_by(|a, b| strength[*b].total_cmp(&strength[*a]));
     let all = residuals_with(problem, &terms, &selection.fitted);
     let mut gains: Vec<TermGain> = terms.iter().map(|_| TermGain::none()).collect();
     let mut before: Residuals = selection.nominal.residuals.clone();
-    let nominal = &selection.as_recorded;
     for (position, index) in order.iter().enumerate() {
         let joints = &terms[*index].joints;
         let so_far = |other: usize| other < given || order[..=position].contains(&other);
         let after = if position + 1 == order.len() { all.clone() } else { fitted_with(problem, &terms, &so_far)? };
         let without = fitted_with(problem, &terms, &|other| other != *index)?;
         gains[*index] = TermGain {
-            step: step(problem, joints, nominal, [&before, &after]),
-            beside_others: compared(problem, joints, [&without, &all]),
+            step: judge.step(joints, [&before, &after]),
+            beside_others: judge.compared(joints, [&without, &all]),
         };
         before = after;
     }
@@ -71,26 +73,6 @@ impl TermGain {
     }
 }
 
-/// The gain of one step on some joints, in parts of the error of the nominal model.
-pub fn step(problem: &Problem, joints: &[usize], nominal: &Residuals, [before, after]: [&Residuals; 2]) -> EffectGain {
-    let gain = compared(problem, joints, [before, after]);
-    let error = |residuals: &Residuals, joints: &[usize]| {
-        pooled(problem, joints, residuals).iter().map(|e| e * e).sum::<f64>().sqrt()
-    };
-    let share = |joints: &[usize]| error(before, joints) / error(nominal, joints).max(1e-300);
-    let of_joint = |joint: &usize| {
-        let own = compared(problem, &[*joint], [before, after]).gain_percent * share(&[*joint]);
-        (problem.motion.model.joints[*joint].name.clone(), own)
-    };
-    let part = share(joints);
-    EffectGain {
-        gain_percent: part * gain.gain_percent,
-        gain_interval_percent: gain.interval_percent.map(|end| part * end),
-        gain_of: TORQUE.to_owned(),
-        gain_by_joint: joints.iter().map(of_joint).collect::<BTreeMap<_, _>>(),
-    }
-}
-
 fn residuals_with(problem: &Problem, terms: &[&Term], fitted: &super::problem::Fitted) -> Residuals {
     (0..problem.baseline.len()).map(|joint| views::residual(problem, terms, fitted, joint)).collect()
 }
@@ -101,32 +83,78 @@ fn fitted_with(problem: &Problem, terms: &[&Term], picked: &dyn Fn(usize) -> boo
     Some(residuals_with(problem, &picked, &fitted))
 }
 
-/// Held-out rows in which a joint of these is judged.
-fn rows(problem: &Problem, joints: &[usize]) -> Vec<usize> {
-    let judged = |row: &usize| problem.held_out[*row] && joints.iter().any(|joint| problem.judged[*joint][*row]);
-    (0..problem.motion.rows()).filter(judged).collect()
+/// [1] Robust standard deviations at which errors are clipped: no wave reaches that.
+const CLIPPED: f64 = 4.0;
+
+/// Judges residuals on held-out rows against those of the nominal model.
+pub struct Judge<'p, 'm> {
+    problem: &'p Problem<'m>,
+    nominal: &'p Residuals,
+    /// [N·m or N] RMS torque of each joint.
+    torque: Vec<f64>,
+    /// [N·m or N] at which errors of each joint are clipped.
+    limit: Vec<f64>,
 }
 
-/// `√Σ (e/s)²` of each held-out row over the joints that are judged there, `s` the RMS torque of the joint.
-fn pooled(problem: &Problem, joints: &[usize], residuals: &Residuals) -> Vec<f64> {
-    let scale = |joint: &usize| {
-        let rows = problem.judged_rows(*joint, Part::HeldOut);
-        let torque = &problem.motion.joints[*joint].torque;
-        let power: f64 = rows.iter().map(|row| torque[*row].powi(2)).sum();
-        (power / rows.len().max(1) as f64).sqrt().max(1e-300)
-    };
-    let scales: Vec<f64> = joints.iter().map(scale).collect();
-    let of_row = |row: &usize| {
-        let judged = joints.iter().zip(&scales).filter(|(joint, _)| problem.judged[**joint][*row]);
-        judged.map(|(joint, scale)| (residuals[*joint][*row] / scale).powi(2)).sum::<f64>().sqrt()
-    };
-    rows(problem, joints).iter().map(of_row).collect()
-}
+impl<'p, 'm> Judge<'p, 'm> {
+    /// Against these residuals of the nominal model.
+    pub fn new(problem: &'p Problem<'m>, nominal: &'p Residuals) -> Self {
+        let of_joint = |joint: usize| {
+            let rows = problem.judged_rows(joint, Part::HeldOut);
+            let torque = &problem.motion.joints[joint].torque;
+            let power: f64 = rows.iter().map(|row| torque[*row].powi(2)).sum();
+            let mut errors: Vec<f64> = rows.iter().map(|row| nominal[joint][*row].abs()).collect();
+            // Of a normal variable the median of the magnitude is 0.6745 of the standard deviation.
+            let middle = errors.len() / 2;
+            let median = if errors.is_empty() { 0.0 } else { *errors.select_nth_unstable_by(middle, f64::total_cmp).1 };
+            ((power / rows.len().max(1) as f64).sqrt().max(1e-300), CLIPPED * median / 0.6745)
+        };
+        let (torque, limit) = (0..problem.baseline.len()).map(of_joint).unzip();
+        Self { problem, nominal, torque, limit }
+    }
 
-/// The gain of one set of residuals over another on held-out rows of some joints.
-pub fn compared(problem: &Problem, joints: &[usize], [before, after]: [&Residuals; 2]) -> Gain {
-    let rows = rows(problem, joints);
-    of_rows(&problem.motion, &rows, [&pooled(problem, joints, before), &pooled(problem, joints, after)])
+    /// The gain of one step on some joints, in parts of the error of the nominal model.
+    pub fn step(&self, joints: &[usize], [before, after]: [&Residuals; 2]) -> EffectGain {
+        let gain = self.compared(joints, [before, after]);
+        let error = |residuals: &Residuals, joints: &[usize]| {
+            self.pooled(joints, residuals).iter().map(|e| e * e).sum::<f64>().sqrt()
+        };
+        let share = |joints: &[usize]| error(before, joints) / error(self.nominal, joints).max(1e-300);
+        let of_joint = |joint: &usize| {
+            let own = self.compared(&[*joint], [before, after]).gain_percent * share(&[*joint]);
+            (self.problem.motion.model.joints[*joint].name.clone(), own)
+        };
+        let part = share(joints);
+        EffectGain {
+            gain_percent: part * gain.gain_percent,
+            gain_interval_percent: gain.interval_percent.map(|end| part * end),
+            gain_of: TORQUE.to_owned(),
+            gain_by_joint: joints.iter().map(of_joint).collect::<BTreeMap<_, _>>(),
+        }
+    }
+
+    /// The gain of one set of residuals over another on some joints.
+    pub fn compared(&self, joints: &[usize], [before, after]: [&Residuals; 2]) -> Gain {
+        let rows = self.rows(joints);
+        of_rows(&self.problem.motion, &rows, [&self.pooled(joints, before), &self.pooled(joints, after)])
+    }
+
+    /// Held-out rows in which a joint of these is judged.
+    fn rows(&self, joints: &[usize]) -> Vec<usize> {
+        let Problem { held_out, judged, .. } = self.problem;
+        let picked = |row: &usize| held_out[*row] && joints.iter().any(|joint| judged[*joint][*row]);
+        (0..self.problem.motion.rows()).filter(picked).collect()
+    }
+
+    /// `√Σ (e/s)²` of each held-out row over the joints that are judged there, `s` the RMS torque of the joint.
+    fn pooled(&self, joints: &[usize], residuals: &Residuals) -> Vec<f64> {
+        let of_row = |row: &usize| {
+            let judged = joints.iter().filter(|joint| self.problem.judged[**joint][*row]);
+            let size = |joint: &usize| residuals[*joint][*row].abs().min(self.limit[*joint]) / self.torque[*joint];
+            judged.map(|joint| size(joint).powi(2)).sum::<f64>().sqrt()
+        };
+        self.rows(joints).iter().map(of_row).collect()
+    }
 }
 
 /// The gain over rows of a motion, from the errors without and with an effect, one each a row.

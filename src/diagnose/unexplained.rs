@@ -88,7 +88,7 @@ fn gains_on_held_out(problem: &Problem, without: &[&Term], with: &[&Term], joint
         Some((0..problem.baseline.len()).map(|joint| residual(problem, terms, &fitted, joint)).collect())
     };
     let (Some(before), Some(after)) = (residuals(without), residuals(with)) else { return false };
-    gains::compared(problem, &[joint], [&before, &after]).shown
+    gains::Judge::new(problem, &before).compared(&[joint], [&before, &after]).shown
 }
 
 /// The pattern that gains most on the training rows of a joint beside these terms and their loose fit, sought in the sessions `within`.

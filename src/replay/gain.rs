@@ -4,13 +4,12 @@
 //!   g = 1 − √(Σ e_after² / Σ e_before²)          pairs (e_before, e_after) of the same instants
 //! ```
 //! Errors of neighbouring samples are alike, so whole blocks of some seconds are drawn with replacement, both errors of a block
-//! together: a stretch on which both models are bad says nothing for either. `L = ln(1 − g)` of the draws gives the interval. Few
-//! blocks scatter less among themselves than blocks at large do, which a widening by `t_{m−1}/z √(m/(m−1))` about the estimate makes good
-//! for `m` blocks. One block that holds most of the squared errors needs no more than that: it is missing in one draw of three, and the
-//! interval holds what the others gain.
+//! together: a stretch on which both models are bad says nothing for either. `L = ln(1 − g)` of the draws gives the interval. Few or unequal
+//! blocks scatter less among themselves than blocks at large do, which a widening by `t_{m−1}/z √(m/(m−1))` about the estimate makes good:
+//! `m = 1/Σ w²` is the number of equal blocks that weigh as much, `w_i` the share of block `i` in the squared errors.
 //! A gain counts as shown where its 95 % interval excludes zero. Left out: what differs between sessions where only one was judged.
 //! References: H. R. Künsch (1989), The jackknife and the bootstrap for general stationary observations;
-//! T. C. Hesterberg (2015), What teachers should know about the bootstrap, section 3.5.
+//! T. C. Hesterberg (2015), What teachers should know about the bootstrap, section 3.5; L. Kish (1965), Survey sampling, for `m`.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -129,7 +128,9 @@ fn interval(blocks: &[Power], all: Power) -> [f64; 2] {
     };
     let mut draws: Vec<f64> = (0..DRAWS).map(|_| draw()).collect();
     draws.sort_by(f64::total_cmp);
-    let freedom = (blocks.len() - 1) as f64;
+    let share = |block: &Power| 0.5 * (block.before / all.before + block.after / all.after.max(1e-300));
+    let m = 1.0 / blocks.iter().map(|block| share(block).powi(2)).sum::<f64>();
+    let freedom = (m - 1.0).max(FEWEST_BLOCKS as f64 - 1.0);
     let wider = student_975(freedom) / NORMAL_975 * ((freedom + 1.0) / freedom).sqrt();
     let estimate = all.log_ratio();
     let end = |share: f64| estimate + wider * (draws[((DRAWS - 1) as f64 * share).round() as usize] - estimate);
