@@ -22,7 +22,6 @@
 //! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
 //! ```
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::contact::CONTACT_QUANTITIES;
