@@ -53,7 +53,7 @@ pub fn warn(warnings: &[String]) -> Outcome {
 /// A file or standard output is refused; then nothing is left behind.
 pub fn finish(report: &Report<'_>, folder: &Folder, options: &OutputOptions) -> Result<Outcome> {
     let files = report.files()?;
-    folder.write(files.iter().map(|(name, content)| (name.as_str(), content.as_slice())))?;
+    folder.write(&files)?;
     if options.json {
         print(&format!("{:#}\n", report.json))?;
     } else if !options.quiet {

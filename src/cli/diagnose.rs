@@ -13,7 +13,7 @@ use crate::report::files::envelope;
 use crate::report::recording::Motion;
 use crate::report::{Report, diagnosis as rendering};
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Channel, Drawn, TimeSeries};
 use crate::units::JointKind;
 
 use super::console::{OutputOptions, Progress};
@@ -46,25 +46,42 @@ impl Diagnose {
     /// Reads, diagnoses, replays nominal and extended model, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let train = input::sessions(&self.data, &model)?;
-        let hold_out = input::sessions(&self.hold_out, &model)?;
-        let reference = input::sessions(&self.reference, &model)?;
+        let wanted = channels(&model);
+        let (train, mut drawn) = input::drawn(&self.data, &model, &wanted)?;
+        let (hold_out, drawn_too) = input::drawn(&self.hold_out, &model, &wanted)?;
+        drawn.extend(drawn_too);
+        let (reference, drawn_before) = input::drawn(&self.reference, &model, &wanted)?;
+        let notes: Vec<String> = [&train, &hold_out, &reference].into_iter().flat_map(|one| input::notes(one)).collect();
         let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
         let progress = Progress::start("diagnosing", self.output.quiet);
         let found = if reference.is_empty() {
-            Findings::new(&model, &train, &hold_out, &progress)?
+            Findings::new(&model, train, hold_out, &progress)?
         } else {
-            Findings::compared(&model, &reference, &train, &hold_out, &progress)?
+            drawn = drawn_before.into_iter().map(|one| Drawn { name: named(&one.name, REFERENCE), ..one }).chain(drawn).collect();
+            Findings::compared(&model, reference, train, hold_out, &progress)?
         };
         drop(progress);
-        let mut report = found.report(&model.name);
-        report.document.warnings.extend(input::notes(&train));
-        report.document.warnings.extend(input::notes(&hold_out));
-        report.document.warnings.extend(input::notes(&reference));
+        let mut report = found.report(&model.name, drawn);
+        report.document.warnings.extend(notes);
         let outcome = console::finish(&report, &folder, &self.output)?;
         let gap = found.diagnosis.verdict != Verdict::NothingFound;
         Ok(if self.fail_on_gap && gap { Outcome::Failed } else { outcome })
     }
+}
+
+/// What the sessions of the healthy machine are called.
+const REFERENCE: &str = "reference";
+
+/// The name of a session that tells it from others of the same name.
+fn named(session: &str, side: &str) -> String {
+    format!("{side}: {session}")
+}
+
+/// Channels that a diagnosis and its replay read; all others may be dropped once the recording is drawn.
+pub fn channels(model: &Model) -> Vec<Channel> {
+    let mut channels = diagnosis::channels(model);
+    channels.extend(replay::CHANNELS);
+    channels
 }
 
 /// A diagnosis with the simulations of both models beside the data held out.
@@ -72,8 +89,6 @@ impl Diagnose {
 pub struct Findings {
     /// The diagnosis, its replay errors filled in.
     pub diagnosis: Diagnosis,
-    /// All recordings.
-    sessions: Vec<TimeSeries>,
 }
 
 impl Findings {
@@ -81,11 +96,12 @@ impl Findings {
     ///
     /// # Errors
     /// As [`diagnosis::diagnose`] and [`replay::replay`].
-    pub fn new(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
-        let mut findings = Self::without_replay(model, train, hold_out, progress)?;
-        let share = Options::default().held_out_share;
-        Self::replay(&mut findings.diagnosis, train, hold_out, share, progress)?;
-        Ok(findings)
+    pub fn new(model: &Model, train: Vec<Session>, hold_out: Vec<Session>, progress: &Progress) -> Result<Self> {
+        let options = Options::default();
+        let show = &mut |doing: &str, share: f64| progress.show(doing, share);
+        let mut diagnosis = diagnosis::diagnose(model, &series(&train), &series(&hold_out), &options, show)?;
+        Self::replay(&mut diagnosis, train, hold_out, options.held_out_share, progress)?;
+        Ok(Self { diagnosis })
     }
 
     /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
@@ -94,49 +110,37 @@ impl Findings {
     /// As [`diagnosis::compare`] and [`replay::replay`].
     pub fn compared(
         model: &Model,
-        reference: &[Session],
-        now: &[Session],
-        hold_out: &[Session],
+        reference: Vec<Session>,
+        now: Vec<Session>,
+        hold_out: Vec<Session>,
         progress: &Progress,
     ) -> Result<Self> {
-        let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
-        let (before, after, judged) = (named(series(reference), "reference"), series(now), series(hold_out));
+        let mut before = input::series(reference);
+        before.iter_mut().for_each(|session| session.name = named(&session.name, REFERENCE));
         let options = Options::default();
-        let mut diagnosis = diagnosis::compare(model, &before, &after, &judged, &options, &mut |doing, share| {
-            progress.show(doing, share);
-        })?;
+        let show = &mut |doing: &str, share: f64| progress.show(doing, share);
+        let mut diagnosis =
+            diagnosis::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
+        drop(before);
         Self::replay(&mut diagnosis, now, hold_out, options.held_out_share, progress)?;
-        Ok(Self { diagnosis, sessions: before.into_iter().chain(after).chain(judged).collect() })
-    }
-
-    /// Diagnoses alone.
-    ///
-    /// # Errors
-    /// As [`diagnosis::diagnose`].
-    fn without_replay(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
-        let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
-        let options = Options::default();
-        let (train_series, hold_out_series) = (series(train), series(hold_out));
-        let diagnosis = diagnosis::diagnose(model, &train_series, &hold_out_series, &options, &mut |doing, share| {
-            progress.show(doing, share);
-        })?;
-        let sessions = train_series.into_iter().chain(hold_out_series).collect();
-        Ok(Self { diagnosis, sessions })
+        Ok(Self { diagnosis })
     }
 
     /// Both models in simulation beside the data held out.
     fn replay(
         diagnosis: &mut Diagnosis,
-        train: &[Session],
-        hold_out: &[Session],
+        train: Vec<Session>,
+        hold_out: Vec<Session>,
         share: f64,
         progress: &Progress,
     ) -> Result<()> {
-        let judged: Vec<Session> = if hold_out.is_empty() {
-            train.iter().map(|session| tail(session, share)).collect()
+        let mut judged = if hold_out.is_empty() {
+            train.into_iter().map(|session| tail(session, share)).collect()
         } else {
-            hold_out.to_vec()
+            drop(train);
+            hold_out
         };
+        judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
         progress.next("replaying");
         let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
         let (compared, replays) = replay::compare_models(nominal, extended, &judged, &replay::Options::default())?;
@@ -147,11 +151,11 @@ impl Findings {
         Ok(())
     }
 
-    /// The report: first the recordings with their residuals, then the extended model beside the data held out.
-    pub fn report(&self, name: &str) -> Report<'_> {
+    /// The report: the recordings as they are drawn, with their residuals.
+    pub fn report(&self, name: &str, drawn: Vec<Drawn>) -> Report<'_> {
         let json = serde_json::to_value(&self.diagnosis).unwrap_or(Value::Null);
         let model = &self.diagnosis.extended_model;
-        let motions = self.sessions.iter().map(|session| {
+        let motions = drawn.into_iter().map(|session| {
             let traces = rendering::traces(&self.diagnosis, &session.name);
             Motion { traces, ..Motion::new(&model.robot, session) }
         });
@@ -165,29 +169,17 @@ impl Findings {
     }
 }
 
-/// Sessions whose names tell them from others of the same names.
-fn named(mut sessions: Vec<TimeSeries>, side: &str) -> Vec<TimeSeries> {
-    for session in &mut sessions {
-        session.name = format!("{side}: {}", session.name);
-    }
-    sessions
+/// The signals alone, which share their samples with the sessions.
+fn series(sessions: &[Session]) -> Vec<TimeSeries> {
+    sessions.iter().map(|session| session.series.clone()).collect()
 }
 
 /// The last part of a session.
-fn tail(session: &Session, share: f64) -> Session {
-    let mut session = session.clone();
-    let (first, last) = match (session.series.time.first(), session.series.time.last()) {
-        (Some(first), Some(last)) => (*first, *last),
-        _ => return session,
-    };
-    let from = session.series.time.partition_point(|time| *time <= last - share * (last - first));
-    session.series.time.drain(..from);
-    for joint in &mut session.series.joints {
-        joint.channels.values_mut().for_each(|values| {
-            values.drain(..from);
-        });
-    }
-    session
+fn tail(session: Session, share: f64) -> Session {
+    let time = &session.series.time;
+    let (Some(first), Some(last)) = (time.first(), time.last()) else { return session };
+    let from = time.partition_point(|time| *time <= last - share * (last - first));
+    Session { series: session.series.since(from), ..session }
 }
 
 /// Parts of the squared torque error of replays that lie in each zone of a joint.
@@ -195,9 +187,9 @@ fn zone_shares(joint: &str, series: &[ResidualSeries], replays: &[Replay]) -> Op
     let (mut sums, mut times) = ([0.0; 3], [0.0; 3]);
     for replay in replays {
         let error = replay.errors.iter().find(|error| error.joint == joint && error.quantity == Quantity::Torque)?;
-        for series in series.iter().filter(|one| one.joint == joint && one.session == replay.recorded.name) {
+        for series in series.iter().filter(|one| one.joint == joint && one.session == replay.session) {
             let (Some(first), Some(last)) = (series.time.first(), series.time.last()) else { continue };
-            for (time, e) in replay.recorded.time.iter().zip(&error.difference) {
+            for (time, e) in replay.time.iter().zip(&error.difference) {
                 if (first..=last).contains(&time) {
                     let row = series.time.partition_point(|row| row <= time).saturating_sub(1);
                     let zone = series.zone[row] as usize;

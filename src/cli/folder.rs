@@ -1,9 +1,11 @@
 //! The folder of results: everything is written into a hidden sibling and moved into place at once, or not at all.
 
 use std::fs;
+use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
+use crate::report::files::{Content, File};
 
 /// Where the results of a command will stand. Nothing is on the disk before [`Folder::write`].
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +47,7 @@ impl Folder {
     ///
     /// # Errors
     /// The operating system refuses; then the folder is as it was before.
-    pub fn write<'a>(&self, files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> Result<()> {
+    pub fn write<'a>(&self, files: impl IntoIterator<Item = &'a File<'a>>) -> Result<()> {
         let partial = self.sibling("partial");
         let done = fill(&partial, files).and_then(|()| self.replace_by(&partial));
         if done.is_err() {
@@ -81,11 +83,18 @@ impl Folder {
 }
 
 /// Creates `folder` and writes the files into it.
-fn fill<'a>(folder: &Path, files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> Result<()> {
+fn fill<'a>(folder: &Path, files: impl IntoIterator<Item = &'a File<'a>>) -> Result<()> {
     fs::create_dir_all(folder).map_err(|source| Error::file(folder, "create folder", source))?;
     for (name, content) in files {
         let path = folder.join(name);
-        fs::write(&path, content).map_err(|source| Error::file(&path, "write", source))?;
+        write(&path, content).map_err(|source| Error::file(&path, "write", source))?;
     }
     Ok(())
+}
+
+/// Writes a file piece by piece.
+fn write(path: &Path, content: &Content<'_>) -> io::Result<()> {
+    let mut out = BufWriter::new(fs::File::create(path)?);
+    content.write(&mut out)?;
+    out.flush()
 }

@@ -11,7 +11,7 @@ use crate::report::files::envelope;
 use crate::report::recording::Motion;
 use crate::report::{Report, identification};
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::Drawn;
 
 use super::console::{OutputOptions, Progress};
 use super::folder::Folder;
@@ -35,29 +35,29 @@ impl Identify {
     /// Reads, identifies, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let sessions = input::sessions(&self.data, &model)?;
+        let (sessions, drawn) = input::drawn(&self.data, &model, &identify::CHANNELS)?;
         let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
         let progress = Progress::start("identifying", self.output.quiet);
         let notes = input::notes(&sessions);
         let series = input::series(sessions);
         let found = identify::identify(&model, &series, &Options::default())?;
         drop(progress);
-        let mut report = report(&model.name, &found, None, &model, &series);
+        let mut report = report(&model.name, &found, None, &model, drawn);
         report.document.warnings.extend(notes);
         console::finish(&report, &folder, &self.output)
     }
 }
 
-/// The report of an identification; `truth` holds what was injected, where that is known.
+/// The report of an identification; `truth` holds what was injected, where that is known; `drawn` is what the recordings show.
 pub fn report<'a>(
     name: &str,
     found: &Identification,
     truth: Option<&Model>,
     model: &'a Model,
-    series: &'a [TimeSeries],
+    drawn: Vec<Drawn>,
 ) -> Report<'a> {
     let content = serde_json::to_value(found).unwrap_or(Value::Null);
-    let motions = series.iter().map(|session| Motion::new(&model.robot, session)).collect();
+    let motions = drawn.into_iter().map(|session| Motion::new(&model.robot, session)).collect();
     Report {
         document: identification::document(name, found, truth),
         json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Channel, Drawn, TimeSeries};
 
 use super::catalogue::Source;
 
@@ -17,13 +17,19 @@ pub fn model(given: &Path) -> Result<Model> {
     Model::load(&Source::find(given, "robots", "model.toml")?.path)
 }
 
-/// Reads recordings of the joints of a model.
+/// Reads recordings one by one, and keeps of each the channels that are wanted and how all of it is drawn.
 ///
 /// # Errors
 /// A file cannot be read or used.
-pub fn sessions(files: &[PathBuf], model: &Model) -> Result<Vec<Session>> {
+pub fn drawn(files: &[PathBuf], model: &Model, wanted: &[Channel]) -> Result<(Vec<Session>, Vec<Drawn>)> {
     let joints = dataset::joints_of(model);
-    files.iter().map(|file| dataset::load(file, &joints)).collect()
+    let read = |file: &PathBuf| {
+        let mut session = dataset::load(file, &joints)?;
+        let drawn = Drawn::of(&session.series);
+        session.series.keep(wanted);
+        Ok((session, drawn))
+    };
+    Ok(files.iter().map(read).collect::<Result<Vec<_>>>()?.into_iter().unzip())
 }
 
 /// What was noticed or mended while reading.

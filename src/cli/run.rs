@@ -10,16 +10,16 @@ use crate::effects;
 use crate::error::{Error, Result};
 use crate::identify::{self as identification, Options};
 use crate::report::diagnosis::traces as residuals;
-use crate::report::files::envelope;
+use crate::report::files::{Content, File, envelope};
 use crate::report::recording::Motion;
 use crate::report::{Report, contacts};
 use crate::robot::Model;
-use crate::scenario::{self, Procedure, Recorded, Scenario, Unmet};
-use crate::timeseries::TimeSeries;
+use crate::scenario::{self, Keep, Procedure, Recorded, Scenario, Unmet};
+use crate::timeseries::{Drawn, TimeSeries};
 
 use super::catalogue::Source;
 use super::console::{self, OutputOptions, Progress};
-use super::diagnose::Findings;
+use super::diagnose::{self, Findings};
 use super::folder::Folder;
 use super::{Outcome, identify, input};
 
@@ -80,12 +80,14 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     let seed = common.seed.unwrap_or(scenario.seed);
     let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
     let progress = Progress::start("simulating", common.output.quiet);
-    let run = scenario::simulate(&scenario, seed, &|done, all| progress.set(done / all))?;
-    let measured = run.measured();
+    // The truth is drawn, and no procedure sees it.
+    let keep = if scenario.procedure == Procedure::None && !common.csv { Keep::Nothing } else { Keep::Measured };
+    let mut run = scenario::simulate_keeping(keep, &scenario, seed, &|done, all| progress.set(done / all))?;
+    let drawn = std::mem::take(&mut run.drawn);
     let (mut report, unmet) = match scenario.procedure {
-        Procedure::None => (simulated(&scenario, &run.sessions), Vec::new()),
-        Procedure::Identify => identified(&scenario, &run.sessions, &measured, &progress)?,
-        Procedure::Diagnose => diagnosed(&scenario, &run.sessions, &measured, &progress)?,
+        Procedure::None => (simulated(&scenario, drawn), Vec::new()),
+        Procedure::Identify => identified(&scenario.model, &scenario, drawn, &run.sessions, &progress)?,
+        Procedure::Diagnose => diagnosed(&scenario, drawn, &run.sessions, &progress)?,
     };
     drop(progress);
     let mut unmet: Vec<String> = unmet.iter().map(Unmet::to_string).collect();
@@ -94,7 +96,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     note_contacts(&mut report, &scenario, &run);
     note(&mut report, &scenario, seed, &unmet);
     if common.csv {
-        report.extra.extend(measured.iter().map(|session| csv(&scenario, session)));
+        report.extra.extend(run.sessions.iter().map(|session| csv(&scenario, session)));
     }
     let outcome = console::finish(&report, &folder, &common.output)?;
     if unmet.is_empty() {
@@ -107,14 +109,16 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
 /// Diagnoses recordings, and checks what is named.
 fn on_recordings(scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = Model::load(&scenario.robot)?;
-    let train = input::sessions(&scenario.data, &model)?;
-    let hold_out = input::sessions(&scenario.hold_out, &model)?;
+    let wanted = diagnose::channels(&model);
+    let (train, mut drawn) = input::drawn(&scenario.data, &model, &wanted)?;
+    let (hold_out, drawn_too) = input::drawn(&scenario.hold_out, &model, &wanted)?;
+    drawn.extend(drawn_too);
     let folder = Folder::reserve(common.output.out.as_deref(), &scenario.name)?;
     let progress = Progress::start("diagnosing", common.output.quiet);
-    let findings = Findings::new(&model, &train, &hold_out, &progress)?;
+    let findings = Findings::new(&model, train, hold_out, &progress)?;
     drop(progress);
     let unmet = scenario.check(&findings.diagnosis);
-    let mut report = findings.report(&scenario.name);
+    let mut report = findings.report(&scenario.name, drawn);
     report.document.title = format!("{}: {}", scenario.name, scenario.question);
     if let Value::Object(content) = &mut report.json {
         content.insert("failed_expectations".into(), unmet.iter().cloned().collect());
@@ -130,30 +134,20 @@ fn on_recordings(scenario: &Recorded, common: &Common) -> Result<Outcome> {
 }
 
 /// The report of a run that was only simulated.
-fn simulated<'a>(scenario: &'a Scenario, sessions: &'a [TimeSeries]) -> Report<'a> {
+fn simulated(scenario: &Scenario, drawn: Vec<Drawn>) -> Report<'_> {
     let mut document = crate::report::Document { title: scenario.name.clone(), ..crate::report::Document::default() };
     let seconds: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
     document.verdict = format!("{} simulated for {seconds:.1} s.", scenario.model.name);
-    let motions = sessions.iter().map(|session| Motion::new(&scenario.model.robot, session)).collect();
+    let motions = drawn.into_iter().map(|session| Motion::new(&scenario.model.robot, session)).collect();
     let json = envelope("lostmotion/run/1", &scenario.name, json!({}));
     Report { document, json, motions, model: None, extra: Vec::new() }
 }
 
-/// Identification of what was measured, beside what was injected.
+/// Identification of what was measured with a model that is trusted, beside what was injected.
 fn identified<'a>(
-    scenario: &'a Scenario,
-    sessions: &'a [TimeSeries],
-    measured: &[TimeSeries],
-    progress: &Progress,
-) -> Result<(Report<'a>, Vec<Unmet>)> {
-    identified_with(&scenario.model, scenario, sessions, measured, progress)
-}
-
-/// The same with a model of one's own.
-fn identified_with<'a>(
     trusted: &Model,
     scenario: &'a Scenario,
-    sessions: &'a [TimeSeries],
+    drawn: Vec<Drawn>,
     measured: &[TimeSeries],
     progress: &Progress,
 ) -> Result<(Report<'a>, Vec<Unmet>)> {
@@ -162,26 +156,26 @@ fn identified_with<'a>(
     found.compare(&scenario.model);
     let unmet = scenario.expectations.iter().filter_map(|expectation| expectation.check(&found)).collect();
     let model = &scenario.model;
-    Ok((identify::report(&scenario.name, &found, Some(model), model, sessions), unmet))
+    Ok((identify::report(&scenario.name, &found, Some(model), model, drawn), unmet))
 }
 
 /// The nominal machine, without effects, friction and gap, compared with what was measured; then friction and gap, with the
 /// cause in the model that the identification trusts.
 fn diagnosed<'a>(
     scenario: &'a Scenario,
-    sessions: &'a [TimeSeries],
+    drawn: Vec<Drawn>,
     measured: &[TimeSeries],
     progress: &Progress,
 ) -> Result<(Report<'a>, Vec<Unmet>)> {
     let recordings: Vec<_> = measured.iter().map(|series| recording(series, &scenario.source)).collect();
-    let findings = Findings::new(&nominal(&scenario.model), &recordings, &[], progress)?;
+    let findings = Findings::new(&nominal(&scenario.model), recordings, Vec::new(), progress)?;
     let extended = &findings.diagnosis.extended_model;
-    let diagnosis = findings.report(&scenario.name);
-    let (mut report, unmet) = match identified_with(&corrected(extended)?, scenario, sessions, measured, progress) {
+    let diagnosis = findings.report(&scenario.name, Vec::new());
+    let (mut report, unmet) = match identified(&corrected(extended)?, scenario, drawn.clone(), measured, progress) {
         // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
         Err(Error::TooLittleData { .. }) if scenario.expectations.is_empty() => {
             let (json, document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
-            (Report { json, document, model, ..simulated(scenario, sessions) }, Vec::new())
+            (Report { json, document, model, ..simulated(scenario, drawn) }, Vec::new())
         }
         result => {
             let (mut report, unmet) = result?;
@@ -233,9 +227,9 @@ fn recording(series: &TimeSeries, source: &Path) -> Session {
 
 /// Writes what was touched into the report and its recording.
 fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &scenario::Run) {
-    for (motion, touched) in report.motions.iter_mut().zip(&run.contacts) {
+    for ((motion, session), touched) in report.motions.iter_mut().zip(&run.sessions).zip(&run.contacts) {
         motion.obstacles = &scenario.options.obstacles;
-        contacts::trace(motion, touched);
+        contacts::trace(motion, &session.time, touched);
     }
     if let Some(section) = contacts::section(run) {
         report.document.sections.insert(0, section);
@@ -255,7 +249,8 @@ fn note(report: &mut Report<'_>, scenario: &Scenario, seed: u64, unmet: &[String
 }
 
 /// Name and content of a session as its machine would have recorded it.
-fn csv(scenario: &Scenario, session: &TimeSeries) -> (String, Vec<u8>) {
+fn csv<'a>(scenario: &Scenario, session: &'a TimeSeries) -> File<'a> {
     let kinds: Vec<_> = scenario.model.joints.iter().map(|joint| joint.kind).collect();
-    (format!("{}.csv", session.name), dataset::csv_text(session, &kinds).into_bytes())
+    let rows = Content::Stream(Box::new(move |out| dataset::write_csv_rows(out, session, &kinds)));
+    (format!("{}.csv", session.name), rows)
 }

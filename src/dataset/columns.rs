@@ -6,7 +6,7 @@ use super::manifest::Controller;
 use super::table::{Table, list};
 use super::{JointKinds, Note, Session, checks};
 use crate::error::{Error, Place, Result};
-use crate::timeseries::{Channel, JointSeries, TimeSeries};
+use crate::timeseries::{Channel, JointSeries, Samples, TimeSeries};
 use crate::units::{Dimension, JointKind, UNITS, unit};
 
 /// Name of a channel in canonical columns, `<joint>.<name>`, and in manifests.
@@ -185,16 +185,25 @@ pub(super) fn channel_names(kind: JointKind) -> String {
 pub(super) fn assemble(mut table: Table, plan: Plan) -> Result<Session> {
     let mut notes = std::mem::take(&mut table.notes);
     notes.extend(plan.notes);
-    let mut signals = vec![(plan.time.column.clone(), values(&table, &plan.time)?)];
-    for joint in &plan.joints {
-        for (_, source) in &joint.channels {
-            signals.push((source.column.clone(), values(&table, source)?));
+    let channels = plan.joints.iter().flat_map(|joint| joint.channels.iter().map(|(_, source)| source));
+    let sources: Vec<&Source> = std::iter::once(&plan.time).chain(channels).collect();
+    let mut signals: Vec<(String, Vec<f64>)> = Vec::with_capacity(sources.len());
+    for (index, source) in sources.iter().enumerate() {
+        let mut values = table.take_values(&source.column, source.named_at.as_ref())?;
+        if sources[index + 1..].iter().any(|other| other.column == source.column) {
+            table.give_back(&source.column, values.clone());
         }
+        if source.factor != 1.0 {
+            values.iter_mut().for_each(|value| *value *= source.factor);
+        }
+        signals.push((source.column.clone(), values));
     }
+    table.columns.clear();
     checks::check(&table.file, &mut signals, &mut notes)?;
 
     let mut signals = signals.into_iter().map(|(_, values)| values);
     let time = signals.next().unwrap_or_default();
+    let mut signals = signals.map(Samples::from);
     let mut controllers = Vec::new();
     let mut joints = Vec::new();
     for PlannedJoint { name, channels, controller } in plan.joints {
@@ -204,12 +213,4 @@ pub(super) fn assemble(mut table: Table, plan: Plan) -> Result<Session> {
     }
     let series = TimeSeries { name: plan.name, time, joints };
     Ok(Session { series, notes, source: table.file, controllers })
-}
-
-fn values(table: &Table, source: &Source) -> Result<Vec<f64>> {
-    let mut values = table.values(&source.column, source.named_at.as_ref())?;
-    if source.factor != 1.0 {
-        values.iter_mut().for_each(|value| *value *= source.factor);
-    }
-    Ok(values)
 }

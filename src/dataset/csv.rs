@@ -1,7 +1,8 @@
 //! Comma-separated values with a header: reading any, writing canonical ones.
 
 use std::fmt::Write as _;
-use std::fs;
+use std::fs::File;
+use std::io::{self, BufRead as _, BufReader, Read};
 use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder};
@@ -11,7 +12,7 @@ use super::columns::CHANNEL_COLUMNS;
 use super::table::{Column, Table};
 use crate::error::{Error, Place, Result};
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
-use crate::toml_input::write_atomically;
+use crate::toml_input::write_atomically_with;
 use crate::units::JointKind;
 
 /// Bytes of a cell that an error message shows.
@@ -22,33 +23,70 @@ const SHOWN_BYTES: usize = 40;
 /// # Errors
 /// The file cannot be read, has no header, no rows, or a row with another number of fields than the header.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let bytes = fs::read(path).map_err(|source| Error::file(path, "read", source))?;
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    let text = Text::open(path).map_err(|source| Error::file(path, "read", source))?;
     let mut reader = ReaderBuilder::new().flexible(true).from_reader(text);
-    let header = reader.byte_headers().map_err(|error| unreadable(path, &error))?.clone();
+    let header = reader.byte_headers().map_err(|error| unreadable(path, error))?.clone();
     let mut columns = named_columns(path, &header)?;
-    let complete = text.ends_with(b"\n");
 
     let mut notes = Vec::new();
-    let mut record = ByteRecord::new();
+    // A row is taken once it is known whether another follows.
+    let (mut row, mut next) = (ByteRecord::new(), ByteRecord::new());
     let mut rows = 0;
-    while reader.read_byte_record(&mut record).map_err(|error| unreadable(path, &error))? {
+    let mut end = 0;
+    while reader.read_byte_record(&mut next).map_err(|error| unreadable(path, error))? {
+        if rows > 0 {
+            take(path, &mut columns, &row, rows)?;
+        }
+        std::mem::swap(&mut row, &mut next);
         rows += 1;
-        let last = reader.position().byte() >= text.len() as u64;
-        if last && !complete {
-            let text = "the last row has no line end and may be cut off: dropped".into();
-            notes.push(Note { file: path.to_owned(), place: Place::Row(rows), column: String::new(), text });
-            break;
-        }
-        if record.len() != columns.len() {
-            let expected = format!("{} fields as in the header", columns.len());
-            return Err(Error::input(path, Place::Row(rows), "fields", record.len(), expected));
-        }
-        for (column, cell) in columns.iter_mut().zip(&record) {
-            put(column, cell, rows);
-        }
+        end = reader.position().byte();
+    }
+    let text = reader.get_ref();
+    if rows > 0 && end >= text.bytes && !text.ends_line {
+        let text = "the last row has no line end and may be cut off: dropped".into();
+        notes.push(Note { file: path.to_owned(), place: Place::Row(rows), column: String::new(), text });
+    } else if rows > 0 {
+        take(path, &mut columns, &row, rows)?;
     }
     Ok(Table { file: path.to_owned(), columns, notes })
+}
+
+/// A text file without its byte order mark, read piece by piece; knows how long it is and how it ends once it is read.
+struct Text {
+    file: BufReader<File>,
+    bytes: u64,
+    ends_line: bool,
+}
+
+impl Text {
+    fn open(path: &Path) -> io::Result<Self> {
+        let mut file = BufReader::new(File::open(path)?);
+        if file.fill_buf()?.starts_with(b"\xef\xbb\xbf") {
+            file.consume(3);
+        }
+        Ok(Self { file, bytes: 0, ends_line: false })
+    }
+}
+
+impl Read for Text {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(into)?;
+        self.bytes += count as u64;
+        if let Some(last) = into[..count].last() {
+            self.ends_line = *last == b'\n';
+        }
+        Ok(count)
+    }
+}
+
+/// Takes the cells of a row.
+fn take(path: &Path, columns: &mut [Column], row: &ByteRecord, number: usize) -> Result<()> {
+    if row.len() != columns.len() {
+        let expected = format!("{} fields as in the header", columns.len());
+        return Err(Error::input(path, Place::Row(number), "fields", row.len(), expected));
+    }
+    columns.iter_mut().zip(row).for_each(|(column, cell)| put(column, cell, number));
+    Ok(())
 }
 
 fn put(column: &mut Column, cell: &[u8], row: usize) {
@@ -75,9 +113,12 @@ fn named_columns(path: &Path, header: &ByteRecord) -> Result<Vec<Column>> {
     Ok(names.into_iter().map(|name| Column { name, values: Vec::new(), fault: None }).collect())
 }
 
-fn unreadable(path: &Path, error: &csv::Error) -> Error {
+fn unreadable(path: &Path, error: csv::Error) -> Error {
     let place = error.position().map_or(Place::File, |position| Place::Line(position.line() as usize));
-    Error::input(path, place, "csv", error, "comma-separated values")
+    if !error.is_io_error() {
+        return Error::input(path, place, "csv", error, "comma-separated values");
+    }
+    Error::file(path, "read", error.into())
 }
 
 /// Writes a session with canonical columns, whole or not at all: [`text`] as a file.
@@ -85,13 +126,24 @@ fn unreadable(path: &Path, error: &csv::Error) -> Error {
 /// # Errors
 /// The file cannot be written.
 pub fn write(path: &Path, series: &TimeSeries, kinds: &[JointKind]) -> Result<()> {
-    write_atomically(path, &text(series, kinds))
+    write_atomically_with(path, |out| write_rows(out, series, kinds))
 }
 
-/// A session with canonical columns. Channels that only a simulation knows are left out.
+/// A session with canonical columns as text: what [`write_rows`] writes.
+pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
+    let mut bytes = Vec::new();
+    // Writing to memory cannot fail, and what is written is text.
+    let _ = write_rows(&mut bytes, series, kinds);
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
+/// Writes a session with canonical columns, row by row. Channels that only a simulation knows are left out.
 ///
 /// Numbers are written so that reading them gives the same bits.
-pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_rows(out: &mut dyn io::Write, series: &TimeSeries, kinds: &[JointKind]) -> io::Result<()> {
     let mut header = vec!["time".to_owned()];
     let mut columns: Vec<&[f64]> = vec![&series.time];
     for (joint, kind) in series.joints.iter().zip(kinds) {
@@ -100,18 +152,19 @@ pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
             columns.push(values);
         }
     }
-    let mut text = header.join(",");
-    text.reserve(series.len() * columns.len() * 20);
-    text.push('\n');
+    let mut line = header.join(",");
     for row in 0..series.len() {
+        line.push('\n');
+        out.write_all(line.as_bytes())?;
+        line.clear();
         for (index, column) in columns.iter().enumerate() {
             let separator = if index == 0 { "" } else { "," };
             // Writing to a string cannot fail.
-            let _ = write!(text, "{separator}{}", column[row]);
+            let _ = write!(line, "{separator}{}", column[row]);
         }
-        text.push('\n');
     }
-    text
+    line.push('\n');
+    out.write_all(line.as_bytes())
 }
 
 fn written_channels(joint: &JointSeries, kind: JointKind) -> impl Iterator<Item = (&'static str, &[f64])> {

@@ -43,12 +43,12 @@ impl Table {
         self.columns.iter().find(|column| column.name == name)
     }
 
-    /// The values of a column. `named_at`: file, place and key of the manifest that names it.
+    /// The values of a column, which is left without them. `named_at`: file, place and key of the manifest that names it.
     ///
     /// # Errors
     /// There is no such column, or it holds text.
-    pub(super) fn values(&self, name: &str, named_at: Option<&(PathBuf, Place, String)>) -> Result<Vec<f64>> {
-        let Some(column) = self.column(name) else {
+    pub(super) fn take_values(&mut self, name: &str, named_at: Option<&(PathBuf, Place, String)>) -> Result<Vec<f64>> {
+        let Some(index) = self.columns.iter().position(|column| column.name == name) else {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
             let expected = format!("one of the columns of {}: {}", self.file.display(), list(&names));
             return Err(match named_at {
@@ -56,11 +56,19 @@ impl Table {
                 None => Error::input(&self.file, Place::File, name, "(missing)", expected),
             });
         };
+        let column = &mut self.columns[index];
         if let Some((row, text)) = &column.fault {
             let (value, expected) = describe_fault(text, *row, &column.values);
             return Err(Error::input(&self.file, Place::Row(*row), name, value, expected));
         }
-        Ok(column.values.clone())
+        Ok(std::mem::take(&mut column.values))
+    }
+
+    /// Gives a column its values back: another channel is made of it too.
+    pub(super) fn give_back(&mut self, name: &str, values: Vec<f64>) {
+        if let Some(column) = self.columns.iter_mut().find(|column| column.name == name) {
+            column.values = values;
+        }
     }
 }
 

@@ -25,7 +25,7 @@ use crate::error::{Error, Place, Result};
 
 pub use range::Range;
 pub use table::{Table, nearest};
-pub use write::{write_atomically, written_key, written_number, written_text};
+pub use write::{write_atomically, write_atomically_with, written_key, written_number, written_text};
 
 /// A parsed file that knows the line of everything in it.
 #[derive(Debug, Clone)]
