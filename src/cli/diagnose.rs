@@ -51,13 +51,18 @@ impl Diagnose {
         let (hold_out, drawn_too) = input::drawn(&self.hold_out, &model, &wanted)?;
         drawn.extend(drawn_too);
         let (reference, drawn_before) = input::drawn(&self.reference, &model, &wanted)?;
-        let notes: Vec<String> = [&train, &hold_out, &reference].into_iter().flat_map(|one| input::notes(one)).collect();
+        let notes: Vec<String> =
+            [&train, &hold_out, &reference].into_iter().flat_map(|one| input::notes(one)).collect();
         let folder = Folder::reserve(self.output.out.as_deref(), &model.name)?;
         let progress = Progress::start("diagnosing", self.output.quiet);
         let found = if reference.is_empty() {
             Findings::new(&model, train, hold_out, &progress)?
         } else {
-            drawn = drawn_before.into_iter().map(|one| Drawn { name: named(&one.name, REFERENCE), ..one }).chain(drawn).collect();
+            drawn = drawn_before
+                .into_iter()
+                .map(|one| Drawn { name: named(&one.name, REFERENCE), ..one })
+                .chain(drawn)
+                .collect();
             Findings::compared(&model, reference, train, hold_out, &progress)?
         };
         drop(progress);
@@ -119,8 +124,7 @@ impl Findings {
         before.iter_mut().for_each(|session| session.name = named(&session.name, REFERENCE));
         let options = Options::default();
         let show = &mut |doing: &str, share: f64| progress.show(doing, share);
-        let mut diagnosis =
-            diagnosis::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
+        let mut diagnosis = diagnosis::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
         drop(before);
         Self::replay(&mut diagnosis, now, hold_out, options.held_out_share, progress)?;
         Ok(Self { diagnosis })

@@ -50,6 +50,7 @@ mod selection;
 /// Which effects a recording can tell apart.
 pub mod separability;
 mod shares;
+mod side_by_side;
 mod slip;
 mod spectra;
 mod stand_ins;

@@ -111,9 +111,7 @@ fn input(joint: &JointModel, series: &JointSeries, session: &Session, control: L
     let torque_of = |channel| Some(Signal::new(series.channels.get(&channel)?, joint.torque_per_ampere()));
     let magnitude = joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
     match (torque_of(Channel::CommandCurrent), torque_of(Channel::Current)) {
-        (Some(forward), Some(torque)) => {
-            Ok(Input { position, forward, torque, commanded: false, magnitude, recorded })
-        }
+        (Some(forward), Some(torque)) => Ok(Input { position, forward, torque, commanded: false, magnitude, recorded }),
         (Some(torque), None) => {
             Ok(Input { position, forward: torque.clone(), torque, commanded, magnitude: false, recorded })
         }

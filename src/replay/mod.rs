@@ -169,12 +169,7 @@ struct Simulated {
 }
 
 /// The simulated joints, and how the true states of the machine are drawn.
-fn simulate(
-    model: &Model,
-    session: &Session,
-    inputs: &[Input],
-    options: &Options,
-) -> Result<(Vec<Simulated>, Drawn)> {
+fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Result<(Vec<Simulated>, Drawn)> {
     let time = &session.series.time;
     let catalogue = options.catalogue.clone();
     let plant_options =

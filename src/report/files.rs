@@ -122,8 +122,5 @@ fn model_files(model: &Model) -> Vec<File<'static>> {
         return vec![("model.toml".to_owned(), model.to_toml(&whole).into())];
     }
     let urdf = model.urdf.file_name().unwrap_or("robot.urdf".as_ref()).to_string_lossy().into_owned();
-    vec![
-        ("model.toml".to_owned(), model.to_toml(Path::new(&urdf)).into()),
-        (urdf, model.urdf_text.clone().into()),
-    ]
+    vec![("model.toml".to_owned(), model.to_toml(Path::new(&urdf)).into()), (urdf, model.urdf_text.clone().into())]
 }

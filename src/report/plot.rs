@@ -213,7 +213,9 @@ fn thin(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     for column in points.chunk_by(|a, b| a[0].floor() == b[0].floor()) {
         let mut ends = ends(column);
         ends.sort_unstable();
-        kept.extend(ends.iter().enumerate().filter(|(at, end)| *at == 0 || ends[at - 1] != **end).map(|(_, end)| column[*end]));
+        kept.extend(
+            ends.iter().enumerate().filter(|(at, end)| *at == 0 || ends[at - 1] != **end).map(|(_, end)| column[*end]),
+        );
     }
     kept
 }
@@ -272,8 +274,10 @@ mod tests {
         let wave = |k: u32| if k % 997 == 0 { f64::NAN } else { f64::from(k * k % 7919).sin() };
         let points: Vec<[f64; 2]> = (0..50_000).map(|k| [f64::from(k) * 1e-3, wave(k)]).collect();
         let plot = Plot::new("", "", "").with(Layer::new("", Mark::Line, Role::Fit, points));
-        let frames: [fn(&Plot) -> Frame; 2] =
-            [|plot| Frame::new(plot, [76.0, 666.0], [50.0, 314.0]), |plot| Frame::new(plot, [70.0, 625.0], [30.0, 345.0])];
+        let frames: [fn(&Plot) -> Frame; 2] = [
+            |plot| Frame::new(plot, [76.0, 666.0], [50.0, 314.0]),
+            |plot| Frame::new(plot, [70.0, 625.0], [30.0, 345.0]),
+        ];
         let thinned = plot.clone().thinned(&frames);
         assert!(thinned.layers[0].points.len() < 6000, "{}", thinned.layers[0].points.len());
         for frame in frames {

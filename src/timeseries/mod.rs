@@ -90,7 +90,11 @@ impl TimeSeries {
     pub fn since(&self, from: usize) -> Self {
         let joints = self.joints.iter().map(|joint| JointSeries {
             name: joint.name.clone(),
-            channels: joint.channels.iter().map(|(channel, values)| (*channel, values[from..].to_vec().into())).collect(),
+            channels: joint
+                .channels
+                .iter()
+                .map(|(channel, values)| (*channel, values[from..].to_vec().into()))
+                .collect(),
         });
         Self { name: self.name.clone(), time: self.time[from..].to_vec(), joints: joints.collect() }
     }

@@ -65,7 +65,8 @@ fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Resu
     let mut dynamics = Dynamics::new(motion.robot);
     let poses: Vec<Vec<Isometry3<f64>>> = (0..session.times.len())
         .map(|frame| {
-            let position = |values: &Option<&[f64]>| values.and_then(|values| values.get(frame)).copied().unwrap_or(0.0);
+            let position =
+                |values: &Option<&[f64]>| values.and_then(|values| values.get(frame)).copied().unwrap_or(0.0);
             dynamics.poses(&positions.iter().map(position).collect::<Vec<f64>>())
         })
         .collect();

@@ -112,7 +112,9 @@ fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> 
     let style = rerun::SeriesLines::new().with_names([name]).with_colors([colour(trace.role)]).with_widths([1.5]);
     log_static(stream, &path, &style)?;
     let time = times(trace.time.iter().copied(), start);
-    let columns = rerun::Scalars::new(trace.values.iter().copied()).columns_of_unit_batches().map_err(|source| failed(&path, source))?;
+    let columns = rerun::Scalars::new(trace.values.iter().copied())
+        .columns_of_unit_batches()
+        .map_err(|source| failed(&path, source))?;
     stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))
 }
 
