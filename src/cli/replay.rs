@@ -70,8 +70,6 @@ impl Replay {
 /// A replay of one session and what is shown of it.
 fn shown(model: &Model, session: &Session, options: &Options) -> Result<(replay::Replay, Shown)> {
     let mut shown = Shown::default();
-    let mut replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;
-    // Their figures are enough.
-    replay.errors.iter_mut().for_each(|error| error.difference = Vec::new());
+    let replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;
     Ok((replay::Replay { time: Vec::new(), ..replay }, shown))
 }

@@ -26,42 +26,44 @@ pub struct Side<'a> {
     pub simulated: &'a [f64],
 }
 
-/// The differences of position, torque and velocity of one joint; `see` is shown both sides of each.
+/// The differences of position, torque and velocity of one joint; `see` is shown both sides of each, and says whether
+/// their difference is kept.
 pub(super) fn compare(
     joint: &JointModel,
     input: &Input,
     simulated: Simulated,
     (time, interval): (&[f64], f64),
     cutoff: f64,
-    see: &mut dyn FnMut(&Side<'_>),
+    see: &mut dyn FnMut(&Side<'_>) -> bool,
 ) -> Vec<ChannelError> {
     let smooth = |values: &[f64]| low_pass(values, interval, cutoff);
     let mut see = |quantity: Quantity, recorded: &[f64], simulated: &[f64]| {
         let unit = quantity.unit(joint.kind);
-        see(&Side { joint: &joint.name, quantity, unit, time, recorded, simulated });
+        see(&Side { joint: &joint.name, quantity, unit, time, recorded, simulated })
     };
-    let error = |quantity: Quantity, recorded: &[f64], simulated: &[f64]| {
+    let error = |quantity: Quantity, recorded: &[f64], simulated: &[f64], kept: bool| {
         let difference: Vec<f64> = recorded.iter().zip(simulated).map(|(a, b)| a - b).collect();
         let (rms, level) = (rms(&difference), self::rms(recorded));
         let relative = if level > 0.0 { rms / level } else { 0.0 };
         let unit = quantity.unit(joint.kind);
+        let difference = if kept { difference } else { Vec::new() };
         ChannelError { joint: joint.name.clone(), quantity, unit, rms, relative, difference }
     };
     let Simulated { position, torque } = simulated;
-    see(Quantity::Position, &input.position, &position);
+    let kept = see(Quantity::Position, &input.position, &position);
     let positions = [smooth(&input.position), smooth(&position)];
     drop(position);
-    let of_position = error(Quantity::Position, &positions[0], &positions[1]);
+    let of_position = error(Quantity::Position, &positions[0], &positions[1], kept);
     let recorded = input.torque.values();
-    see(Quantity::Torque, &recorded, &torque);
+    let kept = see(Quantity::Torque, &recorded, &torque);
     let recorded = smooth(&recorded);
     let torque = if input.magnitude { torque.iter().map(|torque| torque.abs()).collect() } else { torque };
-    let of_torque = error(Quantity::Torque, &recorded, &smooth(&torque));
+    let of_torque = error(Quantity::Torque, &recorded, &smooth(&torque), kept);
     drop((recorded, torque));
 
     let velocities = positions.map(|position| rate(&position, interval));
-    see(Quantity::Velocity, &velocities[0], &velocities[1]);
-    let of_velocity = error(Quantity::Velocity, &velocities[0], &velocities[1]);
+    let kept = see(Quantity::Velocity, &velocities[0], &velocities[1]);
+    let of_velocity = error(Quantity::Velocity, &velocities[0], &velocities[1], kept);
     vec![of_position, of_torque, of_velocity]
 }
 

@@ -96,7 +96,7 @@ pub struct ChannelError {
     pub rms: f64,
     /// [1] `rms` against the RMS of the recorded signal; 0 where that is 0.
     pub relative: f64,
-    /// Recorded less simulated, sample by sample, behind the low-pass.
+    /// Recorded less simulated, sample by sample, behind the low-pass; empty where it is not kept.
     #[serde(skip)]
     pub difference: Vec<f64>,
 }
@@ -122,10 +122,10 @@ pub struct Replay {
 /// A joint lacks position or torque and current, or the sign of its current in open loop, the model's effects do not fit, or the
 /// simulation diverges.
 pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
-    replay_seen(model, session, options, &mut |_| {})
+    replayed(model, session, options, &mut |_| true)
 }
 
-/// As [`replay`]; `see` is shown both sides of each signal, which are not kept.
+/// As [`replay`]; `see` is shown both sides of each signal, and no differences are kept.
 ///
 /// # Errors
 /// As [`replay`].
@@ -134,6 +134,19 @@ pub fn replay_seen(
     session: &Session,
     options: &Options,
     see: &mut dyn FnMut(&Side<'_>),
+) -> Result<Replay> {
+    replayed(model, session, options, &mut |side| {
+        see(side);
+        false
+    })
+}
+
+/// As [`replay`]; `see` is shown both sides of each signal and says whether their difference is kept.
+fn replayed(
+    model: &Model,
+    session: &Session,
+    options: &Options,
+    see: &mut dyn FnMut(&Side<'_>) -> bool,
 ) -> Result<Replay> {
     let model = &model.in_session(&session.series.name);
     let mut notes = Vec::new();
@@ -147,7 +160,7 @@ pub fn replay_seen(
         let mut seen = |side: &Side<'_>| {
             let envelope = Envelope::of(side.time, side.simulated.iter().copied());
             channels.insert(side.quantity.channel(), envelope);
-            see(side);
+            see(side)
         };
         let sampled = (time.as_slice(), interval);
         errors.extend(compare::compare(&model.joints[index], input, simulated, sampled, options.cutoff, &mut seen));
