@@ -44,7 +44,7 @@ impl Drawing {
         joint.gear_torque.push(time, state.gear_torque);
         joint.contact.push(time, contact);
         joint.travel.push(time, state.motor_position - state.link_position);
-        if joint.seen % self.step == 0 {
+        if joint.seen.is_multiple_of(self.step) {
             joint.pose.push(state.link_position);
         }
         joint.seen += 1;

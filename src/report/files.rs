@@ -13,12 +13,15 @@ use crate::error::Result;
 use crate::plant::RAPIER_VERSION;
 use crate::robot::Model;
 
+/// Writes content piece by piece.
+type Written<'a> = dyn Fn(&mut dyn io::Write) -> io::Result<()> + 'a;
+
 /// The content of a file.
 pub enum Content<'a> {
     /// As it is written.
     Bytes(Vec<u8>),
     /// Written piece by piece, by what is given here: a recording of half an hour is larger as text than all else together.
-    Stream(Box<dyn Fn(&mut dyn io::Write) -> io::Result<()> + 'a>),
+    Stream(Box<Written<'a>>),
 }
 
 impl Content<'_> {

@@ -111,7 +111,7 @@ impl Drawing {
         if let Some(link) = link {
             signals.link.get_or_insert_with(|| Envelope::new(samples)).push(time, link);
         }
-        if number % self.step == 0 {
+        if number.is_multiple_of(self.step) {
             signals.pose.push(values[TRUE_LINK]);
         }
     }
@@ -149,7 +149,7 @@ impl Recorder {
     pub fn sample(&mut self, plant: &Plant, readings: &[Reading], targets: &[Target], commands: &[f64]) {
         let (number, time) = (self.time.len(), plant.time());
         self.time.push(time);
-        if number % self.drawing.step == 0 {
+        if number.is_multiple_of(self.drawing.step) {
             self.drawing.times.push(time);
         }
         self.contacts.sample(plant.touches());
