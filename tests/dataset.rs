@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use lostmotion::dataset::{self, Session};
 use lostmotion::error::Result;
-use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
+use lostmotion::timeseries::{Channel, JointSeries, Samples, TimeSeries};
 use lostmotion::units::{DEG, JointKind};
 
 fn arm() -> Vec<(String, JointKind)> {
@@ -41,8 +41,9 @@ fn property_canonical_columns_become_channels() {
 
 #[test]
 fn property_written_csv_reads_back_bit_by_bit() {
-    let values = [0.1 + 0.2, -1.0 / 3.0, 1e-300, 1234567.891];
-    let channels = [(Channel::Position, values.to_vec()), (Channel::Torque, values.map(|value| -value).to_vec())];
+    let values = [0.1 + 0.2, -1.0 / 3.0, 1e-300, 123456.789];
+    let channels = [(Channel::Position, values.to_vec()), (Channel::Torque, values.map(|value| -value).to_vec())]
+        .map(|(channel, values)| (channel, Samples::from(values)));
     let joints = ["shoulder", "slide"].map(|name| JointSeries { name: name.into(), channels: channels.clone().into() });
     let series = TimeSeries { name: "trip".into(), time: vec![0.0, 1e-3, 2e-3, 3e-3], joints: joints.into() };
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -69,7 +69,7 @@ fn sessions(truth: &Model, alter: Alteration) -> [TimeSeries; 2] {
         let mut session = record(name, truth, seed);
         for joint in &mut session.joints {
             if let Some(current) = joint.channels.get_mut(&Channel::Current) {
-                *current = alter(current);
+                *current = alter(current).into();
             }
         }
         session

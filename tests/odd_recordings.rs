@@ -34,7 +34,10 @@ fn models() -> [Model; 3] {
 
 fn session(name: &str, interval: f64, channels: [(Channel, Vec<f64>); 2]) -> TimeSeries {
     let time = (0..channels[0].1.len()).map(|k| k as f64 * interval).collect();
-    let joint = JointSeries { name: "turn".to_owned(), channels: BTreeMap::from(channels) };
+    let joint = JointSeries {
+        name: "turn".to_owned(),
+        channels: BTreeMap::from(channels.map(|(channel, values)| (channel, values.into()))),
+    };
     TimeSeries { name: name.to_owned(), time, joints: vec![joint] }
 }
 

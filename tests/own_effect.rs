@@ -14,7 +14,7 @@ use lostmotion::effects::{
 use lostmotion::error::{Error, Result};
 use lostmotion::plant::{Options, Plant};
 use lostmotion::robot::{EffectEntry, JointModel, Model};
-use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
+use lostmotion::timeseries::{Channel, JointSeries, Samples, TimeSeries};
 use machines::*;
 
 static ABOUT: About = About {
@@ -102,7 +102,7 @@ fn machine(brake: bool) -> Model {
 fn record(brake: bool, seed: u64) -> TimeSeries {
     let options = Options { seed, catalogue: known(), ..Options::default() };
     let mut plant = Plant::new(&machine(brake), &options).expect("the catalogue knows the effect");
-    let mut channels: BTreeMap<Channel, Vec<f64>> = BTreeMap::new();
+    let mut channels: BTreeMap<Channel, Samples> = BTreeMap::new();
     let time: Vec<f64> = (0..30_000).map(|k| f64::from(k) * 1e-3).collect();
     for &t in &time {
         let [mut q, mut v] = [0.0; 2];

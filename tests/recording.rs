@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use lostmotion::report::recording::{Motion, Trace, encode};
 use lostmotion::report::{Document, Layer, Mark, Plot, Role, Section, Table};
 use lostmotion::robot::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape};
-use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
+use lostmotion::timeseries::{Channel, Drawn, JointSeries, Samples, TimeSeries};
 use lostmotion::units::JointKind;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -51,7 +51,7 @@ fn robot() -> Robot {
 
 fn session() -> TimeSeries {
     let time: Vec<f64> = (0..20_000).map(|k| f64::from(k) * 1e-3).collect();
-    let series = |f: &dyn Fn(f64) -> f64| time.iter().map(|&t| f(t)).collect::<Vec<f64>>();
+    let series = |f: &dyn Fn(f64) -> f64| time.iter().map(|&t| f(t)).collect::<Samples>();
     let joint = |name: &str, speed: f64| JointSeries {
         name: name.into(),
         channels: BTreeMap::from([
@@ -97,8 +97,9 @@ fn recording() -> Vec<u8> {
         values: session.time.iter().map(|t| size * (40.0 * t).sin()).collect(),
     };
     let traces = vec![residual("before", Role::Before, 0.02), residual("after", Role::After, 0.004)];
-    let bytes =
-        encode(&document(), &[Motion { robot: &robot, session: &session, obstacles: &[], traces }]).unwrap().unwrap();
+    let bytes = encode(&document(), &[Motion { robot: &robot, session: Drawn::of(&session), obstacles: &[], traces }])
+        .unwrap()
+        .unwrap();
     if let Some(path) = std::env::var_os("LOSTMOTION_KEEP_RECORDING") {
         std::fs::write(path, &bytes).unwrap();
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use lostmotion::diagnose::Options;
 use lostmotion::diagnose::separability::{Separability, of_recording};
 use lostmotion::robot::Model;
-use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
+use lostmotion::timeseries::{Channel, JointSeries, Samples, TimeSeries};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -30,7 +30,7 @@ fn model() -> Model {
 fn session(lacking: impl Fn(f64, f64) -> f64) -> TimeSeries {
     let noise = Normal::new(0.0, 0.03).expect("a deviation");
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let mut channels: BTreeMap<Channel, Vec<f64>> = BTreeMap::new();
+    let mut channels: BTreeMap<Channel, Samples> = BTreeMap::new();
     let time: Vec<f64> = (0..60_000).map(|k| f64::from(k) * 1e-3).collect();
     for t in &time {
         let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);

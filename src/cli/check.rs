@@ -78,7 +78,8 @@ fn scenario(file: &Path) -> Result<String> {
 /// A scenario on recordings: they and their model are read as a run would read them.
 fn on_recordings(scenario: &Recorded) -> Result<String> {
     let model = model(&scenario.robot)?;
-    let sessions = input::sessions(&scenario.data, &model)?.len() + input::sessions(&scenario.hold_out, &model)?.len();
+    let read = input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &[])?;
+    let sessions = read.data.len() + read.hold_out.len();
     Ok(format!("scenario {}, {sessions} recordings of {}", scenario.name, model.name))
 }
 

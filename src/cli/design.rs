@@ -60,7 +60,7 @@ impl Design {
             json: envelope("lostmotion/design/1", name, json),
             motions: Vec::new(),
             model: Some(model.clone()),
-            extra: vec![("scenario.toml".to_owned(), found.best.scenario.clone().into_bytes())],
+            extra: vec![("scenario.toml".to_owned(), found.best.scenario.clone().into())],
         };
         console::finish(&report, &folder, &self.output)
     }

@@ -13,7 +13,7 @@ use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, diagnosis as rendering};
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Channel, Drawn, TimeSeries};
 use crate::units::JointKind;
 
 use super::console::{OutputOptions, Progress};
@@ -46,8 +46,10 @@ impl Diagnose {
     /// Reads, diagnoses, replays nominal and extended model, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let input::Recordings { data: train, hold_out, reference } =
-            input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model)?;
+        let input::Recordings { data: train, hold_out, reference, mut drawn, drawn_before } =
+            input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model, &channels(&model))?;
+        let notes: Vec<String> =
+            [&train, &hold_out, &reference].into_iter().flat_map(|one| input::notes(one)).collect();
         let folder = Folder::reserve(
             self.output.out.as_deref(),
             Request {
@@ -63,19 +65,37 @@ impl Diagnose {
         )?;
         let progress = Progress::start("diagnosing", self.output.quiet);
         let found = if reference.is_empty() {
-            Findings::new(&model, &train, &hold_out, &progress)?
+            Findings::new(&model, train, hold_out, &progress)?
         } else {
-            Findings::compared(&model, &reference, &train, &hold_out, &progress)?
+            drawn = drawn_before
+                .into_iter()
+                .map(|one| Drawn { name: named(&one.name, REFERENCE), ..one })
+                .chain(drawn)
+                .collect();
+            Findings::compared(&model, reference, train, hold_out, &progress)?
         };
         drop(progress);
-        let mut report = found.report(&model.name);
-        report.document.warnings.extend(input::notes(&train));
-        report.document.warnings.extend(input::notes(&hold_out));
-        report.document.warnings.extend(input::notes(&reference));
+        let mut report = found.report(&model.name, drawn);
+        report.document.warnings.extend(notes);
         let outcome = console::finish(&report, &folder, &self.output)?;
         let gap = found.diagnosis.verdict != Verdict::NothingFound;
         Ok(if self.fail_on_gap && gap { Outcome::Failed } else { outcome })
     }
+}
+
+/// What the sessions of the healthy machine are called.
+const REFERENCE: &str = "reference";
+
+/// The name of a session that tells it from others of the same name.
+fn named(session: &str, side: &str) -> String {
+    format!("{side}: {session}")
+}
+
+/// Channels that a diagnosis and its replay read; all others may be dropped once the recording is drawn.
+pub fn channels(model: &Model) -> Vec<Channel> {
+    let mut channels = diagnosis::channels(model);
+    channels.extend(replay::CHANNELS);
+    channels
 }
 
 /// A diagnosis with the simulations of both models beside the data held out.
@@ -83,8 +103,6 @@ impl Diagnose {
 pub struct Findings {
     /// The diagnosis, its replay errors filled in.
     pub diagnosis: Diagnosis,
-    /// All recordings.
-    sessions: Vec<TimeSeries>,
     /// Why the models could not be replayed beside the data.
     replay_failure: Option<Error>,
 }
@@ -94,10 +112,12 @@ impl Findings {
     ///
     /// # Errors
     /// As [`diagnosis::diagnose`]. A replay that fails is a warning of the report.
-    pub fn new(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
-        let mut findings = Self::without_replay(model, train, hold_out, progress)?;
-        let share = Options::default().held_out_share;
-        findings.add_replay(train, hold_out, share, progress);
+    pub fn new(model: &Model, train: Vec<Session>, hold_out: Vec<Session>, progress: &Progress) -> Result<Self> {
+        let options = Options::default();
+        let show = &mut |doing: &str, share: f64| progress.show(doing, share);
+        let diagnosis = diagnosis::diagnose(model, &series(&train), &series(&hold_out), &options, show)?;
+        let mut findings = Self { diagnosis, replay_failure: None };
+        findings.add_replay(train, hold_out, options.held_out_share, progress);
         Ok(findings)
     }
 
@@ -107,56 +127,42 @@ impl Findings {
     /// As [`diagnosis::compare`]. A replay that fails is a warning of the report.
     pub fn compared(
         model: &Model,
-        reference: &[Session],
-        now: &[Session],
-        hold_out: &[Session],
+        reference: Vec<Session>,
+        now: Vec<Session>,
+        hold_out: Vec<Session>,
         progress: &Progress,
     ) -> Result<Self> {
-        let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
-        let (before, after, judged) = (named(series(reference), "reference"), series(now), series(hold_out));
+        let mut before = input::series(reference);
+        before.iter_mut().for_each(|session| session.name = named(&session.name, REFERENCE));
         let options = Options::default();
-        let diagnosis = diagnosis::compare(model, &before, &after, &judged, &options, &mut |doing, share| {
-            progress.show(doing, share);
-        })?;
-        let sessions = before.into_iter().chain(after).chain(judged).collect();
-        let mut findings = Self { diagnosis, sessions, replay_failure: None };
+        let show = &mut |doing: &str, share: f64| progress.show(doing, share);
+        let diagnosis = diagnosis::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
+        drop(before);
+        let mut findings = Self { diagnosis, replay_failure: None };
         findings.add_replay(now, hold_out, options.held_out_share, progress);
         Ok(findings)
     }
 
-    /// Diagnoses alone.
-    ///
-    /// # Errors
-    /// As [`diagnosis::diagnose`].
-    fn without_replay(model: &Model, train: &[Session], hold_out: &[Session], progress: &Progress) -> Result<Self> {
-        let series = |sessions: &[Session]| sessions.iter().map(|session| session.series.clone()).collect::<Vec<_>>();
-        let options = Options::default();
-        let (train_series, hold_out_series) = (series(train), series(hold_out));
-        let diagnosis = diagnosis::diagnose(model, &train_series, &hold_out_series, &options, &mut |doing, share| {
-            progress.show(doing, share);
-        })?;
-        let sessions = train_series.into_iter().chain(hold_out_series).collect();
-        Ok(Self { diagnosis, sessions, replay_failure: None })
-    }
-
     /// Replays; what is diagnosed stays, whatever happens here.
-    fn add_replay(&mut self, train: &[Session], hold_out: &[Session], share: f64, progress: &Progress) {
+    fn add_replay(&mut self, train: Vec<Session>, hold_out: Vec<Session>, share: f64, progress: &Progress) {
         self.replay_failure = Self::replay(&mut self.diagnosis, train, hold_out, share, progress).err();
     }
 
     /// Both models in simulation beside the data held out.
     fn replay(
         diagnosis: &mut Diagnosis,
-        train: &[Session],
-        hold_out: &[Session],
+        train: Vec<Session>,
+        hold_out: Vec<Session>,
         share: f64,
         progress: &Progress,
     ) -> Result<()> {
-        let judged: Vec<Session> = if hold_out.is_empty() {
-            train.iter().map(|session| tail(session, share)).collect()
+        let mut judged = if hold_out.is_empty() {
+            train.into_iter().map(|session| tail(session, share)).collect()
         } else {
-            hold_out.to_vec()
+            drop(train);
+            hold_out
         };
+        judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
         progress.next("replaying");
         let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
         let (compared, replays) = replay::compare_models(nominal, extended, &judged, &replay::Options::default())?;
@@ -167,11 +173,11 @@ impl Findings {
         Ok(())
     }
 
-    /// The report: first the recordings with their residuals, then the extended model beside the data held out.
-    pub fn report(&self, name: &str) -> Report<'_> {
+    /// The report: the recordings as they are drawn, with their residuals.
+    pub fn report(&self, name: &str, drawn: Vec<Drawn>) -> Report<'_> {
         let json = serde_json::to_value(&self.diagnosis).unwrap_or(Value::Null);
         let model = &self.diagnosis.extended_model;
-        let motions = self.sessions.iter().map(|session| {
+        let motions = drawn.into_iter().map(|session| {
             let traces = rendering::traces(&self.diagnosis, &session.name);
             Motion { traces, ..Motion::new(&model.robot, session) }
         });
@@ -188,29 +194,17 @@ impl Findings {
     }
 }
 
-/// Sessions whose names tell them from others of the same names.
-fn named(mut sessions: Vec<TimeSeries>, side: &str) -> Vec<TimeSeries> {
-    for session in &mut sessions {
-        session.name = format!("{side}: {}", session.name);
-    }
-    sessions
+/// The signals alone, which share their samples with the sessions.
+fn series(sessions: &[Session]) -> Vec<TimeSeries> {
+    sessions.iter().map(|session| session.series.clone()).collect()
 }
 
 /// The last part of a session.
-fn tail(session: &Session, share: f64) -> Session {
-    let mut session = session.clone();
-    let (first, last) = match (session.series.time.first(), session.series.time.last()) {
-        (Some(first), Some(last)) => (*first, *last),
-        _ => return session,
-    };
-    let from = session.series.time.partition_point(|time| *time <= last - share * (last - first));
-    session.series.time.drain(..from);
-    for joint in &mut session.series.joints {
-        joint.channels.values_mut().for_each(|values| {
-            values.drain(..from);
-        });
-    }
-    session
+fn tail(session: Session, share: f64) -> Session {
+    let time = &session.series.time;
+    let (Some(first), Some(last)) = (time.first(), time.last()) else { return session };
+    let from = time.partition_point(|time| *time <= last - share * (last - first));
+    Session { series: session.series.since(from), ..session }
 }
 
 /// Parts of the squared torque error of replays that lie in each zone of a joint.
@@ -218,9 +212,9 @@ fn zone_shares(joint: &str, series: &[ResidualSeries], replays: &[Replay]) -> Op
     let (mut sums, mut times) = ([0.0; 3], [0.0; 3]);
     for replay in replays {
         let error = replay.errors.iter().find(|error| error.joint == joint && error.quantity == Quantity::Torque)?;
-        for series in series.iter().filter(|one| one.joint == joint && one.session == replay.recorded.name) {
+        for series in series.iter().filter(|one| one.joint == joint && one.session == replay.session) {
             let (Some(first), Some(last)) = (series.time.first(), series.time.last()) else { continue };
-            for (time, e) in replay.recorded.time.iter().zip(&error.difference) {
+            for (time, e) in replay.time.iter().zip(&error.difference) {
                 if (first..=last).contains(&time) {
                     let row = series.time.partition_point(|row| row <= time).saturating_sub(1);
                     let zone = series.zone[row] as usize;

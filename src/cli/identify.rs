@@ -12,7 +12,7 @@ use crate::report::recording::Motion;
 use crate::report::{Report, identification};
 use crate::robot::Model;
 use crate::scenario::Truth;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::Drawn;
 
 use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
@@ -36,7 +36,8 @@ impl Identify {
     /// Reads, identifies, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let sessions = input::sessions(&self.data, &model)?;
+        let input::Recordings { data: sessions, drawn, .. } =
+            input::Recordings::read(&self.data, &[], &[], &model, &identify::CHANNELS)?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
             Request {
@@ -51,22 +52,22 @@ impl Identify {
         let series = input::series(sessions);
         let found = identify::identify(&model, &series, &Options::default())?;
         drop(progress);
-        let mut report = report(&model.name, &found, None, &model, &series);
+        let mut report = report(&model.name, &found, None, &model, drawn);
         report.document.warnings.extend(notes);
         console::finish(&report, &folder, &self.output)
     }
 }
 
-/// The report of an identification; `truth` holds what was injected, where that is known.
+/// The report of an identification; `truth` holds what was injected, where that is known; `drawn` is what the recordings show.
 pub fn report<'a>(
     name: &str,
     found: &Identification,
     truth: Option<&Truth>,
     model: &'a Model,
-    series: &'a [TimeSeries],
+    drawn: Vec<Drawn>,
 ) -> Report<'a> {
     let content = serde_json::to_value(found).unwrap_or(Value::Null);
-    let motions = series.iter().map(|session| Motion::new(&model.robot, session)).collect();
+    let motions = drawn.into_iter().map(|session| Motion::new(&model.robot, session)).collect();
     Report {
         document: identification::document(name, found, truth),
         json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),

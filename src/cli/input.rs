@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Channel, Drawn, TimeSeries};
 
 use super::catalogue;
 use super::identity;
@@ -26,20 +26,32 @@ pub struct Recordings {
     pub hold_out: Vec<Session>,
     /// Of `--reference`.
     pub reference: Vec<Session>,
+    /// How `--data` and `--hold-out` are drawn.
+    pub drawn: Vec<Drawn>,
+    /// How `--reference` is drawn.
+    pub drawn_before: Vec<Drawn>,
 }
 
 impl Recordings {
-    /// Reads them, for the joints of a model.
+    /// Reads them, for the joints of a model; of the channels those are kept that are wanted.
     ///
     /// # Errors
     /// A file cannot be read or used, is given twice, holds samples of another, or has the name of another.
-    pub fn read(data: &[PathBuf], hold_out: &[PathBuf], reference: &[PathBuf], model: &Model) -> Result<Self> {
+    pub fn read(
+        data: &[PathBuf],
+        hold_out: &[PathBuf],
+        reference: &[PathBuf],
+        model: &Model,
+        wanted: &[Channel],
+    ) -> Result<Self> {
         let given = [("--data", data), ("--hold-out", hold_out), ("--reference", reference)];
         identity::of_files(given)?;
-        let read =
-            |files: &[PathBuf]| files.iter().map(|file| dataset::load_for(file, model)).collect::<Result<Vec<_>>>();
-        let recordings = Self { data: read(data)?, hold_out: read(hold_out)?, reference: read(reference)? };
-        let Self { data, hold_out, reference } = &recordings;
+        let (data, mut drawn) = self::read(data, model, wanted)?;
+        let (hold_out, drawn_too) = self::read(hold_out, model, wanted)?;
+        drawn.extend(drawn_too);
+        let (reference, drawn_before) = self::read(reference, model, wanted)?;
+        let recordings = Self { data, hold_out, reference, drawn, drawn_before };
+        let Self { data, hold_out, reference, .. } = &recordings;
         identity::of_names(&[("--data", data), ("--hold-out", hold_out)])?;
         identity::of_names(&[("--reference", reference)])?;
         identity::of_samples(&[("--data", data), ("--hold-out", hold_out), ("--reference", reference)])?;
@@ -47,12 +59,18 @@ impl Recordings {
     }
 }
 
-/// Reads recordings of the joints of a model.
+/// Reads recordings one by one, and keeps of each the channels that are wanted and how all of it is drawn.
 ///
 /// # Errors
-/// A file cannot be read or used, is given twice, or has the name of another.
-pub fn sessions(files: &[PathBuf], model: &Model) -> Result<Vec<Session>> {
-    Ok(Recordings::read(files, &[], &[], model)?.data)
+/// A file cannot be read or used.
+fn read(files: &[PathBuf], model: &Model, wanted: &[Channel]) -> Result<(Vec<Session>, Vec<Drawn>)> {
+    let one = |file: &PathBuf| {
+        let mut session = dataset::load_for(file, model)?;
+        let drawn = Drawn::of(&session.series);
+        session.series.keep(wanted);
+        Ok((session, drawn))
+    };
+    Ok(files.iter().map(one).collect::<Result<Vec<_>>>()?.into_iter().unzip())
 }
 
 /// The files that a command reads: those of the model, those that were given, and those of the recordings that manifests name.

@@ -5,11 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use crate::dataset::Session;
 use crate::error::Result;
 use crate::replay::{self, Loop, Options};
 use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
+use crate::report::replay::Shown;
 use crate::report::{Report, replay as rendering};
+use crate::robot::Model;
 
 use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
@@ -35,7 +38,8 @@ impl Replay {
     /// Reads, simulates, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let sessions = input::sessions(&self.data, &model)?;
+        let input::Recordings { data: sessions, .. } =
+            input::Recordings::read(&self.data, &[], &[], &model, &replay::CHANNELS)?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
             Request {
@@ -48,24 +52,33 @@ impl Replay {
         let progress = Progress::start("replaying", self.output.quiet);
         let control = if self.open_loop { Loop::Open } else { Loop::Closed };
         let options = Options { control, ..Options::default() };
+        let notes = input::notes(&sessions);
+        let count = sessions.len();
         let mut replays = Vec::new();
-        for (index, session) in sessions.iter().enumerate() {
+        for (index, session) in sessions.into_iter().enumerate() {
             #[expect(clippy::cast_precision_loss, reason = "a handful of sessions")]
-            progress.set(index as f64 / sessions.len() as f64);
-            replays.push(replay::replay(&model, session, &options)?);
+            progress.set(index as f64 / count as f64);
+            replays.push(shown(&model, &session, &options)?);
         }
         drop(progress);
         let mut document = rendering::document(&model.name, &replays, control);
-        document.warnings.extend(input::notes(&sessions));
+        document.warnings.extend(notes);
         let content: Vec<_> = replays
             .iter()
-            .map(|one| json!({ "session": one.recorded.name, "errors": one.errors, "notes": one.notes }))
+            .map(|(one, _)| json!({ "session": one.session, "errors": one.errors, "notes": one.notes }))
             .collect();
         let motions = replays
-            .iter()
-            .map(|one| Motion { traces: rendering::traces(one), ..Motion::new(&model.robot, &one.simulated) })
+            .into_iter()
+            .map(|(one, drawn)| Motion { traces: drawn.traces, ..Motion::new(&model.robot, one.simulated) })
             .collect();
         let json = envelope("lostmotion/replay/1", &model.name, json!({ "loop": control, "sessions": content }));
         console::finish(&Report { document, json, motions, model: None, extra: Vec::new() }, &folder, &self.output)
     }
+}
+
+/// A replay of one session and what is shown of it.
+fn shown(model: &Model, session: &Session, options: &Options) -> Result<(replay::Replay, Shown)> {
+    let mut shown = Shown::default();
+    let replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;
+    Ok((replay::Replay { time: Vec::new(), ..replay }, shown))
 }

@@ -10,15 +10,15 @@ use crate::effects;
 use crate::error::{Error, Result};
 use crate::identify::{self as identification, Options};
 use crate::report::diagnosis::traces as residuals;
-use crate::report::files::{envelope, planned};
+use crate::report::files::{Content, File, envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, contacts};
 use crate::robot::Model;
-use crate::scenario::{self, Procedure, Recorded, Scenario};
-use crate::timeseries::TimeSeries;
+use crate::scenario::{self, Keep, Procedure, Recorded, Scenario};
+use crate::timeseries::{Drawn, TimeSeries};
 
 use super::console::{self, OutputOptions, Progress};
-use super::diagnose::Findings;
+use super::diagnose::{self, Findings};
 use super::folder::{Folder, Request};
 use super::limits::LimitOptions;
 use super::{Outcome, catalogue, identify, input};
@@ -87,12 +87,16 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
         eprintln!("{cost}");
     }
     let progress = Progress::start("simulating", common.output.quiet);
-    let run = scenario::simulate(&scenario, seed, &|done, all| progress.set(done / all))?;
-    let measured = run.measured();
+    // The truth is drawn, and no procedure sees it.
+    let keep = if scenario.procedure == Procedure::None && !common.csv { Keep::Nothing } else { Keep::Measured };
+    let mut run = scenario::simulate_keeping(keep, &scenario, seed, &|done, all| progress.set(done / all))?;
+    let drawn = std::mem::take(&mut run.drawn);
     let (mut report, mut unmet) = match scenario.procedure {
-        Procedure::None => (simulated(&scenario, &run.sessions), Vec::new()),
-        Procedure::Identify => identified(&scenario, &run.sessions, &measured, &progress)?,
-        Procedure::Diagnose => diagnosed(&scenario, &run.sessions, &measured, &progress)?,
+        Procedure::None => (simulated(&scenario, drawn), Vec::new()),
+        Procedure::Identify => {
+            identified(&scenario.model, &scenario.model, &scenario, drawn, &run.sessions, &progress)?
+        }
+        Procedure::Diagnose => diagnosed(&scenario, drawn, &run.sessions, &progress)?,
     };
     drop(progress);
     let met = scenario.contact_expectations.iter().filter_map(|expectation| expectation.check(&run));
@@ -100,7 +104,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     note_contacts(&mut report, &scenario, &run);
     note(&mut report, &scenario, seed, &unmet);
     if common.csv {
-        report.extra.extend(measured.iter().map(|session| csv(&scenario, session)));
+        report.extra.extend(run.sessions.iter().map(|session| csv(&scenario, session)));
     }
     let outcome = console::finish(&report, &folder, &common.output)?;
     Ok(judged(outcome, &unmet))
@@ -125,17 +129,18 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
 /// Diagnoses recordings, and checks what is named.
 fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = Model::load(&scenario.robot)?;
-    let train = input::sessions(&scenario.data, &model)?;
-    let hold_out = input::sessions(&scenario.hold_out, &model)?;
+    let wanted = diagnose::channels(&model);
+    let input::Recordings { data: train, hold_out, drawn, .. } =
+        input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &wanted)?;
     let mut inputs = input::files(&model, &[&scenario.data, &scenario.hold_out], &[&train, &hold_out]);
     inputs.push(source.to_owned());
     let request = Request { verb: "run", name: &scenario.name, files: planned(Some(&model), []), inputs };
     let folder = Folder::reserve(common.output.out.as_deref(), request)?;
     let progress = Progress::start("diagnosing", common.output.quiet);
-    let findings = Findings::new(&model, &train, &hold_out, &progress)?;
+    let findings = Findings::new(&model, train, hold_out, &progress)?;
     drop(progress);
     let unmet: Vec<String> = scenario.check(&findings.diagnosis).iter().map(ToString::to_string).collect();
-    let mut report = findings.report(&scenario.name);
+    let mut report = findings.report(&scenario.name, drawn);
     report.document.title = format!("{}: {}", scenario.name, scenario.question);
     if let Value::Object(content) = &mut report.json {
         content.insert("failed_expectations".into(), unmet.clone().into());
@@ -145,31 +150,21 @@ fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<
 }
 
 /// The report of a run that was only simulated.
-fn simulated<'a>(scenario: &'a Scenario, sessions: &'a [TimeSeries]) -> Report<'a> {
+fn simulated(scenario: &Scenario, drawn: Vec<Drawn>) -> Report<'_> {
     let mut document = crate::report::Document { title: scenario.name.clone(), ..crate::report::Document::default() };
     let seconds: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
     document.verdict = format!("{} simulated for {seconds:.1} s.", scenario.model.name);
-    let motions = sessions.iter().map(|session| Motion::new(&scenario.model.robot, session)).collect();
+    let motions = drawn.into_iter().map(|session| Motion::new(&scenario.model.robot, session)).collect();
     let json = envelope("lostmotion/run/1", &scenario.name, json!({}));
     Report { document, json, motions, model: None, extra: Vec::new() }
 }
 
-/// Identification of what was measured, beside what was injected.
+/// Identification of what was measured with a model that is trusted, beside what was injected.
 fn identified<'a>(
-    scenario: &'a Scenario,
-    sessions: &'a [TimeSeries],
-    measured: &[TimeSeries],
-    progress: &Progress,
-) -> Result<(Report<'a>, Vec<String>)> {
-    identified_with(&scenario.model, &scenario.model, scenario, sessions, measured, progress)
-}
-
-/// The same with a model of one's own; what was identified is written into `base`.
-fn identified_with<'a>(
     trusted: &Model,
     base: &Model,
     scenario: &'a Scenario,
-    sessions: &'a [TimeSeries],
+    drawn: Vec<Drawn>,
     measured: &[TimeSeries],
     progress: &Progress,
 ) -> Result<(Report<'a>, Vec<String>)> {
@@ -178,7 +173,7 @@ fn identified_with<'a>(
     scenario.truth.compare(&mut found);
     let unmet =
         scenario.expectations.iter().filter_map(|expectation| Some(expectation.check(&found)?.to_string())).collect();
-    let report = identify::report(&scenario.name, &found, Some(&scenario.truth), &scenario.model, sessions);
+    let report = identify::report(&scenario.name, &found, Some(&scenario.truth), &scenario.model, drawn);
     Ok((Report { model: Some(found.apply(base)), ..report }, unmet))
 }
 
@@ -186,34 +181,42 @@ fn identified_with<'a>(
 /// cause in the model that the identification trusts.
 fn diagnosed<'a>(
     scenario: &'a Scenario,
-    sessions: &'a [TimeSeries],
+    drawn: Vec<Drawn>,
     measured: &[TimeSeries],
     progress: &Progress,
 ) -> Result<(Report<'a>, Vec<String>)> {
     let recordings: Vec<_> = measured.iter().map(|series| recording(series, &scenario.source)).collect();
-    let findings = Findings::new(&scenario.model, &recordings, &[], progress)?;
+    let findings = Findings::new(&scenario.model, recordings, Vec::new(), progress)?;
     let extended = &findings.diagnosis.extended_model;
-    let diagnosis = findings.report(&scenario.name);
-    let (mut report, mut unmet) =
-        match identified_with(&corrected(extended)?, extended, scenario, sessions, measured, progress) {
+    let diagnosis = findings.report(&scenario.name, Vec::new());
+    let identification = corrected(extended)
+        .and_then(|trusted| identified(&trusted, extended, scenario, drawn.clone(), measured, progress));
+    let (mut report, mut unmet) = match identification {
+        // A finished diagnosis is written, whatever becomes of the identification.
+        Err(why) => {
+            let (json, mut document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
+            let mut unmet = Vec::new();
             // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
-            Err(Error::TooLittleData { .. }) if scenario.expectations.is_empty() => {
-                let (json, document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
-                (Report { json, document, model, ..simulated(scenario, sessions) }, Vec::new())
+            if !(matches!(why, Error::TooLittleData { .. }) && scenario.expectations.is_empty()) {
+                document.warnings.push(format!("friction and gap were not identified: {why}"));
             }
-            result => {
-                let (mut report, unmet) = result?;
-                let joints = std::mem::take(&mut report.json["joints"]);
-                report.json = diagnosis.json;
-                report.json["identification"] = json!({ "joints": joints });
-                let friction = std::mem::replace(&mut report.document, diagnosis.document);
-                report.document.verdict += &format!("\n{}", friction.verdict);
-                let details = report.document.sections.iter().position(|section| section.detail);
-                let at = details.unwrap_or(report.document.sections.len());
-                report.document.sections.splice(at..at, friction.sections);
-                (report, unmet)
+            if !scenario.expectations.is_empty() {
+                unmet.push(format!("friction and gap were expected and not identified: {why}"));
             }
-        };
+            (Report { json, document, model, ..simulated(scenario, drawn) }, unmet)
+        }
+        Ok((mut report, unmet)) => {
+            let joints = std::mem::take(&mut report.json["joints"]);
+            report.json = diagnosis.json;
+            report.json["identification"] = json!({ "joints": joints });
+            let friction = std::mem::replace(&mut report.document, diagnosis.document);
+            report.document.verdict += &format!("\n{}", friction.verdict);
+            let details = report.document.sections.iter().position(|section| section.detail);
+            let at = details.unwrap_or(report.document.sections.len());
+            report.document.sections.splice(at..at, friction.sections);
+            (report, unmet)
+        }
+    };
     let named = scenario.diagnosis_expectation.check(&findings.diagnosis);
     unmet.splice(0..0, named.iter().map(ToString::to_string));
     for motion in &mut report.motions {
@@ -242,9 +245,9 @@ fn recording(series: &TimeSeries, source: &Path) -> Session {
 
 /// Writes what was touched into the report and its recording.
 fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &scenario::Run) {
-    for (motion, touched) in report.motions.iter_mut().zip(&run.contacts) {
+    for ((motion, session), touched) in report.motions.iter_mut().zip(&run.sessions).zip(&run.contacts) {
         motion.obstacles = &scenario.options.obstacles;
-        contacts::trace(motion, touched);
+        contacts::trace(motion, &session.time, touched);
     }
     if let Some(section) = contacts::section(run) {
         report.document.sections.insert(0, section);
@@ -269,7 +272,8 @@ fn csv_name(session: &str) -> String {
 }
 
 /// Name and content of a session as its machine would have recorded it.
-fn csv(scenario: &Scenario, session: &TimeSeries) -> (String, Vec<u8>) {
+fn csv<'a>(scenario: &Scenario, session: &'a TimeSeries) -> File<'a> {
     let kinds: Vec<_> = scenario.model.joints.iter().map(|joint| joint.kind).collect();
-    (csv_name(&session.name), dataset::csv_text(session, &kinds).into_bytes())
+    let rows = Content::Stream(Box::new(move |out| dataset::write_csv_rows(out, session, &kinds)));
+    (csv_name(&session.name), rows)
 }

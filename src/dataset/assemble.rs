@@ -1,5 +1,6 @@
 //! From the columns of a plan to the signals of a session: units, time, checks.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::bounds;
@@ -8,7 +9,7 @@ use super::table::Table;
 use super::time_base::TimeUnit;
 use super::{JointLimits, Session, checks};
 use crate::error::{Error, Place, Result};
-use crate::timeseries::{JointSeries, TimeSeries};
+use crate::timeseries::{JointSeries, Samples, TimeSeries};
 
 /// [s] Time that begins later than this, or earlier than its negative, is counted from the first sample: since 1970, not since the start
 /// of a recording. Above it, an `f64` resolves time no better than 1e-10 s.
@@ -22,12 +23,17 @@ pub(super) fn assemble(mut table: Table, plan: Plan, limits: &JointLimits) -> Re
     let mut notes = std::mem::take(&mut table.notes);
     notes.extend(plan.notes);
     let (time, unit) = time(&table, &plan.time, plan.time_unit)?;
+    let sources = || plan.joints.iter().flat_map(|joint| joint.channels.iter().map(|(_, source)| source));
+    // A column is copied only where another channel is made of it too.
+    let mut uses: HashMap<&str, usize> = HashMap::new();
+    sources().for_each(|source| *uses.entry(&source.column).or_default() += 1);
     let mut signals = vec![(plan.time.column.clone(), time)];
-    for joint in &plan.joints {
-        for (_, source) in &joint.channels {
-            signals.push((source.column.clone(), values(&table, source)?));
-        }
+    for source in sources() {
+        let left = uses.entry(&source.column).or_default();
+        *left -= 1;
+        signals.push((source.column.clone(), values(&mut table, source, *left == 0)?));
     }
+    table.columns.clear();
     checks::lengths(&table.file, &signals)?;
     checks::finite(&table.file, &signals)?;
     let mut columns = signals[1..].iter();
@@ -50,6 +56,7 @@ fn session(
 ) -> Session {
     let mut signals = signals.into_iter().map(|(_, values)| values);
     let time = signals.next().unwrap_or_default();
+    let mut signals = signals.map(Samples::from);
     let mut controllers = Vec::new();
     let mut joints = Vec::new();
     for PlannedJoint { name, channels, controller, .. } in planned {
@@ -82,10 +89,11 @@ fn time(table: &Table, source: &Source, given: Option<String>) -> Result<(Vec<f6
     Ok((column.values.iter().map(|value| (value - begin) * factor).collect(), unit))
 }
 
-fn values(table: &Table, source: &Source) -> Result<Vec<f64>> {
+/// The values of a channel; the `last` that is made of a column takes them from it.
+fn values(table: &mut Table, source: &Source, last: bool) -> Result<Vec<f64>> {
     let column = table.wanted(&source.column, source.named_at.as_ref())?;
     let (origin, factor) = (column.origin as f64, source.factor * column.seconds.unwrap_or(1.0));
-    let mut values = column.values.clone();
+    let mut values = if last { table.take_values(&source.column) } else { column.values.clone() };
     if origin != 0.0 {
         values.iter_mut().for_each(|value| *value += origin);
     }

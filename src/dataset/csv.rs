@@ -4,7 +4,7 @@ mod guard;
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{Read, Seek as _, SeekFrom};
+use std::io::{self, Read, Seek as _, SeekFrom};
 use std::path::Path;
 
 use csv::{ByteRecord, Reader, ReaderBuilder};
@@ -16,7 +16,7 @@ use super::source_file;
 use super::table::{Column, Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
-use crate::toml_input::write_atomically;
+use crate::toml_input::write_atomically_with;
 use crate::units::JointKind;
 
 /// Bytes of a cell that an error message shows.
@@ -196,13 +196,24 @@ fn refuse_text(path: &Path, fault: &Fault) -> Error {
 /// # Errors
 /// The file cannot be written.
 pub fn write(path: &Path, series: &TimeSeries, kinds: &[JointKind]) -> Result<()> {
-    write_atomically(path, &text(series, kinds))
+    write_atomically_with(path, |out| write_rows(out, series, kinds))
 }
 
-/// A session with canonical columns. Channels that only a simulation knows are left out.
+/// A session with canonical columns as text: what [`write_rows`] writes.
+pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
+    let mut bytes = Vec::new();
+    // Writing to memory cannot fail, and what is written is text.
+    let _ = write_rows(&mut bytes, series, kinds);
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
+/// Writes a session with canonical columns, row by row. Channels that only a simulation knows are left out.
 ///
 /// Numbers are written so that reading them gives the same bits.
-pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_rows(out: &mut dyn io::Write, series: &TimeSeries, kinds: &[JointKind]) -> io::Result<()> {
     let mut header = vec!["time".to_owned()];
     let mut columns: Vec<&[f64]> = vec![&series.time];
     for (joint, kind) in series.joints.iter().zip(kinds) {
@@ -211,18 +222,19 @@ pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
             columns.push(values);
         }
     }
-    let mut text = header.join(",");
-    text.reserve(series.len() * columns.len() * 20);
-    text.push('\n');
+    let mut line = header.join(",");
     for row in 0..series.len() {
+        line.push('\n');
+        out.write_all(line.as_bytes())?;
+        line.clear();
         for (index, column) in columns.iter().enumerate() {
             let separator = if index == 0 { "" } else { "," };
             // Writing to a string cannot fail.
-            let _ = write!(text, "{separator}{}", column[row]);
+            let _ = write!(line, "{separator}{}", column[row]);
         }
-        text.push('\n');
     }
-    text
+    line.push('\n');
+    out.write_all(line.as_bytes())
 }
 
 fn written_channels(joint: &JointSeries, kind: JointKind) -> impl Iterator<Item = (&'static str, &[f64])> {

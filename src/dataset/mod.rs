@@ -28,7 +28,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use self::columns::{CHANNEL_COLUMNS, column_of};
-pub use self::csv::{text as csv_text, write as write_csv};
+pub use self::csv::{text as csv_text, write as write_csv, write_rows as write_csv_rows};
 pub use self::manifest::{Controller, Manifest};
 pub use self::survey::{first_manifest, is_canonical, survey, survey_session};
 pub use self::table::{Column, Table};

@@ -50,7 +50,7 @@ pub fn survey(table: &Table) -> String {
     let mut text = format!("{}: {rows} rows, {} columns\n", table.file.display(), table.columns.len());
     let width = table.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
     for column in &table.columns {
-        let _ = writeln!(text, "  {:<width$}  {}", column.name, about(column, rows));
+        let _ = writeln!(text, "  {:<width$}  {}", column.name, about(&column.values, column, rows));
     }
     for note in &table.notes {
         let _ = writeln!(text, "  note: {note}");
@@ -82,7 +82,7 @@ fn likely_time_units(column: &Column) -> Vec<&'static str> {
     if column.seconds.is_some() {
         return Vec::new();
     }
-    clock(column).map(likely_units).unwrap_or_default()
+    clock(&column.values).map(likely_units).unwrap_or_default()
 }
 
 /// Lines on a session: samples, time, then each channel with its range in SI.
@@ -97,12 +97,8 @@ pub fn survey_session(session: &Session) -> String {
     );
     for joint in &series.joints {
         for (channel, values) in &joint.channels {
-            let column = Column {
-                name: format!("{}.{}", joint.name, channel_name(*channel)),
-                values: values.clone(),
-                ..Column::default()
-            };
-            let _ = writeln!(text, "  {:<32}  {}", column.name, about(&column, series.len()));
+            let name = format!("{}.{}", joint.name, channel_name(*channel));
+            let _ = writeln!(text, "  {name:<32}  {}", about(values, &Column::default(), series.len()));
         }
     }
     for note in &session.notes {
@@ -115,32 +111,33 @@ fn channel_name(channel: Channel) -> &'static str {
     CHANNEL_COLUMNS.iter().find(|entry| entry.1 == channel).map_or("", |entry| entry.0)
 }
 
-fn about(column: &Column, rows: usize) -> String {
+/// What values are; `column` is what they were read from, as far as there is one.
+fn about(values: &[f64], column: &Column, rows: usize) -> String {
     if let Some((row, cell)) = &column.fault {
         return format!("not a number in row {row}: {cell:?}");
     }
     let origin = column.origin as f64;
-    let minimum = column.values.iter().copied().fold(f64::INFINITY, f64::min) + origin;
-    let maximum = column.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + origin;
+    let minimum = values.iter().copied().fold(f64::INFINITY, f64::min) + origin;
+    let maximum = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + origin;
     let mut text =
         if minimum == maximum { format!("constant {minimum}") } else { format!("{minimum:>12.6} to {maximum:>12.6}") };
-    if let Some(row) = column.values.iter().position(|value| !value.is_finite()) {
-        let _ = write!(text, "  {} in row {}", column.values[row], row + 1);
-    } else if let Some(step) = clock(column) {
+    if let Some(row) = values.iter().position(|value| !value.is_finite()) {
+        let _ = write!(text, "  {} in row {}", values[row], row + 1);
+    } else if let Some(step) = clock(values) {
         let _ = write!(text, "  increasing, median step {step:.4e}");
     }
     if let Some(seconds) = column.seconds {
         let _ = write!(text, "  time stamps in units of {seconds} s");
     }
-    if column.values.len() < rows {
-        let _ = write!(text, "  only {} rows", column.values.len());
+    if values.len() < rows {
+        let _ = write!(text, "  only {} rows", values.len());
     }
     text
 }
 
 /// Median step of a column that increases from row to row.
-fn clock(column: &Column) -> Option<f64> {
-    let mut steps: Vec<f64> = column.values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+fn clock(values: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if steps.is_empty() || !steps.iter().all(|step| *step > 0.0) {
         return None;
     }
@@ -215,7 +212,7 @@ fn time_unit(column: &Column) -> String {
 }
 
 fn time_column(table: &Table) -> Option<&Column> {
-    let clocks = || table.columns.iter().filter(|column| clock(column).is_some());
+    let clocks = || table.columns.iter().filter(|column| clock(&column.values).is_some());
     let named = |column: &&Column| {
         let name = column.name.to_ascii_lowercase();
         name == "t" || name.starts_with("time")

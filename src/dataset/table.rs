@@ -120,6 +120,12 @@ impl Table {
         }
         Ok(column)
     }
+
+    /// The values of a column, which is left without them.
+    pub(super) fn take_values(&mut self, name: &str) -> Vec<f64> {
+        let column = self.index.get(name).and_then(|&at| self.columns.get_mut(at));
+        column.map(|column| std::mem::take(&mut column.values)).unwrap_or_default()
+    }
 }
 
 /// Refuses more columns than are read.

@@ -48,8 +48,8 @@ struct Samples {
     /// [s]
     time: Vec<f64>,
     current: Vec<f64>,
-    /// The later command, and the earlier.
-    command: [Vec<f64>; 2],
+    /// The earlier command of each sample, and then the later one of the last: the later of each is the earlier of the next.
+    command: Vec<f64>,
     /// Part of the earlier.
     part: f64,
     /// [A] scale of the noise.
@@ -80,29 +80,27 @@ impl Samples {
         let series = session.joint(&joint.name)?;
         let (current, command) = (series.get(Channel::Current)?, series.get(Channel::CommandCurrent)?);
         let limit = joint.amplifier.current_limit;
-        let command: Vec<f64> = command.iter().map(|u| u.clamp(-limit, limit)).collect();
         let place = |part: f64| (part * current.len() as f64) as usize;
         let (current, command) = (&current[place(from)..place(to)], &command[place(from)..place(to)]);
+        let mut command: Vec<f64> = command.iter().map(|u| u.clamp(-limit, limit)).collect();
         let dt = session.sample_interval();
         let longest = (LONGEST / dt) as usize;
         if dt.is_nan() || dt <= 0.0 || current.len() < 8 * longest.max(1) {
             return None;
         }
-        let (delay, part) = delay(current, command, longest);
-        let later: Vec<f64> = command[1..command.len() - delay].to_vec();
-        let earlier: Vec<f64> = command[..command.len() - delay - 1].to_vec();
+        let (delay, part) = delay(current, &command, longest);
+        command.truncate(command.len() - delay);
         let time = session.time[place(from)..place(to)][delay + 1..].to_vec();
-        let current = current[delay + 1..].to_vec();
-        let mut samples = Self { time, current, command: [later, earlier], part, scale: 1.0 };
+        let mut samples = Self { time, current: current[delay + 1..].to_vec(), command, part, scale: 1.0 };
         samples.settle();
         Some(samples)
     }
 
     /// Takes the sensor's zero out and finds the noise, both where commands are larger than half of all.
     fn settle(&mut self) {
-        let large = typical(self.command[0].iter().map(|u| u.abs()).collect());
+        let large = typical(self.command[1..].iter().map(|u| u.abs()).collect());
         let errors: Vec<f64> = (0..self.current.len())
-            .filter(|k| self.command.iter().all(|command| command[*k].abs() >= large))
+            .filter(|k| self.commands(*k).iter().all(|u| u.abs() >= large))
             .map(|k| self.current[k] - self.commanded(k))
             .collect();
         let offset = typical(errors.clone());
@@ -111,20 +109,26 @@ impl Samples {
         self.scale = (typical(errors.iter().map(|e| (e - offset).abs()).collect()) / 0.6745).max(1e-9);
     }
 
+    /// The later command of a sample, and the earlier.
+    fn commands(&self, k: usize) -> [f64; 2] {
+        [self.command[k + 1], self.command[k]]
+    }
+
     fn commanded(&self, k: usize) -> f64 {
-        (1.0 - self.part) * self.command[0][k] + self.part * self.command[1][k]
+        let [later, earlier] = self.commands(k);
+        (1.0 - self.part) * later + self.part * earlier
     }
 
     /// Log-density of a sample whose later and earlier command pass or not.
     fn density(&self, k: usize, passes: [bool; 2]) -> f64 {
-        let through = |which: usize| if passes[which] { self.command[which][k] } else { 0.0 };
+        let through = |which: usize| if passes[which] { self.commands(k)[which] } else { 0.0 };
         let expected = (1.0 - self.part) * through(0) + self.part * through(1);
         log_density(self.current[k] - expected, self.scale, NU)
     }
 
     /// What each sample says as the band grows past its commands: `(|u|, change of log-likelihood)`.
     fn events(&self, k: usize) -> [(f64, f64); 2] {
-        let sizes = [self.command[0][k].abs(), self.command[1][k].abs()];
+        let sizes = self.commands(k).map(f64::abs);
         let first = usize::from(sizes[1] < sizes[0]);
         let mut passes = [true, true];
         let mut last = self.density(k, passes);
@@ -166,21 +170,20 @@ fn widest_gain(sessions: &[Samples]) -> Option<(Estimate, f64)> {
     let mut events: Vec<(f64, f64)> =
         sessions.iter().flat_map(|samples| (0..samples.current.len()).flat_map(|k| samples.events(k))).collect();
     events.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // From here on the likelihood of the whole band up to each command.
     let mut sum = 0.0;
-    let total: Vec<f64> = events
-        .iter()
-        .map(|(_, gain)| {
-            sum += INDEPENDENT * gain;
-            sum
-        })
-        .collect();
-    let most = total.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    for (_, gain) in &mut events {
+        sum += INDEPENDENT * *gain;
+        *gain = sum;
+    }
+    let most = events.iter().map(|event| event.1).fold(f64::NEG_INFINITY, f64::max);
     if !(most > 0.0 && most.is_finite()) {
         return None;
     }
     // Between two commands the likelihood is constant: its posterior under a flat prior is a sum of such steps.
     let mut moments = [0.0; 3];
-    for ((pair, total), size) in events.windows(2).zip(&total).zip(events.iter().map(|event| event.0)) {
+    for pair in events.windows(2) {
+        let (size, total) = pair[0];
         let (middle, length) = (0.5 * (size + pair[1].0), pair[1].0 - size);
         let weight = (total - most).exp() * length;
         for (moment, value) in moments.iter_mut().zip([1.0, middle, middle * middle + length * length / 12.0]) {
@@ -200,7 +203,7 @@ fn shuts(sessions: &[Samples], u0: f64) -> bool {
         for samples in sessions {
             for k in 0..samples.current.len() {
                 let within = |u: f64| u.abs() >= from * u0 && u.abs() < to * u0;
-                if samples.command.iter().all(|command| within(command[k])) {
+                if samples.commands(k).into_iter().all(within) {
                     let u = samples.commanded(k);
                     iu += samples.current[k] * u;
                     uu += u * u;
@@ -215,7 +218,7 @@ fn shuts(sessions: &[Samples], u0: f64) -> bool {
 /// Gain of the current's error within the band, without it and with it.
 fn gain(sessions: &[Samples], u0: f64) -> Gain {
     let errors = |samples: &Samples| -> [Vec<f64>; 3] {
-        let within = |k: &usize| samples.command.iter().all(|command| command[*k].abs() < u0);
+        let within = |k: &usize| samples.commands(*k).iter().all(|u| u.abs() < u0);
         let picked: Vec<usize> = (0..samples.current.len()).filter(within).collect();
         let each = |value: &dyn Fn(usize) -> f64| picked.iter().map(|k| value(*k)).collect::<Vec<f64>>();
         [

@@ -17,7 +17,7 @@ use super::selection::{Selection, Taken};
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
 use super::{
-    Options, command, extend, floor, gaps, maps, mended, observe, reversal, shares, slip, spectra, two_encoders,
+    Options, command, extend, floor, gaps, maps, mended, reversal, shares, slip, spectra, two_encoders,
     typical_inertia, unexplained,
 };
 use crate::error::Result;
@@ -114,8 +114,7 @@ pub fn diagnosis(
     unexplained.extend(encoders.unexplained);
     unexplained.extend(unconfirmed);
     progress("drawing residuals", 0.95);
-    let torque = torques(model, sessions);
-    let floor = floor::floor(problem, sessions, &typical_inertia(model), &torque);
+    let floor = floor::floor(problem, sessions, &typical_inertia(model));
     let fit = views::fit_errors(problem, &residuals, &floor);
     unexplained.extend(unexplained::shapeless(&fit, &unexplained));
     Ok(Diagnosis {
@@ -144,16 +143,6 @@ pub fn diagnosis(
         catalogue: options.catalogue.clone(),
         series: views::series(problem, sessions, &residuals),
     })
-}
-
-fn torques(model: &Model, sessions: &[&TimeSeries]) -> Vec<Vec<Vec<f64>>> {
-    let of_joint = |session: &TimeSeries, index: usize| {
-        let series = session.joint(&model.joints[index].name);
-        series
-            .and_then(|series| observe::motor_torque(model, index, series, None))
-            .map_or(Vec::new(), |(torque, _)| torque)
-    };
-    sessions.iter().map(|session| (0..model.joints.len()).map(|index| of_joint(session, index)).collect()).collect()
 }
 
 fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection) -> Vec<Residual> {

@@ -5,11 +5,12 @@
 //! Where the model file gives no current sensor its noise is taken from the recording: the median of third differences.
 
 use super::kernel::Kernel;
+use super::observe::motor_torque;
 use super::problem::Problem;
 use crate::timeseries::TimeSeries;
 
 /// RMS error of each row, `floor[joint][row]`.
-pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64], torque: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
+pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Vec<Vec<f64>> {
     let motion = &problem.motion;
     // The interval of a session is the median over all of its samples: asked for once, not in every row.
     let interval: Vec<f64> = sessions.iter().map(|session| session.sample_interval()).collect();
@@ -21,7 +22,11 @@ pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64], torqu
                 Some(sensor) if motion.joints[joint].has_current => {
                     model.torque_per_ampere() * (sensor.noise.powi(2) + sensor.resolution.powi(2) / 12.0).sqrt()
                 }
-                _ => third_difference_noise(&torque[session][joint]),
+                _ => {
+                    let series = sessions[session].joint(&model.name);
+                    let torque = series.and_then(|series| motor_torque(motion.model, joint, series, None));
+                    third_difference_noise(&torque.unwrap_or_default().0)
+                }
             })
             .collect();
         let mut last: Option<(f64, f64, f64, f64)> = None;

@@ -6,6 +6,9 @@ use crate::drive::Sensing;
 use crate::effects::Motion;
 use crate::timeseries::{Channel, TimeSeries};
 
+/// Samples that are taken at a time: the motion of all joints at each of half an hour of samples would be larger than the recording.
+const BLOCK: usize = 1 << 16;
+
 /// The first sessions of the problem, as many as are given, without the torque of the terms that `taken_off` picks, sample by sample.
 pub fn without(
     problem: &Problem,
@@ -20,24 +23,28 @@ pub fn without(
         if terms.is_empty() {
             return mended;
         }
-        let Some(motion) = at_samples(&problem.motion, number, &session.time) else { return mended };
-        for (term, at) in &terms {
-            let coefficients = &selection.fitted.solution.coefficients.as_slice()[**at..];
-            term.joints.iter().for_each(|joint| take_off(&mut mended, &motion, *joint, term, coefficients));
+        for (block, time) in session.time.chunks(BLOCK).enumerate() {
+            let Some(motion) = at_samples(&problem.motion, number, time) else { return mended };
+            for (term, at) in &terms {
+                let coefficients = &selection.fitted.solution.coefficients.as_slice()[**at..];
+                let first = block * BLOCK;
+                term.joints.iter().for_each(|joint| take_off(&mut mended, first, &motion, *joint, term, coefficients));
+            }
         }
         mended
     };
     sessions.iter().enumerate().map(of_session).collect()
 }
 
-/// Takes what a term adds to the torque of a joint off a recording.
-fn take_off(recorded: &mut TimeSeries, motion: &Motion, joint: usize, term: &Term, coefficients: &[f64]) {
+/// Takes what a term adds to the torque of a joint off a recording, from sample `first` on for as long as the motion is.
+fn take_off(recorded: &mut TimeSeries, first: usize, motion: &Motion, joint: usize, term: &Term, coefficients: &[f64]) {
     let model = &motion.model.joints[joint];
     let Some(series) = recorded.joints.iter_mut().find(|series| series.name == model.name) else { return };
     let absolute = model.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
     for (column, c) in term.effect.columns(motion, joint, &term.shape).iter().zip(coefficients) {
         for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, model.torque_per_ampere())] {
-            for (row, sample) in series.channels.get_mut(&channel).into_iter().flatten().enumerate() {
+            let samples = series.channels.get_mut(&channel).into_iter().flatten();
+            for (row, sample) in samples.skip(first).take(column.len()).enumerate() {
                 let sign = if absolute { motion.joints[joint].v[row].signum() } else { 1.0 };
                 *sample -= sign * c * column[row] / scale;
             }

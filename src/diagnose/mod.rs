@@ -54,6 +54,7 @@ mod selection;
 /// Which effects a recording can tell apart.
 pub mod separability;
 mod shares;
+mod side_by_side;
 mod slip;
 mod spectra;
 mod stand_ins;
@@ -75,11 +76,12 @@ pub use result::{
 pub use selection::Rules;
 pub use typical::typical;
 
+use crate::drive::Sensing;
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, Motion};
 use crate::error::{Error, Result};
-use crate::robot::{Masses, Model};
-use crate::timeseries::TimeSeries;
+use crate::robot::{JointModel, Masses, Model};
+use crate::timeseries::{Channel, TimeSeries};
 use division::Division;
 use prepare::Prepared;
 use problem::{Part, Problem};
@@ -101,6 +103,24 @@ impl Default for Options {
     fn default() -> Self {
         Self { rules: Rules::default(), held_out_share: 0.3, backlash: true, catalogue: Catalogue::default() }
     }
+}
+
+/// Channels that a diagnosis of that machine reads; all others may be dropped.
+pub fn channels(model: &Model) -> Vec<Channel> {
+    let mut channels = vec![
+        Channel::Position,
+        Channel::Current,
+        Channel::Torque,
+        Channel::CommandCurrent,
+        Channel::ReferenceVelocity,
+        Channel::LinkPosition,
+    ];
+    // A velocity gives its sign to a current without one, and is read for nothing else.
+    let absolute = |joint: &JointModel| joint.current_sensor.is_some_and(|one| one.sensing == Sensing::Absolute);
+    if model.joints.iter().any(absolute) {
+        channels.push(Channel::Velocity);
+    }
+    channels
 }
 
 /// Names what the nominal model lacks; `progress` hears what is being done and which share of it (0 to 1).

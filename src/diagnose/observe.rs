@@ -44,13 +44,13 @@ pub fn motor_torque(
 }
 
 /// A session's signals, one entry a joint of the model.
-struct Signals {
-    position: Vec<Vec<f64>>,
+struct Signals<'a> {
+    position: Vec<&'a [f64]>,
     torque: Vec<Vec<f64>>,
     has_current: Vec<bool>,
 }
 
-fn signals(model: &Model, session: &TimeSeries) -> Result<Signals> {
+fn signals<'a>(model: &Model, session: &'a TimeSeries) -> Result<Signals<'a>> {
     let missing = |joint: &str, what: &str| {
         let expected = format!("{what} of every joint of the model");
         Error::input(session.name.as_ref(), Place::File, joint, "", expected)
@@ -62,7 +62,7 @@ fn signals(model: &Model, session: &TimeSeries) -> Result<Signals> {
         let velocity = series.get(Channel::Velocity).or_else(|| series.get(Channel::ReferenceVelocity));
         let (torque, has_current) =
             motor_torque(model, index, series, velocity).ok_or_else(|| missing(&joint.name, "current or torque"))?;
-        signals.position.push(position.to_vec());
+        signals.position.push(position);
         signals.torque.push(torque);
         signals.has_current.push(has_current);
     }
@@ -150,7 +150,7 @@ fn reach(width: f64, dt: f64) -> usize {
 
 fn append(
     motion: &mut Motion,
-    signals: &Signals,
+    signals: &Signals<'_>,
     session: &TimeSeries,
     number: usize,
     inertia: &[f64],
@@ -182,7 +182,7 @@ fn append(
     for centre in (edge..session.len() - edge).step_by(step) {
         let mut width = narrowest;
         for (joint, rest) in rest.iter().enumerate() {
-            let speed = rough.averages(&signals.position[joint], centre).rate.abs();
+            let speed = rough.averages(signals.position[joint], centre).rate.abs();
             if speed > *rest {
                 let encoder_step = motion.model.joints[joint].encoder_step();
                 width = width.max(wanted_half_width(encoder_step, speed, inertia[joint], noise[joint], dt));
@@ -194,7 +194,7 @@ fn append(
         motion.time.push(session.time[centre]);
         motion.half_width.push(kernel.half_width);
         for (joint, rest) in rest.iter().enumerate() {
-            let position = kernel.averages(&signals.position[joint], centre);
+            let position = kernel.averages(signals.position[joint], centre);
             let torque = kernel.averages(&signals.torque[joint], centre);
             let row = &mut motion.joints[joint];
             row.q.push(position.value);

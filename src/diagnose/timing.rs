@@ -5,12 +5,11 @@
 //! A late position does not show: the controller answers to the position that it reads, and its answer is in step with it.
 //! Reference: C. H. Knapp, G. C. Carter (1976), The generalized correlation method for estimation of time delay.
 
-use rayon::prelude::*;
-
 use super::division::Division;
 use super::kernel::Kernel;
 use super::observe::motor_torque;
 use super::probability::{calibrated, odds_against};
+use super::side_by_side::side_by_side;
 use crate::robot::Model;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 
@@ -42,10 +41,10 @@ pub struct Late {
 pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division) -> Option<Late> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
-    let mut lags: Vec<f64> = places
-        .par_iter()
-        .filter_map(|(session, joint)| lag(model, *joint, sessions[*session], division.training(*session)?))
-        .collect();
+    let of_place = |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session], division.training(*session)?);
+    // Torque, and both signals in the band.
+    let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
+    let mut lags: Vec<f64> = side_by_side(&places, 24 * longest, of_place).into_iter().flatten().collect();
     if lags.len() < 2 {
         return None;
     }

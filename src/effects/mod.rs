@@ -191,7 +191,7 @@ pub trait Diagnosable: Effect {
         false
     }
 
-    /// Torque on a joint [N·m or N] per unit of each coefficient, one value a row: what the motor must add to the baseline.
+    /// Torque on a joint [N·m or N] per unit of each coefficient, one value a row, which depends on that row alone: what the motor must add to the baseline.
     /// For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 

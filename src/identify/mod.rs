@@ -36,7 +36,18 @@ use summary::Laws;
 use crate::error::{Error, Result};
 use crate::gearhead::{Direction, Friction, FrictionLaw, Lines};
 use crate::robot::Model;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// Channels that an identification reads; all others may be dropped.
+pub const CHANNELS: [Channel; 7] = [
+    Channel::Position,
+    Channel::Velocity,
+    Channel::Current,
+    Channel::Torque,
+    Channel::ReferencePosition,
+    Channel::ReferenceVelocity,
+    Channel::CommandCurrent,
+];
 
 /// What can be chosen about an identification; the defaults suit the paper's staircase.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,65 +4,81 @@
 
 use super::inputs::Input;
 use super::low_pass::low_pass;
-use super::{ChannelError, Quantity};
-use crate::robot::Model;
-use crate::timeseries::{Channel, TimeSeries};
+use super::{ChannelError, Quantity, Simulated};
+use crate::robot::JointModel;
+use crate::timeseries::Channel;
 use crate::units::JointKind;
 
-/// The differences of position, torque and velocity, joint by joint.
-pub(super) fn compare(
-    model: &Model,
-    inputs: &[Input],
-    recorded: &TimeSeries,
-    simulated: &TimeSeries,
-    cutoff: f64,
-) -> Vec<ChannelError> {
-    let interval = recorded.sample_interval();
-    let mut errors = Vec::new();
-    for (i, joint) in model.joints.iter().enumerate() {
-        let smooth = |series: &TimeSeries, channel: Channel, magnitude: bool| -> Option<Vec<f64>> {
-            let values = series.joints[i].get(channel)?;
-            Some(match (channel, magnitude) {
-                (Channel::Velocity, _) => values.to_vec(),
-                (_, true) => low_pass(&values.iter().map(|value| value.abs()).collect::<Vec<_>>(), interval, cutoff),
-                (_, false) => low_pass(values, interval, cutoff),
-            })
-        };
-        for quantity in [Quantity::Position, Quantity::Torque, Quantity::Velocity] {
-            let channel = quantity.channel();
-            let magnitude = quantity == Quantity::Torque && inputs[i].magnitude;
-            let (Some(measured), Some(model)) =
-                (smooth(recorded, channel, false), smooth(simulated, channel, magnitude))
-            else {
-                continue;
-            };
-            let difference: Vec<f64> = measured.iter().zip(&model).map(|(a, b)| a - b).collect();
-            let (rms, level) = (rms(&difference), self::rms(&measured));
-            let relative = if level > 0.0 { rms / level } else { 0.0 };
-            let unit = quantity.unit(joint.kind);
-            errors.push(ChannelError { joint: joint.name.clone(), quantity, unit, rms, relative, difference });
-        }
-    }
-    errors
+/// One signal of a joint, as recorded and as simulated. Joint side, SI.
+#[derive(Debug)]
+pub struct Side<'a> {
+    /// The joint.
+    pub joint: &'a str,
+    /// The signals.
+    pub quantity: Quantity,
+    /// Their unit.
+    pub unit: &'static str,
+    /// [s] sample times of both.
+    pub time: &'a [f64],
+    /// As recorded.
+    pub recorded: &'a [f64],
+    /// As simulated.
+    pub simulated: &'a [f64],
 }
 
-/// Adds the rate of the smooth position as the velocity of each joint.
-pub(super) fn add_velocity(series: &mut TimeSeries, interval: f64, cutoff: f64) {
-    for joint in &mut series.joints {
-        let Some(position) = joint.get(Channel::Position) else { continue };
-        let smooth = low_pass(position, interval, cutoff);
-        let last = smooth.len().saturating_sub(1);
-        let rate = |k: usize| {
-            let (from, to) = (k.saturating_sub(1), (k + 1).min(last));
-            if to > from { (smooth[to] - smooth[from]) / ((to - from) as f64 * interval) } else { 0.0 }
-        };
-        let velocity = (0..smooth.len()).map(rate).collect();
-        joint.channels.insert(Channel::Velocity, velocity);
-    }
+/// The differences of position, torque and velocity of one joint; `see` is shown both sides of each, and says whether
+/// their difference is kept.
+pub(super) fn compare(
+    joint: &JointModel,
+    input: &Input,
+    simulated: Simulated,
+    (time, interval): (&[f64], f64),
+    cutoff: f64,
+    see: &mut dyn FnMut(&Side<'_>) -> bool,
+) -> Vec<ChannelError> {
+    let smooth = |values: &[f64]| low_pass(values, interval, cutoff);
+    let mut see = |quantity: Quantity, recorded: &[f64], simulated: &[f64]| {
+        let unit = quantity.unit(joint.kind);
+        see(&Side { joint: &joint.name, quantity, unit, time, recorded, simulated })
+    };
+    let error = |quantity: Quantity, recorded: &[f64], simulated: &[f64], kept: bool| {
+        let difference: Vec<f64> = recorded.iter().zip(simulated).map(|(a, b)| a - b).collect();
+        let (rms, level) = (rms(&difference), self::rms(recorded));
+        let relative = if level > 0.0 { rms / level } else { 0.0 };
+        let unit = quantity.unit(joint.kind);
+        let difference = if kept { difference } else { Vec::new() };
+        ChannelError { joint: joint.name.clone(), quantity, unit, rms, relative, difference }
+    };
+    let Simulated { position, torque } = simulated;
+    let kept = see(Quantity::Position, &input.position, &position);
+    let positions = [smooth(&input.position), smooth(&position)];
+    drop(position);
+    let of_position = error(Quantity::Position, &positions[0], &positions[1], kept);
+    let recorded = input.torque.values();
+    let kept = see(Quantity::Torque, &recorded, &torque);
+    let recorded = smooth(&recorded);
+    let torque = if input.magnitude { torque.iter().map(|torque| torque.abs()).collect() } else { torque };
+    let of_torque = error(Quantity::Torque, &recorded, &smooth(&torque), kept);
+    drop((recorded, torque));
+
+    let velocities = positions.map(|position| rate(&position, interval));
+    let kept = see(Quantity::Velocity, &velocities[0], &velocities[1]);
+    let of_velocity = error(Quantity::Velocity, &velocities[0], &velocities[1], kept);
+    vec![of_position, of_torque, of_velocity]
+}
+
+/// Rate of a smooth position.
+fn rate(smooth: &[f64], interval: f64) -> Vec<f64> {
+    let last = smooth.len().saturating_sub(1);
+    let at = |k: usize| {
+        let (from, to) = (k.saturating_sub(1), (k + 1).min(last));
+        if to > from { (smooth[to] - smooth[from]) / ((to - from) as f64 * interval) } else { 0.0 }
+    };
+    (0..smooth.len()).map(at).collect()
 }
 
 impl Quantity {
-    /// The channel of a replay that holds it.
+    /// The channel that holds it.
     pub const fn channel(self) -> Channel {
         match self {
             Self::Position => Channel::Position,

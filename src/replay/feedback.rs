@@ -17,6 +17,7 @@ use crate::dataset::{Controller, Session};
 use crate::dynamics::Dynamics;
 use crate::effects::JointState;
 use crate::robot::Model;
+use crate::timeseries::Samples;
 
 /// One feedback a joint: the machine's own where the session gives it; in open loop none for what was recorded.
 pub(super) fn of_joints(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Vec<Feedback> {
@@ -46,26 +47,30 @@ pub(super) struct Feedback {
     controller: Controller,
     start: [f64; 2],
     interval: f64,
-    recorded: Vec<f64>,
+    recorded: Samples,
+    /// The last simulated positions, as many as the difference quotient spans; the next takes the place of the oldest.
     simulated: Vec<f64>,
+    /// Samples so far.
+    seen: usize,
 }
 
 impl Feedback {
     /// The machine's own controller on the recorded positions as they are.
-    pub(super) fn machine(controller: Controller, recorded: &[f64], interval: f64) -> Self {
+    pub(super) fn machine(controller: Controller, recorded: &Samples, interval: f64) -> Self {
         let last = controller.velocity_samples.min(recorded.len() - 1);
         let velocity = (recorded[last] - recorded[0]) / (last.max(1) as f64 * interval);
         Self {
             controller,
             start: [recorded[0], velocity],
             interval,
-            recorded: recorded.to_vec(),
-            simulated: Vec::with_capacity(recorded.len()),
+            recorded: recorded.clone(),
+            simulated: vec![0.0; controller.velocity_samples + 1],
+            seen: 0,
         }
     }
 
     /// No correction. Nothing makes a wrong start good, so it is that of a parabola through the first samples.
-    fn none(recorded: &[f64], interval: f64) -> Self {
+    fn none(recorded: &Samples, interval: f64) -> Self {
         /// [s] Length of the parabola: some tens of samples, in which a joint hardly changes its acceleration.
         const SPAN: f64 = 0.02;
         let samples = ((SPAN / interval).round() as usize).clamp(3, recorded.len().max(3)).min(recorded.len());
@@ -82,7 +87,7 @@ impl Feedback {
         let omega = 2.0 * std::f64::consts::PI * bandwidth;
         let controller =
             Controller { position_gain: omega / 2.0, velocity_gain: 2.0 * omega * inertia, velocity_samples: 1 };
-        Self::machine(controller, &low_pass(recorded, interval, MARGIN * bandwidth), interval)
+        Self::machine(controller, &low_pass(recorded, interval, MARGIN * bandwidth).into(), interval)
     }
 
     /// The motion that the recording begins with, the link in the middle of the gap.
@@ -99,11 +104,13 @@ impl Feedback {
 
     /// `c(q_rec, k) − c(q_sim, k)` [N·m or N] at the next sample `k`, where the simulated position is `position`.
     pub(super) fn correction(&mut self, position: f64) -> f64 {
-        self.simulated.push(position);
         let Controller { position_gain, velocity_gain, velocity_samples } = self.controller;
-        let k = self.simulated.len() - 1;
+        let k = self.seen;
+        let places = self.simulated.len();
+        self.simulated[k % places] = position;
+        self.seen += 1;
         let before = k.saturating_sub(velocity_samples);
-        let behind = |at: usize| self.recorded[at] - self.simulated[at];
+        let behind = |at: usize| self.recorded[at] - self.simulated[at % places];
         let rate = (behind(k) - behind(before)) / (velocity_samples as f64 * self.interval);
         velocity_gain * (position_gain * behind(k) + rate)
     }

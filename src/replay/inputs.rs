@@ -5,17 +5,48 @@ use crate::dataset::Session;
 use crate::drive::Sensing;
 use crate::error::{Error, Place, Result};
 use crate::robot::{JointModel, Model};
-use crate::timeseries::{Channel, JointSeries};
+use crate::timeseries::{Channel, JointSeries, Samples};
+
+/// A recorded signal, times a constant: it shares the samples of the recording.
+#[derive(Debug, Clone)]
+pub(super) struct Signal {
+    samples: Samples,
+    scale: f64,
+    /// Samples by which it is read ahead; its last one stands for what comes after.
+    ahead: usize,
+}
+
+impl Signal {
+    fn new(samples: &Samples, scale: f64) -> Self {
+        Self { samples: samples.clone(), scale, ahead: 0 }
+    }
+
+    /// Nothing at all times.
+    fn zero(samples: usize) -> Self {
+        Self::new(&vec![0.0; samples].into(), 1.0)
+    }
+
+    /// Its value at a sample.
+    pub(super) fn at(&self, k: usize) -> f64 {
+        let sample = self.samples[(k + self.ahead).min(self.samples.len() - 1)];
+        if self.scale == 1.0 { sample } else { self.scale * sample }
+    }
+
+    /// All of it.
+    pub(super) fn values(&self) -> Vec<f64> {
+        (0..self.samples.len()).map(|k| self.at(k)).collect()
+    }
+}
 
 /// The recorded signals of one joint that a replay needs. Joint side, SI.
 #[derive(Debug, Clone)]
 pub(super) struct Input {
     /// [rad or m] motor position.
-    pub(super) position: Vec<f64>,
+    pub(super) position: Samples,
     /// [N·m or N] what to ask of the drive from a sample to the next, before any correction.
-    pub(super) forward: Vec<f64>,
+    pub(super) forward: Signal,
     /// [N·m or N] what to compare the simulated torque with.
-    pub(super) torque: Vec<f64>,
+    pub(super) torque: Signal,
     /// Whether `torque` is what was asked for at a sample, or what was measured then.
     pub(super) commanded: bool,
     /// Whether `torque` is a magnitude: its sign was not measured.
@@ -55,11 +86,11 @@ pub(super) fn inputs(model: &Model, session: &Session, control: Loop, notes: &mu
 }
 
 fn still(samples: usize) -> Input {
-    let zeros = vec![0.0; samples];
+    let zero = Signal::zero(samples);
     Input {
-        position: zeros.clone(),
-        forward: zeros.clone(),
-        torque: zeros,
+        position: zero.samples.clone(),
+        forward: zero.clone(),
+        torque: zero,
         commanded: true,
         magnitude: false,
         recorded: false,
@@ -71,22 +102,18 @@ fn input(joint: &JointModel, series: &JointSeries, session: &Session, control: L
         let key = format!("{}.{channel}", series.name);
         Error::input(&session.source, Place::File, key, "(missing)", "a recorded channel")
     };
-    let position = series.get(Channel::Position).ok_or_else(|| missing("position"))?.to_vec();
-    if let Some(torque) = series.get(Channel::Torque) {
-        let (forward, torque) = (torque.to_vec(), torque.to_vec());
-        return Ok(Input { position, forward, torque, commanded: true, magnitude: false, recorded: true });
+    let position = series.channels.get(&Channel::Position).ok_or_else(|| missing("position"))?.clone();
+    let (commanded, magnitude, recorded) = (true, false, true);
+    if let Some(torque) = series.channels.get(&Channel::Torque) {
+        let torque = Signal::new(torque, 1.0);
+        return Ok(Input { position, forward: torque.clone(), torque, commanded, magnitude, recorded });
     }
-    let torque_of = |channel| {
-        let currents = series.get(channel)?.iter();
-        Some(currents.map(|current| joint.torque_per_ampere() * current).collect::<Vec<f64>>())
-    };
+    let torque_of = |channel| Some(Signal::new(series.channels.get(&channel)?, joint.torque_per_ampere()));
     let magnitude = joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
     match (torque_of(Channel::CommandCurrent), torque_of(Channel::Current)) {
-        (Some(forward), Some(torque)) => {
-            Ok(Input { position, forward, torque, commanded: false, magnitude, recorded: true })
-        }
+        (Some(forward), Some(torque)) => Ok(Input { position, forward, torque, commanded: false, magnitude, recorded }),
         (Some(torque), None) => {
-            Ok(Input { position, forward: torque.clone(), torque, commanded: true, magnitude: false, recorded: true })
+            Ok(Input { position, forward: torque.clone(), torque, commanded, magnitude: false, recorded })
         }
         (None, Some(_)) if magnitude && control == Loop::Open => {
             let key = format!("{}.current", series.name);
@@ -94,14 +121,11 @@ fn input(joint: &JointModel, series: &JointSeries, session: &Session, control: L
             Err(Error::input(&session.source, Place::File, key, "a magnitude", expected))
         }
         (None, Some(torque)) => {
-            let forward = if magnitude { vec![0.0; torque.len()] } else { one_ahead(&torque) };
-            Ok(Input { position, forward, torque, commanded: false, magnitude, recorded: true })
+            // A reading shows what was asked for one sample before.
+            let ahead = || Signal { ahead: 1, ..torque.clone() };
+            let forward = if magnitude { Signal::zero(torque.samples.len()) } else { ahead() };
+            Ok(Input { position, forward, torque, commanded: false, magnitude, recorded })
         }
         (None, None) => Err(missing("current")),
     }
-}
-
-/// Every sample one earlier, the last one twice: a reading shows what was asked for one sample before.
-fn one_ahead(samples: &[f64]) -> Vec<f64> {
-    samples.iter().skip(1).chain(samples.last()).copied().collect()
 }

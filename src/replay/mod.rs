@@ -8,12 +8,15 @@
 //! Both sides of every comparison go through the same zero-phase low-pass ([`low_pass`]).
 
 mod compare;
+mod drawing;
 mod feedback;
 mod gain;
 mod inputs;
 mod low_pass;
 mod pair;
 
+pub use compare::Side;
+use drawing::Drawing;
 use feedback::Feedback;
 pub use gain::{Gain, Pairs};
 use inputs::Input;
@@ -25,7 +28,10 @@ use crate::effects::{Catalogue, JointState};
 use crate::error::Result;
 use crate::plant::{Engine, Options as PlantOptions, Plant};
 use crate::robot::Model;
-use crate::timeseries::{Channel, JointSeries, TimeSeries};
+use crate::timeseries::{Channel, Drawn, Envelope};
+
+/// Channels of a recording that a replay reads; all others may be dropped.
+pub const CHANNELS: [Channel; 4] = [Channel::Position, Channel::Torque, Channel::CommandCurrent, Channel::Current];
 
 /// Whether a controller corrects the recorded torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
@@ -90,7 +96,7 @@ pub struct ChannelError {
     pub rms: f64,
     /// [1] `rms` against the RMS of the recorded signal; 0 where that is 0.
     pub relative: f64,
-    /// Recorded less simulated, sample by sample, behind the low-pass.
+    /// Recorded less simulated, sample by sample, behind the low-pass; empty where it is not kept.
     #[serde(skip)]
     pub difference: Vec<f64>,
 }
@@ -98,14 +104,16 @@ pub struct ChannelError {
 /// A simulated session beside a recorded one.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    /// Position, velocity, torque and true states of the simulated machine at the recorded times.
-    pub simulated: TimeSeries,
-    /// The same position, velocity and torque as recorded: current times `ratio · K_t` where no torque was recorded.
-    pub recorded: TimeSeries,
+    /// Name of the session.
+    pub session: String,
+    /// [s] Sample times.
+    pub time: Vec<f64>,
     /// The differences, joint by joint.
     pub errors: Vec<ChannelError>,
     /// What the reader of the figures should know.
     pub notes: Vec<String>,
+    /// How the simulated machine is drawn: position, velocity, torque and true states.
+    pub simulated: Drawn,
 }
 
 /// Simulates `model` under the inputs of `session`.
@@ -114,32 +122,67 @@ pub struct Replay {
 /// A joint lacks position or torque and current, or the sign of its current in open loop, the model's effects do not fit, or the
 /// simulation diverges.
 pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
+    replayed(model, session, options, &mut |_| true)
+}
+
+/// As [`replay`]; `see` is shown both sides of each signal, and no differences are kept.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_seen(
+    model: &Model,
+    session: &Session,
+    options: &Options,
+    see: &mut dyn FnMut(&Side<'_>),
+) -> Result<Replay> {
+    replayed(model, session, options, &mut |side| {
+        see(side);
+        false
+    })
+}
+
+/// As [`replay`]; `see` is shown both sides of each signal and says whether their difference is kept.
+fn replayed(
+    model: &Model,
+    session: &Session,
+    options: &Options,
+    see: &mut dyn FnMut(&Side<'_>) -> bool,
+) -> Result<Replay> {
     let model = &model.in_session(&session.series.name);
     let mut notes = Vec::new();
     let inputs = inputs::inputs(model, session, options.control, &mut notes)?;
-    let mut simulated = simulate(model, session, &inputs, options)?;
-    let mut recorded = recorded(model, session, &inputs);
-    let interval = recorded.sample_interval();
-    for side in [&mut recorded, &mut simulated] {
-        compare::add_velocity(side, interval, options.cutoff);
+    let (simulated, mut drawn) = simulate(model, session, &inputs, options)?;
+    let time = &session.series.time;
+    let interval = session.series.sample_interval();
+    let mut errors = Vec::new();
+    for (index, (input, simulated)) in inputs.iter().zip(simulated).enumerate() {
+        let channels = &mut drawn.joints[index].channels;
+        let mut seen = |side: &Side<'_>| {
+            let envelope = Envelope::of(side.time, side.simulated.iter().copied());
+            channels.insert(side.quantity.channel(), envelope);
+            see(side)
+        };
+        let sampled = (time.as_slice(), interval);
+        errors.extend(compare::compare(&model.joints[index], input, simulated, sampled, options.cutoff, &mut seen));
     }
-    let mut errors = compare::compare(model, &inputs, &recorded, &simulated, options.cutoff);
     if options.control == Loop::Open {
         // The torque is given, not simulated.
         errors.retain(|error| error.quantity != Quantity::Torque);
     }
-    Ok(Replay { simulated, recorded, errors, notes })
+    Ok(Replay { session: session.series.name.clone(), time: time.clone(), errors, notes, simulated: drawn })
 }
 
-fn recorded(model: &Model, session: &Session, inputs: &[Input]) -> TimeSeries {
-    let channels =
-        |input: &Input| [(Channel::Position, input.position.clone()), (Channel::Torque, input.torque.clone())].into();
-    let joints = model.joints.iter().zip(inputs);
-    let joints = joints.map(|(joint, input)| JointSeries { name: joint.name.clone(), channels: channels(input) });
-    TimeSeries { name: session.series.name.clone(), time: session.series.time.clone(), joints: joints.collect() }
+/// What is compared of a simulated joint.
+#[derive(Debug)]
+struct Simulated {
+    /// [rad or m]
+    position: Vec<f64>,
+    /// [N·m or N]
+    torque: Vec<f64>,
 }
 
-fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Result<TimeSeries> {
+/// The simulated joints, and how the true states of the machine are drawn.
+fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Result<(Vec<Simulated>, Drawn)> {
     let time = &session.series.time;
     let catalogue = options.catalogue.clone();
     let plant_options =
@@ -150,34 +193,29 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
     plant.launch(&start);
 
     let n = model.joints.len();
-    let mut joints: Vec<JointSeries> =
-        model.joints.iter().map(|joint| JointSeries { name: joint.name.clone(), ..JointSeries::default() }).collect();
+    let empty = || Simulated { position: Vec::with_capacity(time.len()), torque: Vec::with_capacity(time.len()) };
+    let mut joints: Vec<Simulated> = (0..n).map(|_| empty()).collect();
+    let mut drawing = Drawing::new(model, time.len());
     let mut commands = vec![0.0; n];
+    let mut readings = Vec::with_capacity(n);
     for (k, &now) in time.iter().enumerate() {
-        let readings = plant.read().to_vec();
+        readings.clear();
+        readings.extend_from_slice(plant.read());
         for i in 0..n {
             let torque_per_ampere = model.joints[i].torque_per_ampere();
             let state = plant.states()[i];
             // What an effect adds to the readings stands in the recorded current, not in the motor.
             let added = torque_per_ampere * (readings[i].current - state.current);
-            let asked = inputs[i].forward[k] - added + feedback[i].correction(readings[i].position);
+            let asked = inputs[i].forward.at(k) - added + feedback[i].correction(readings[i].position);
             commands[i] = asked / torque_per_ampere;
             let torque = if inputs[i].commanded { asked + added } else { torque_per_ampere * readings[i].current };
-            let samples = [
-                (Channel::Position, readings[i].position),
-                (Channel::Torque, torque),
-                (Channel::TrueMotorPosition, state.motor_position),
-                (Channel::TrueLinkPosition, state.link_position),
-                (Channel::GearTorque, state.gear_torque),
-                (Channel::Contact, f64::from(plant.contact(i))),
-            ];
-            for (channel, value) in samples {
-                joints[i].channels.entry(channel).or_default().push(value);
-            }
+            joints[i].position.push(readings[i].position);
+            joints[i].torque.push(torque);
+            drawing.sample(i, now, &state, f64::from(plant.contact(i)));
         }
         if let Some(next) = time.get(k + 1) {
             plant.advance(&commands, next - now)?;
         }
     }
-    Ok(TimeSeries { name: session.series.name.clone(), time: time.clone(), joints })
+    Ok((joints, drawing.finish(&session.series)))
 }

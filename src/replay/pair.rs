@@ -56,7 +56,7 @@ pub fn compared(before: &[Replay], after: &[Replay]) -> Vec<Compared> {
             .zip(after)
             .filter_map(|(before, after)| {
                 let (a, b) = (before.errors.get(index)?, after.errors.get(index)?);
-                Some(Pairs { time: &before.recorded.time, before: &a.difference, after: &b.difference })
+                Some(Pairs { time: &before.time, before: &a.difference, after: &b.difference })
             })
             .collect();
         Compared {

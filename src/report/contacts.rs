@@ -6,6 +6,7 @@ use super::document::Section;
 use super::recording::{Motion, Trace};
 use super::{Role, Table};
 use crate::scenario::{Contact, Run};
+use crate::timeseries::Envelope;
 
 /// A table of what was touched; `None` where nothing was.
 pub fn section(run: &Run) -> Option<Section> {
@@ -30,9 +31,10 @@ pub fn json(run: &Run) -> Vec<Value> {
     touched(run).map(entry).collect()
 }
 
-/// Adds the forces to the motion of a session: that on an obstacle beside every joint that bears it.
-pub fn trace(motion: &mut Motion<'_>, contacts: &[Contact]) {
+/// Adds the forces to the motion of a session with those sample times: that on an obstacle beside every joint that bears it.
+pub fn trace(motion: &mut Motion<'_>, time: &[f64], contacts: &[Contact]) {
     for contact in contacts {
+        let force = Envelope::of(time, contact.force.iter().copied());
         let bodies = &motion.robot.bodies;
         let moved = motion.robot.joint_index(&contact.joint);
         let (panel, label, above) = match contact.obstacle {
@@ -45,8 +47,8 @@ pub fn trace(motion: &mut Motion<'_>, contacts: &[Contact]) {
                 panel,
                 label,
                 role: Role::Before,
-                time: motion.session.time.clone(),
-                values: contact.force.clone(),
+                time: force.time.clone(),
+                values: force.values.clone(),
             });
         }
     }

@@ -1,5 +1,7 @@
 //! A report as the files of its folder.
 
+use std::fmt;
+use std::io;
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
@@ -11,6 +13,48 @@ use crate::error::Result;
 use crate::files::is_fit_name;
 use crate::plant::RAPIER_VERSION;
 use crate::robot::Model;
+
+/// Writes content piece by piece.
+type Written<'a> = dyn Fn(&mut dyn io::Write) -> io::Result<()> + 'a;
+
+/// The content of a file.
+pub enum Content<'a> {
+    /// As it is written.
+    Bytes(Vec<u8>),
+    /// Written piece by piece, by what is given here: a recording of half an hour is larger as text than all else together.
+    Stream(Box<Written<'a>>),
+}
+
+impl Content<'_> {
+    /// Writes it.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        match self {
+            Self::Bytes(bytes) => out.write_all(bytes),
+            Self::Stream(write) => write(out),
+        }
+    }
+}
+
+impl From<String> for Content<'_> {
+    fn from(text: String) -> Self {
+        Self::Bytes(text.into_bytes())
+    }
+}
+
+impl fmt::Debug for Content<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bytes(bytes) => write!(f, "{} bytes", bytes.len()),
+            Self::Stream(_) => f.write_str("a stream"),
+        }
+    }
+}
+
+/// A file's name and content.
+pub type File<'a> = (String, Content<'a>);
 
 /// Everything a command leaves behind.
 #[derive(Debug)]
@@ -24,7 +68,7 @@ pub struct Report<'a> {
     /// The model that `model.toml` will hold.
     pub model: Option<Model>,
     /// Further files: name and content.
-    pub extra: Vec<(String, Vec<u8>)>,
+    pub extra: Vec<File<'a>>,
 }
 
 /// Versions of what made a report.
@@ -49,18 +93,21 @@ impl Report<'_> {
     ///
     /// # Errors
     /// The recording cannot be made.
-    pub fn files(&self) -> Result<Vec<(String, Vec<u8>)>> {
-        let mut files = vec![
-            ("report.json".to_owned(), (format!("{:#}\n", self.json)).into_bytes()),
-            ("report.html".to_owned(), html::page(&self.document, &footer()).into_bytes()),
+    pub fn files(&self) -> Result<Vec<File<'_>>> {
+        let mut files: Vec<File<'_>> = vec![
+            ("report.json".to_owned(), format!("{:#}\n", self.json).into()),
+            ("report.html".to_owned(), html::page(&self.document, &footer()).into()),
         ];
         if let Some(recording) = recording::encode(&self.document, &self.motions)? {
-            files.push(("trace.rrd".to_owned(), recording));
+            files.push(("trace.rrd".to_owned(), Content::Bytes(recording)));
         }
         if let Some(model) = &self.model {
             files.extend(model_files(model));
         }
-        files.extend(self.extra.iter().cloned());
+        files.extend(self.extra.iter().map(|(name, content)| {
+            let stream: Content<'_> = Content::Stream(Box::new(|out| content.write(out)));
+            (name.clone(), stream)
+        }));
         Ok(files)
     }
 }
@@ -93,14 +140,11 @@ fn urdf_name(model: &Model) -> String {
 }
 
 /// The model and, where it names no meshes by relative paths, a copy of its URDF, so that the folder can be moved.
-fn model_files(model: &Model) -> Vec<(String, Vec<u8>)> {
+fn model_files(model: &Model) -> Vec<File<'static>> {
     let whole = model.urdf.canonicalize().unwrap_or_else(|_| model.urdf.clone());
     if model.urdf_text.contains("<mesh") {
-        return vec![("model.toml".to_owned(), model.to_toml(&whole).into_bytes())];
+        return vec![("model.toml".to_owned(), model.to_toml(&whole).into())];
     }
     let urdf = urdf_name(model);
-    vec![
-        ("model.toml".to_owned(), model.to_toml(Path::new(&urdf)).into_bytes()),
-        (urdf, model.urdf_text.clone().into_bytes()),
-    ]
+    vec![("model.toml".to_owned(), model.to_toml(Path::new(&urdf)).into()), (urdf, model.urdf_text.clone().into())]
 }

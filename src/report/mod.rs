@@ -34,6 +34,6 @@ pub mod table;
 mod two_encoders;
 
 pub use document::{Document, Section};
-pub use files::Report;
+pub use files::{Content, Report};
 pub use plot::{Layer, Mark, Plot, Role};
 pub use table::Table;

@@ -97,6 +97,22 @@ impl Plot {
         self
     }
 
+    /// A plot over time without the points of its lines that show in none of the frames it is drawn in. They draw the same as before.
+    #[must_use]
+    pub fn thinned(mut self, frames: &[fn(&Self) -> Frame]) -> Self {
+        let frames: Vec<Frame> = frames.iter().map(|frame| frame(&self)).collect();
+        for layer in self.layers.iter_mut().filter(|layer| matches!(layer.mark, Mark::Line | Mark::Dashed)) {
+            let mut kept = vec![false; layer.points.len()];
+            for frame in &frames {
+                frame.mark_shown(&layer.points, &mut kept);
+            }
+            let mut kept = kept.into_iter();
+            layer.points.retain(|_| kept.next().unwrap_or(true));
+            layer.points.shrink_to_fit();
+        }
+        self
+    }
+
     /// As one of many beside each other.
     #[must_use]
     pub const fn small(mut self) -> Self {
@@ -166,6 +182,24 @@ impl Frame {
             .collect()
     }
 
+    /// Marks the points that [`lines`](Self::lines) draws, and those that interrupt the line.
+    fn mark_shown(&self, points: &[[f64; 2]], shown: &mut [bool]) {
+        let mut first = 0;
+        for run in points.split(|point| !finite(*point)) {
+            let placed: Vec<[f64; 2]> = run.iter().map(|&point| self.place(point)).collect();
+            let mut column_at = first;
+            for column in placed.chunk_by(|a, b| a[0].floor() == b[0].floor()) {
+                ends(column).into_iter().for_each(|end| shown[column_at + end] = true);
+                column_at += column.len();
+            }
+            first += run.len();
+            if let Some(interruption) = shown.get_mut(first) {
+                *interruption = true;
+            }
+            first += 1;
+        }
+    }
+
     /// Pixels of at most `most` finite points, evenly chosen.
     pub fn points(&self, points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
         let step = points.len().div_ceil(most.max(1)).max(1);
@@ -177,12 +211,21 @@ impl Frame {
 fn thin(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut kept = Vec::new();
     for column in points.chunk_by(|a, b| a[0].floor() == b[0].floor()) {
-        let by_height = |a: &&[f64; 2], b: &&[f64; 2]| a[1].total_cmp(&b[1]);
-        let ends = [column.first(), column.iter().min_by(by_height), column.iter().max_by(by_height), column.last()];
-        let chosen = |point: &&[f64; 2]| ends.iter().flatten().any(|end| std::ptr::eq(*end, *point));
-        kept.extend(column.iter().filter(chosen));
+        let mut ends = ends(column);
+        ends.sort_unstable();
+        kept.extend(
+            ends.iter().enumerate().filter(|(at, end)| *at == 0 || ends[at - 1] != **end).map(|(_, end)| column[*end]),
+        );
     }
     kept
+}
+
+/// Positions of the first, lowest, highest and last point of a pixel column, which has one at least.
+fn ends(column: &[[f64; 2]]) -> [usize; 4] {
+    let by_height = |a: &usize, b: &usize| column[*a][1].total_cmp(&column[*b][1]);
+    let lowest = (0..column.len()).min_by(by_height).unwrap_or(0);
+    let highest = (0..column.len()).max_by(by_height).unwrap_or(0);
+    [0, lowest, highest, column.len() - 1]
 }
 
 /// Round values between `low` and `high`, about `count` of them, and the number of decimals they need.
@@ -224,5 +267,22 @@ mod tests {
         assert!(thinned.len() <= 40);
         let highest = |points: &[[f64; 2]]| points.iter().map(|p| p[1]).fold(f64::MIN, f64::max);
         assert_eq!(highest(&thinned), highest(&dense));
+    }
+
+    #[test]
+    fn property_a_thinned_plot_draws_the_same() {
+        let wave = |k: u32| if k.is_multiple_of(997) { f64::NAN } else { f64::from(k * k % 7919).sin() };
+        let points: Vec<[f64; 2]> = (0..50_000).map(|k| [f64::from(k) * 1e-3, wave(k)]).collect();
+        let plot = Plot::new("", "", "").with(Layer::new("", Mark::Line, Role::Fit, points));
+        let frames: [fn(&Plot) -> Frame; 2] = [
+            |plot| Frame::new(plot, [76.0, 666.0], [50.0, 314.0]),
+            |plot| Frame::new(plot, [70.0, 625.0], [30.0, 345.0]),
+        ];
+        let thinned = plot.clone().thinned(&frames);
+        assert!(thinned.layers[0].points.len() < 6000, "{}", thinned.layers[0].points.len());
+        for frame in frames {
+            let lines = |plot: &Plot| frame(plot).lines(&plot.layers[0].points);
+            assert_eq!(lines(&thinned), lines(&plot));
+        }
     }
 }

@@ -4,10 +4,11 @@ use super::display::shown;
 use super::document::{Document, Section};
 use super::number::significant;
 use super::plot::{Layer, Mark, Plot, Role};
-use super::recording::Trace;
+use super::recording::{Trace, canvas_frame};
+use super::svg;
 use super::table::Table;
-use crate::replay::{Loop, Quantity, Replay};
-use crate::timeseries::{Channel, JointSeries};
+use crate::replay::{Loop, Quantity, Replay, Side};
+use crate::timeseries::Envelope;
 
 const fn name(quantity: Quantity) -> &'static str {
     match quantity {
@@ -17,9 +18,49 @@ const fn name(quantity: Quantity) -> &'static str {
     }
 }
 
+/// What is shown of one replay.
+#[derive(Debug, Default)]
+pub struct Shown {
+    /// Both sides of each signal.
+    plots: Vec<(Quantity, Plot)>,
+    /// The recorded side and the position error, beside the simulated motion.
+    pub traces: Vec<Trace>,
+}
+
+impl Shown {
+    /// Takes both sides of a signal of that session, thinned to what can be told apart.
+    pub fn add(&mut self, session: &str, side: &Side<'_>) {
+        let (unit, factor) = shown(side.unit);
+        let points = |values: &[f64]| -> Vec<[f64; 2]> {
+            side.time.iter().zip(values).map(|(time, value)| [*time, value * factor]).collect()
+        };
+        let quantity = side.quantity;
+        let title = format!("{}, {session}: {}", side.joint, name(quantity));
+        let plot = Plot::new(title, "time [s]", format!("{} [{unit}]", name(quantity)))
+            .with(Layer::new("recorded", Mark::Line, Role::Measured, points(side.recorded)))
+            .with(Layer::new("simulated", Mark::Line, Role::Before, points(side.simulated)));
+        self.plots.push((quantity, plot.thinned(&[svg::frame, canvas_frame])));
+
+        let mut add = |panel, label, role, Envelope { time, values, .. }: Envelope| {
+            self.traces.push(Trace { joint: side.joint.to_owned(), panel, label, role, time, values });
+        };
+        let recorded = || Envelope::of(side.time, side.recorded.iter().copied());
+        match quantity {
+            Quantity::Position => {
+                add("position", "recorded", Role::Reference, recorded());
+                let error = side.simulated.iter().zip(side.recorded).map(|(model, measured)| model - measured);
+                add("position_error", "simulated_minus_recorded", Role::Before, Envelope::of(side.time, error));
+            }
+            Quantity::Torque => add("torque", "recorded", Role::Reference, recorded()),
+            Quantity::Velocity => {}
+        }
+    }
+}
+
 /// The document of replays of the machine of that name.
-pub fn document(machine: &str, replays: &[Replay], control: Loop) -> Document {
-    let worst = replays.iter().flat_map(|replay| &replay.errors).max_by(|a, b| a.relative.total_cmp(&b.relative));
+pub fn document(machine: &str, replays: &[(Replay, Shown)], control: Loop) -> Document {
+    let errors = replays.iter().flat_map(|(replay, _)| &replay.errors);
+    let worst = errors.max_by(|a, b| a.relative.total_cmp(&b.relative));
     let verdict = worst.map_or_else(String::new, |worst| {
         let percent = significant(100.0 * worst.relative, 3);
         format!("Largest error: {} of {}, {percent} % of the recorded RMS.", name(worst.quantity), worst.joint)
@@ -33,15 +74,14 @@ pub fn document(machine: &str, replays: &[Replay], control: Loop) -> Document {
         verdict,
         warnings: replays
             .iter()
-            .flat_map(|replay| replay.notes.iter().map(|note| format!("{}: {note}", replay.recorded.name)))
+            .flat_map(|(replay, _)| replay.notes.iter().map(|note| format!("{}: {note}", replay.session)))
             .collect(),
-        sections: replays.iter().map(section).collect(),
+        sections: replays.iter().map(|(replay, shown)| section(replay, shown)).collect(),
     }
 }
 
-fn section(replay: &Replay) -> Section {
+fn section(replay: &Replay, drawn: &Shown) -> Section {
     let mut table = Table::new("", &["joint", "channel", "RMS error", "unit", "of the recorded RMS"]);
-    let mut plots = Vec::new();
     for error in &replay.errors {
         let (unit, factor) = shown(error.unit);
         table.row([
@@ -51,37 +91,15 @@ fn section(replay: &Replay) -> Section {
             unit.to_owned(),
             format!("{} %", significant(100.0 * error.relative, 3)),
         ]);
-        let side = |joint: Option<&JointSeries>| -> Vec<[f64; 2]> {
-            let values = joint.and_then(|joint| joint.get(error.quantity.channel())).unwrap_or_default();
-            replay.recorded.time.iter().zip(values).map(|(time, value)| [*time, value * factor]).collect()
-        };
-        let title = format!("{}, {}: {}", error.joint, replay.recorded.name, name(error.quantity));
-        let plot = Plot::new(title, "time [s]", format!("{} [{unit}]", name(error.quantity)))
-            .with(Layer::new("recorded", Mark::Line, Role::Measured, side(replay.recorded.joint(&error.joint))))
-            .with(Layer::new("simulated", Mark::Line, Role::Before, side(replay.simulated.joint(&error.joint))));
-        plots.push(plot);
     }
-    Section { title: replay.recorded.name.clone(), text: Vec::new(), tables: vec![table], plots, detail: false }
-}
-
-/// The recorded side and the position error, beside the simulated motion.
-pub fn traces(replay: &Replay) -> Vec<Trace> {
-    let mut traces = Vec::new();
-    for joint in &replay.recorded.joints {
-        let mut add = |panel, label, role, values: Vec<f64>| {
-            let time = replay.recorded.time.clone();
-            traces.push(Trace { joint: joint.name.clone(), panel, label, role, time, values });
-        };
-        if let Some(torque) = joint.get(Channel::Torque) {
-            add("torque", "recorded", Role::Reference, torque.to_vec());
-        }
-        let Some(position) = joint.get(Channel::Position) else { continue };
-        add("position", "recorded", Role::Reference, position.to_vec());
-        let simulated = replay.simulated.joint(&joint.name).and_then(|joint| joint.get(Channel::Position));
-        if let Some(simulated) = simulated {
-            let error = simulated.iter().zip(position).map(|(model, measured)| model - measured).collect();
-            add("position_error", "simulated_minus_recorded", Role::Before, error);
-        }
+    // A torque that is given has no error, and no plot.
+    let judged = |quantity: Quantity| replay.errors.iter().any(|error| error.quantity == quantity);
+    let plots = drawn.plots.iter().filter(|(quantity, _)| judged(*quantity)).map(|(_, plot)| plot.clone());
+    Section {
+        title: replay.session.clone(),
+        text: Vec::new(),
+        tables: vec![table],
+        plots: plots.collect(),
+        detail: false,
     }
-    traces
 }

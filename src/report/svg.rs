@@ -19,12 +19,18 @@ const fn size(plot: &Plot) -> [f64; 2] {
     if plot.small { SMALL } else { SIZE }
 }
 
+/// The frame that a plot is drawn in.
+pub fn frame(plot: &Plot) -> Frame {
+    let top = 34.0 + 18.0 * count(legend_rows(plot).len());
+    let [width, height] = size(plot);
+    Frame::new(plot, [76.0, width - 14.0], [top, height - 46.0])
+}
+
 /// An SVG element of the plot.
 pub fn draw(plot: &Plot) -> String {
     let rows = legend_rows(plot);
-    let top = 34.0 + 18.0 * count(rows.len());
     let [width, height] = size(plot);
-    let frame = Frame::new(plot, [76.0, width - 14.0], [top, height - 46.0]);
+    let frame = frame(plot);
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"{}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\">\n",
         width,

@@ -4,11 +4,11 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::{Contact, Recorder, Regulator, Run, Scenario, Session};
+use super::{Contact, Keep, Recorder, Regulator, Run, Scenario, Session};
 use crate::control::{Profile, Target};
 use crate::error::Result;
 use crate::plant::{Options, Plant};
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Drawn, TimeSeries};
 
 /// When a closed loop ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,13 +36,14 @@ pub fn closed_loop(
     regulator: &mut Regulator,
     reference: &Profile,
     timing: Timing,
+    keep: Keep,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Recorder> {
     let n = plant.states().len();
     let mut targets = vec![Target::default(); n];
     let mut readings = Vec::with_capacity(n);
     let ticks = timing.ticks();
-    let mut recorder = Recorder::new(n, ticks);
+    let mut recorder = Recorder::new(keep, n, ticks);
     for tick in 0..ticks {
         let time = tick as f64 * timing.period;
         reference.sample(time, &mut targets);
@@ -58,12 +59,25 @@ pub fn closed_loop(
     Ok(recorder)
 }
 
-/// Runs the sessions of a scenario under a seed, side by side. `progress` is called with the simulated seconds done and those
-/// in all.
+/// Runs the sessions of a scenario under a seed, side by side, and keeps everything. `progress` is called with the simulated
+/// seconds done and those in all.
 ///
 /// # Errors
 /// It takes more than the scenario's limits allow; the planned motion leaves the limits or collides; an effect of the model does not fit; the simulated motion diverges.
 pub fn simulate(scenario: &Scenario, seed: u64, progress: &(dyn Fn(f64, f64) + Sync)) -> Result<Run> {
+    simulate_keeping(Keep::Everything, scenario, seed, progress)
+}
+
+/// As [`simulate`], of long sessions that would not fit in memory with everything.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_keeping(
+    keep: Keep,
+    scenario: &Scenario,
+    seed: u64,
+    progress: &(dyn Fn(f64, f64) + Sync),
+) -> Result<Run> {
     scenario.check()?;
     let all: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
     let done = Mutex::new(vec![0.0; scenario.sessions.len()]);
@@ -81,21 +95,27 @@ pub fn simulate(scenario: &Scenario, seed: u64, progress: &(dyn Fn(f64, f64) + S
         .map(|(number, session)| {
             // A session has noise and encoder phases of its own.
             let seed = seed.wrapping_add((number as u64) << 32);
-            run_session(scenario, session, seed, &mut |time| report(number, time))
+            run_session(scenario, session, keep, seed, &mut |time| report(number, time))
         })
         .collect::<Result<Vec<_>>>()?;
     progress(all, all);
-    let (sessions, contacts) = sessions.into_iter().unzip();
-    Ok(Run { sessions, contacts })
+    let mut run = Run { sessions: Vec::new(), drawn: Vec::new(), contacts: Vec::new() };
+    for (session, drawn, contacts) in sessions {
+        run.sessions.push(session);
+        run.drawn.push(drawn);
+        run.contacts.push(contacts);
+    }
+    Ok(run)
 }
 
-/// One session: a new machine, at rest where its reference starts. What was recorded, and what was touched.
+/// One session: a new machine, at rest where its reference starts. What was recorded, how it is drawn, and what was touched.
 fn run_session(
     scenario: &Scenario,
     session: &Session,
+    keep: Keep,
     seed: u64,
     progress: &mut dyn FnMut(f64),
-) -> Result<(TimeSeries, Vec<Contact>)> {
+) -> Result<(TimeSeries, Drawn, Vec<Contact>)> {
     let Scenario { truth, model, options, control_period, controller, .. } = scenario;
     let model = &model.in_session(&session.name);
     let most_steps = (scenario.limits.steps / model.joints.len().max(1) as f64) as usize;
@@ -104,7 +124,8 @@ fn run_session(
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);
     let timing = Timing { period: *control_period, duration: session.duration };
-    let recorder = closed_loop(&mut plant, &mut regulator, &session.profile, timing, progress)?;
-    let contacts = recorder.contacts(model, &options.obstacles);
-    Ok((recorder.finish(&session.name, model), contacts))
+    let mut recorder = closed_loop(&mut plant, &mut regulator, &session.profile, timing, keep, progress)?;
+    let contacts = recorder.take_contacts(model, &options.obstacles);
+    let (series, drawn) = recorder.finish(&session.name, model);
+    Ok((series, drawn, contacts))
 }

@@ -24,13 +24,13 @@ mod recorded;
 mod regulator;
 mod truth;
 
-pub use closed_loop::{Timing, closed_loop, simulate};
+pub use closed_loop::{Timing, closed_loop, simulate, simulate_keeping};
 pub use contact::{Contact, ContactExpectation, UnmetContact};
 pub use cost::{Cost, Limits, STEPS_A_SECOND};
 pub use design::{Budget, DECIDES, Design, Prediction, Question, Trial, design};
 pub use expect::{Expectation, Unmet};
 pub use expect_diagnosis::{DiagnosisExpectation, EffectFigure, UnmetDiagnosis};
-pub use record::Recorder;
+pub use record::{Keep, Recorder};
 pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
 pub use truth::Truth;
@@ -42,7 +42,7 @@ use crate::dynamics::MotionCheck;
 use crate::error::{Error, Place, Result};
 use crate::plant::{Options, Plant};
 use crate::robot::Model;
-use crate::timeseries::{JointSeries, TimeSeries};
+use crate::timeseries::{Drawn, JointSeries, TimeSeries};
 
 /// The schema of a scenario file.
 const SCHEMA: &str = "lostmotion/scenario/1";
@@ -116,14 +116,16 @@ pub struct Scenario {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// The recordings, one a session: what the machine's sensors said, and beside it the truth in the channels that a
-    /// simulation alone has.
+    /// simulation alone has, as far as they were to be kept.
     pub sessions: Vec<TimeSeries>,
+    /// How each session is drawn, with the truth.
+    pub drawn: Vec<Drawn>,
     /// What was touched, one list a session.
     pub contacts: Vec<Vec<Contact>>,
 }
 
 impl Run {
-    /// The recordings as a real machine would have made them: without the truth.
+    /// The recordings as a real machine would have made them: without the truth. They share their samples with the run.
     pub fn measured(&self) -> Vec<TimeSeries> {
         let seen = |joint: &JointSeries| JointSeries {
             name: joint.name.clone(),

@@ -1,11 +1,13 @@
 //! The recorder: what the sensors say and what is true, a sample a control period.
 
+use std::collections::BTreeMap;
+
 use super::contact::{Contact, ContactRecorder};
 use crate::control::Target;
 use crate::effects::Reading;
 use crate::plant::{Obstacle, Plant};
 use crate::robot::Model;
-use crate::timeseries::{Channel, JointSeries, TimeSeries};
+use crate::timeseries::{Channel, Drawn, DrawnJoint, Envelope, JointSeries, Samples, TimeSeries, pose_step};
 
 /// Channels that a simulation alone can fill.
 pub(super) const TRUTH: [Channel; 7] = [
@@ -28,35 +30,134 @@ const MEASURED: [Channel; 6] = [
     Channel::CommandCurrent,
 ];
 
+/// Which signals of a session are kept sample by sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    /// What the machine's sensors said, and the truth beside it.
+    Everything,
+    /// What the machine's sensors said.
+    Measured,
+    /// None: how the session is drawn is enough.
+    Nothing,
+}
+
+impl Keep {
+    /// How many of `MEASURED` and `TRUTH` in a row.
+    const fn channels(self) -> usize {
+        match self {
+            Self::Everything => MEASURED.len() + TRUTH.len(),
+            Self::Measured => MEASURED.len(),
+            Self::Nothing => 0,
+        }
+    }
+}
+
+/// Channels of `MEASURED` and `TRUTH` in a row.
+const ALL: usize = MEASURED.len() + TRUTH.len();
+/// Positions in that row: motor position and link position as they are.
+const TRUE_MOTOR: usize = MEASURED.len();
+const TRUE_LINK: usize = MEASURED.len() + 2;
+
 /// Collects the samples of a session.
 #[derive(Debug, Clone)]
 pub struct Recorder {
+    keep: Keep,
     time: Vec<f64>,
     contacts: ContactRecorder,
-    /// One a joint, one vector a channel: those of `MEASURED`, then those of `TRUTH`.
-    joints: Vec<[Vec<f64>; MEASURED.len() + TRUTH.len()]>,
+    /// One a joint, one vector a channel that is kept: those of `MEASURED`, then those of `TRUTH`.
+    joints: Vec<Vec<Vec<f64>>>,
     /// What the second encoders say, one a joint; empty where there is none.
     links: Vec<Vec<f64>>,
+    /// How the session is drawn.
+    drawing: Drawing,
+}
+
+/// The signals of a session as they are drawn.
+#[derive(Debug, Clone)]
+struct Drawing {
+    /// Samples of the session, and those from one pose to the next.
+    samples: usize,
+    step: usize,
+    times: Vec<f64>,
+    joints: Vec<DrawnSignals>,
+}
+
+#[derive(Debug, Clone)]
+struct DrawnSignals {
+    channels: [Envelope; ALL],
+    travel: Envelope,
+    /// Of the second encoder, where there is one.
+    link: Option<Envelope>,
+    pose: Vec<f64>,
+}
+
+impl Drawing {
+    fn new(joints: usize, samples: usize) -> Self {
+        let signals = || DrawnSignals {
+            channels: std::array::from_fn(|_| Envelope::new(samples)),
+            travel: Envelope::new(samples),
+            link: None,
+            pose: Vec::new(),
+        };
+        let joints = (0..joints).map(|_| signals()).collect();
+        Self { samples, step: pose_step(samples), times: Vec::new(), joints }
+    }
+
+    /// Takes a sample of a joint, the one of this `number`; `link` is what a second encoder says.
+    fn push(&mut self, joint: usize, number: usize, time: f64, values: &[f64; ALL], link: Option<f64>) {
+        let (samples, signals) = (self.samples, &mut self.joints[joint]);
+        signals.channels.iter_mut().zip(values).for_each(|(envelope, value)| envelope.push(time, *value));
+        signals.travel.push(time, values[TRUE_MOTOR] - values[TRUE_LINK]);
+        if let Some(link) = link {
+            signals.link.get_or_insert_with(|| Envelope::new(samples)).push(time, link);
+        }
+        if number.is_multiple_of(self.step) {
+            signals.pose.push(values[TRUE_LINK]);
+        }
+    }
+
+    fn finish(self, name: &str, end: f64, model: &Model) -> Drawn {
+        let joint = |(signals, joint): (DrawnSignals, &crate::robot::JointModel)| {
+            let names = MEASURED.into_iter().chain(TRUTH).zip(signals.channels);
+            let link = signals.link.map(|link| (Channel::LinkPosition, link));
+            let mut channels: BTreeMap<Channel, Envelope> = names.chain(link).collect();
+            channels.values_mut().for_each(Envelope::finish);
+            let mut travel = signals.travel;
+            travel.finish();
+            DrawnJoint { name: joint.name.clone(), channels, travel: Some(travel), pose: signals.pose }
+        };
+        let joints = self.joints.into_iter().zip(&model.joints).map(joint).collect();
+        Drawn { name: name.to_owned(), end, times: self.times, joints }
+    }
 }
 
 impl Recorder {
     /// Room for a number of samples of a machine with so many joints.
-    pub fn new(joints: usize, samples: usize) -> Self {
+    pub fn new(keep: Keep, joints: usize, samples: usize) -> Self {
         // Beyond that, room is made as it is needed: a number of samples that is a mistake allocates nothing.
         let samples = samples.min(1 << 24);
-        let channels = || std::array::from_fn(|_| Vec::with_capacity(samples));
-        let contacts = ContactRecorder::default();
-        let links = vec![Vec::new(); joints];
-        Self { time: Vec::with_capacity(samples), contacts, joints: (0..joints).map(|_| channels()).collect(), links }
+        let channels = || (0..keep.channels()).map(|_| Vec::with_capacity(samples)).collect();
+        Self {
+            keep,
+            time: Vec::with_capacity(samples),
+            contacts: ContactRecorder::default(),
+            joints: (0..joints).map(|_| channels()).collect(),
+            links: vec![Vec::new(); joints],
+            drawing: Drawing::new(joints, samples),
+        }
     }
 
     /// Takes a sample: readings and states at one instant, and the command that is given then.
     pub fn sample(&mut self, plant: &Plant, readings: &[Reading], targets: &[Target], commands: &[f64]) {
-        self.time.push(plant.time());
+        let (number, time) = (self.time.len(), plant.time());
+        self.time.push(time);
+        if number.is_multiple_of(self.drawing.step) {
+            self.drawing.times.push(time);
+        }
         self.contacts.sample(plant.touches());
         for (i, channels) in self.joints.iter_mut().enumerate() {
             let (reading, target, state) = (&readings[i], &targets[i], &plant.states()[i]);
-            let values = [
+            let values: [f64; ALL] = [
                 reading.position,
                 reading.velocity,
                 reading.current,
@@ -71,28 +172,31 @@ impl Recorder {
                 state.gear_torque,
                 f64::from(plant.contact(i)),
             ];
-            for (channel, value) in channels.iter_mut().zip(values) {
-                channel.push(value);
+            channels.iter_mut().zip(values).for_each(|(channel, value)| channel.push(value));
+            if self.keep != Keep::Nothing {
+                self.links[i].extend(reading.link_position);
             }
-            self.links[i].extend(reading.link_position);
+            self.drawing.push(i, number, time, &values, reading.link_position);
         }
     }
 
-    /// What was touched so far.
-    pub fn contacts(&self, model: &Model, obstacles: &[Obstacle]) -> Vec<Contact> {
-        self.contacts.clone().finish(model, obstacles)
+    /// What was touched.
+    pub fn take_contacts(&mut self, model: &Model, obstacles: &[Obstacle]) -> Vec<Contact> {
+        std::mem::take(&mut self.contacts).finish(model, obstacles)
     }
 
-    /// The session's time series under its name.
-    pub fn finish(self, name: &str, model: &Model) -> TimeSeries {
-        let series = |(channels, joint): ([Vec<f64>; MEASURED.len() + TRUTH.len()], &crate::robot::JointModel)| {
+    /// The session's time series under its name, and how it is drawn.
+    pub fn finish(self, name: &str, model: &Model) -> (TimeSeries, Drawn) {
+        let series = |(channels, joint): (Vec<Vec<f64>>, &crate::robot::JointModel)| {
             let names = MEASURED.into_iter().chain(TRUTH);
-            JointSeries { name: joint.name.clone(), channels: names.zip(channels).collect() }
+            let channels = names.zip(channels.into_iter().map(Samples::from)).collect();
+            JointSeries { name: joint.name.clone(), channels }
         };
         let mut joints: Vec<JointSeries> = self.joints.into_iter().zip(&model.joints).map(series).collect();
         for (joint, link) in joints.iter_mut().zip(self.links).filter(|(_, link)| !link.is_empty()) {
-            joint.channels.insert(Channel::LinkPosition, link);
+            joint.channels.insert(Channel::LinkPosition, link.into());
         }
-        TimeSeries { name: name.to_owned(), time: self.time, joints }
+        let drawn = self.drawing.finish(name, self.time.last().copied().unwrap_or(0.0), model);
+        (TimeSeries { name: name.to_owned(), time: self.time, joints }, drawn)
     }
 }

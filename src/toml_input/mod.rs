@@ -29,7 +29,7 @@ pub use places::Places;
 pub use range::Range;
 pub use table::{Table, nearest};
 pub use text::{read_bytes, read_text};
-pub use write::{write_atomically, written_key, written_number, written_text};
+pub use write::{write_atomically, write_atomically_with, written_key, written_number, written_text};
 
 /// [bytes] Longest TOML file: a model or a scenario has some kilobytes, a list of 100,000 waypoints a megabyte. Parsed, it takes a hundred
 /// times as much.

@@ -1,5 +1,7 @@
 //! Spelling of TOML where a file is written, and writing it whole or not at all.
 
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::error::{Error, Result};
@@ -25,10 +27,24 @@ pub fn written_key(key: &str) -> String {
 /// # Errors
 /// The operating system refuses; nothing is left behind then.
 pub fn write_atomically(file: &Path, content: &str) -> Result<()> {
+    write_atomically_with(file, |out| out.write_all(content.as_bytes()))
+}
+
+/// As [`write_atomically`], of content that is written piece by piece.
+///
+/// # Errors
+/// The operating system refuses; nothing is left behind then.
+pub fn write_atomically_with(file: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let mut name = file.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let part = file.with_file_name(name);
-    std::fs::write(&part, content).and_then(|()| std::fs::rename(&part, file)).map_err(|source| {
+    let written = || {
+        let mut out = BufWriter::new(File::create(&part)?);
+        content(&mut out)?;
+        out.into_inner().map_err(io::IntoInnerError::into_error)?;
+        std::fs::rename(&part, file)
+    };
+    written().map_err(|source| {
         // The part may not exist; the error worth telling is the first one.
         let _ = std::fs::remove_file(&part);
         Error::file(file, "write", source)

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use lostmotion::drive::{Amplifier, CurrentSensor, Encoder, Motor, Sensing, VelocitySensor};
 use lostmotion::gearhead::{Direction, Friction, FrictionLaw};
 use lostmotion::robot::{Body, Inertia, Joint, JointModel, Limits, Model, Robot};
-use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
+use lostmotion::timeseries::{Channel, JointSeries, Samples, TimeSeries};
 use lostmotion::units::{DEG, JointKind};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -134,7 +134,7 @@ struct Run<'a> {
     directions: [f64; 2],
     count: f64,
     first: f64,
-    channels: BTreeMap<Channel, Vec<f64>>,
+    channels: BTreeMap<Channel, Samples>,
     times: Vec<f64>,
 }
 

@@ -4,9 +4,10 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
+use super::interrupt;
 use super::written::Summed;
-use super::{Content, interrupt};
 use crate::error::{Error, Place, Result};
+use crate::report::files::{self as report, Content};
 
 /// Folder of lostmotion's own in a folder of results: `files.json`, `lock`, and `new` while files are written.
 const OWN: &str = ".lostmotion";
@@ -87,10 +88,10 @@ impl LockedFolder {
     ///
     /// # Errors
     /// The operating system refuses; the earlier files are as they were.
-    pub fn stage(&self, files: &[Content]) -> Result<Vec<(String, String)>> {
+    pub fn stage(&self, files: &[report::File<'_>]) -> Result<Vec<(String, String)>> {
         let new = self.new_files();
         fs::create_dir_all(&new).map_err(|source| Error::file(&new, "create folder", source))?;
-        let write = |(name, content): &Content| {
+        let write = |(name, content): &report::File<'_>| {
             let sum = write(&new.join(name), content);
             Ok((name.clone(), sum.map_err(|source| Error::file(&self.shown.join(name), "write", source))?))
         };
@@ -103,7 +104,7 @@ impl LockedFolder {
     /// The operating system refuses; the earlier list is as it was.
     pub fn save_list(&self, content: &[u8]) -> Result<()> {
         let (file, part) = (self.list(), self.own().join("files.json.part"));
-        let done = write(&part, content).and_then(|_| fs::rename(&part, &file));
+        let done = write(&part, &Content::Bytes(content.to_vec())).and_then(|_| fs::rename(&part, &file));
         done.map_err(|source| Error::file(&file, "write", source))?;
         sync(&self.own());
         Ok(())
@@ -261,9 +262,9 @@ fn make(folder: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
 }
 
 /// Writes a file down to the disk; returns its SHA-256.
-fn write(path: &Path, content: &[u8]) -> io::Result<String> {
+fn write(path: &Path, content: &Content<'_>) -> io::Result<String> {
     let mut file = BufWriter::new(Summed::new(File::create(path)?));
-    file.write_all(content)?;
+    content.write(&mut file)?;
     let (file, sum) = file.into_inner()?.finish();
     file.sync_all()?;
     Ok(sum)

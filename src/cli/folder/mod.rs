@@ -18,13 +18,11 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
 use crate::files::{FIT_NAME, is_fit_name};
+use crate::report::files::File;
 
 use interrupt::uninterrupted;
 use locked::LockedFolder;
 use written::{Written, sha256_of};
-
-/// Name and content of a file.
-pub type Content = (String, Vec<u8>);
 
 /// What a command is about to write, and what it reads.
 #[derive(Debug, Default)]
@@ -81,7 +79,7 @@ impl Folder {
     ///
     /// # Errors
     /// No folder takes the files.
-    pub fn write(&self, files: &[Content]) -> Result<Results> {
+    pub fn write(&self, files: &[File<'_>]) -> Result<Results> {
         let names: Vec<String> = files.iter().map(|(name, _)| name.clone()).collect();
         check_names(&names)?;
         let Err(refused) = self.check(&names).and_then(|written| uninterrupted(|| self.replace(&written, files)))
@@ -129,7 +127,7 @@ impl Folder {
     }
 
     /// Writes the files over what may be replaced.
-    fn replace(&self, written: &Written, files: &[Content]) -> Result<()> {
+    fn replace(&self, written: &Written, files: &[File<'_>]) -> Result<()> {
         let sums = self.place.stage(files)?;
         let new = Written::of(self.verb, &sums);
         // From here to the end both contents are listed as written by lostmotion.

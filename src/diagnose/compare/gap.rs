@@ -2,8 +2,7 @@
 //!
 //! Both sides are measured with one estimator and one nominal machine, so that its bias is on both and cancels.
 
-use rayon::prelude::*;
-
+use crate::diagnose::side_by_side::side_by_side;
 use crate::effects::SymmetricFriction;
 use crate::identify::backlash;
 use crate::robot::Model;
@@ -58,10 +57,13 @@ pub fn both_sides(
     let measure = |side: usize, joint: usize, at: Option<Start>| {
         measured(model, joint, &gentlest(model, joint, sessions[side]), friction[side][joint], at)
     };
-    let first: Vec<Option<Gap>> = places.par_iter().map(|(side, joint)| measure(*side, *joint, None)).collect();
+    // Torque and its mean, reference, and intervals of a session.
+    let samples =
+        sessions.iter().map(|side| side.iter().map(|session| session.len()).sum::<usize>()).max().unwrap_or(0);
+    let first = side_by_side(&places, 48 * samples, |(side, joint)| measure(*side, *joint, None));
     let start = |joint: usize| Start::of(first[joint].into_iter().chain(first[dof + joint]));
     let again = |(side, joint): &(usize, usize)| measure(*side, *joint, Some(start(*joint)?));
-    let mut found: Vec<Option<Gap>> = places.par_iter().map(again).collect();
+    let mut found = side_by_side(&places, 48 * samples, again);
     let now = found.split_off(dof);
     [found, now]
 }

@@ -23,6 +23,7 @@ use super::confirm;
 use super::division::Division;
 use super::probability::calibrated;
 use super::result::{EffectGain, FoundEffect, Measured, Withdrawn};
+use super::side_by_side::side_by_side;
 use super::{Options, observe};
 use crate::drive::Sensing;
 use crate::effects::Diagnosable;
@@ -72,10 +73,12 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], division: Division, options
         let motor = MotorTorque::new(model, joint, sessions, division);
         lines_of(model, joint, &pieces(model, joint, sessions, division), &motor)
     };
-    let all: Vec<(usize, Line)> = (0..model.joints.len())
-        .into_par_iter()
-        .flat_map_iter(|joint| of_joint(joint).into_iter().map(move |line| (joint, line)))
-        .collect();
+    let joints: Vec<usize> = (0..model.joints.len()).collect();
+    let samples = sessions.iter().map(|session| session.len()).sum::<usize>();
+    // Torque, four signals of the pieces and their spectra; the transform of one piece at a time.
+    let of_joints = side_by_side(&joints, 56 * samples + transform_bytes(length_of(samples)), |joint| of_joint(*joint));
+    let all: Vec<(usize, Line)> =
+        joints.iter().zip(of_joints).flat_map(|(joint, lines)| lines.into_iter().map(|line| (*joint, line))).collect();
     let shakes = |(joint, line): &(usize, Line)| {
         let of_other = |(other, stronger): &(usize, Line)| {
             other != joint
@@ -150,6 +153,16 @@ impl<'s> MotorTorque<'s> {
     }
 }
 
+/// Samples of a transform of a piece: twice as fine as it resolves.
+const fn length_of(longest: usize) -> usize {
+    (2 * longest).next_power_of_two()
+}
+
+/// [bytes] that a transform holds: complex samples, and as many to work with.
+const fn transform_bytes(length: usize) -> usize {
+    32 * length
+}
+
 /// The lines of one joint, strongest first.
 fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) -> Vec<Line> {
     // Estimates are made with the pieces that are trained on; those held out come behind them.
@@ -162,8 +175,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     if pieces.iter().any(|piece| (piece.dt / dt - 1.0).abs() > 1e-3) {
         return Vec::new();
     }
-    // Twice as fine as the longest piece resolves.
-    let length = (2 * longest).next_power_of_two();
+    let length = length_of(longest);
     let step = 1.0 / (length as f64 * dt);
     let (first, last) = ((LOWEST / step) as usize, ((HIGHEST.min(0.4 / dt)) / step) as usize);
     if last <= first + 8 {
@@ -172,11 +184,10 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     let [lowest, highest] = [first as f64 * step, last as f64 * step];
     let stiffness: Vec<Stiffness> =
         pieces.par_iter().map(|piece| Stiffness::new(model, joint, &piece.places, lowest, highest)).collect();
-    let spectra: Vec<Spectrum> = pieces
-        .par_iter()
-        .zip(&stiffness)
-        .map(|(piece, stiffness)| spectrum(stiffness, piece, length, first, last))
-        .collect();
+    let pairs: Vec<(&Piece, &Stiffness)> = pieces.iter().zip(&stiffness).collect();
+    let spectra: Vec<Spectrum> = side_by_side(&pairs, transform_bytes(length), |(piece, stiffness)| {
+        spectrum(stiffness, piece, length, first, last)
+    });
     if trained == 0 || trained == pieces.len() {
         return Vec::new();
     }

@@ -67,7 +67,7 @@ struct Run<'a> {
 
 /// `D` on the grid of the path.
 pub fn lack(path: &Path, gear: &Gear, altered: &Altered) -> Vec<f64> {
-    let mut run = Run { path, gear, altered, grown: Vec::new(), lack: vec![0.0; path.time.len()] };
+    let mut run = Run { path, gear, altered, grown: Vec::new(), lack: vec![0.0; path.theta.len()] };
     run.remember();
     for span in &path.spans {
         run.span(*span);
@@ -81,7 +81,7 @@ impl Run<'_> {
         let Some(memory) = self.altered.memory else { return };
         let (h, rotor) = (self.path.step, 1.0 - self.gear.share);
         if matches!(memory, Memory::Rest { .. }) {
-            self.grown = vec![0.0; self.path.time.len()];
+            self.grown = vec![0.0; self.path.theta.len()];
         }
         for span in &self.path.spans {
             let mut state = 0.0;
@@ -125,9 +125,9 @@ impl Run<'_> {
         self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.path.friction.viscous * v.abs())
     }
 
-    fn mesh(&self, k: usize) -> Mesh {
+    fn mesh(&self, span: Span, k: usize) -> Mesh {
         let mut mesh = Mesh::with_gap(self.gear.gap);
-        self.altered.gears.iter().for_each(|gear| gear.alter(self.path.time[k], self.path.theta[k], &mut mesh));
+        self.altered.gears.iter().for_each(|gear| gear.alter(span.time(k), self.path.theta[k], &mut mesh));
         mesh
     }
 
@@ -145,11 +145,11 @@ impl Run<'_> {
     fn span(&mut self, span: Span) {
         let v = self.path.v[span.start];
         let side = sign(self.on_flank(span.start, v, 0.0));
-        let mut mesh = self.mesh(span.start);
+        let mut mesh = self.mesh(span, span.start);
         let (q, w) = self.flank(span.start, &mesh, side);
         let mut link = Link { side, q, w };
         for k in span.start..span.end.saturating_sub(1) {
-            let next = if self.altered.gears.is_empty() { mesh } else { self.mesh(k + 1) };
+            let next = if self.altered.gears.is_empty() { mesh } else { self.mesh(span, k + 1) };
             self.step(&mut link, k, &mesh, &next);
             mesh = next;
         }

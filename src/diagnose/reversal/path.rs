@@ -25,8 +25,6 @@ pub struct Path {
     pub step: f64,
     /// Sessions with their instants.
     pub spans: Vec<Span>,
-    /// `t` [s] since the start of the session.
-    pub time: Vec<f64>,
     /// `θ` [rad or m].
     pub theta: Vec<f64>,
     /// `θ̇` [rad/s or m/s].
@@ -44,7 +42,7 @@ pub struct Path {
 }
 
 /// Instants of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
     /// Which session.
     pub session: usize,
@@ -52,17 +50,33 @@ pub struct Span {
     pub start: usize,
     /// One beyond the last.
     pub end: usize,
+    /// [s] time of the first.
+    pub from: f64,
+    /// [s] between instants.
+    pub step: f64,
+}
+
+impl Span {
+    /// `t` [s] of an instant.
+    pub fn time(&self, k: usize) -> f64 {
+        self.from + (k - self.start) as f64 * self.step
+    }
+}
+
+/// [s] Step of the grid for the rows of a motion.
+fn step(motion: &Motion) -> f64 {
+    let narrowest = motion.half_width.iter().copied().fold(f64::INFINITY, f64::min);
+    (narrowest / STEPS).clamp(GRID[0], GRID[1])
 }
 
 impl Path {
     /// The path of a joint in sessions, in the order of the motion's.
     pub fn new(motion: &Motion, joint: usize, sessions: &[&TimeSeries]) -> Self {
-        let narrowest = motion.half_width.iter().copied().fold(f64::INFINITY, f64::min);
-        let step = (narrowest / STEPS).clamp(GRID[0], GRID[1]);
-        let (time, theta, v, load) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let step = step(motion);
+        let (theta, v, load) = (Vec::new(), Vec::new(), Vec::new());
         let (inertial, inertia, dry, spans) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let friction = motion.joints[joint].friction;
-        let mut path = Self { joint, step, spans, time, theta, v, load, inertial, inertia, friction, dry };
+        let mut path = Self { joint, step, spans, theta, v, load, inertial, inertia, friction, dry };
         let inertia = inertia_at_rows(motion, joint);
         let mut first = 0;
         while first < motion.rows() {
@@ -77,6 +91,13 @@ impl Path {
         path
     }
 
+    /// About how many instants the path of a joint has.
+    pub fn instants(motion: &Motion) -> usize {
+        let steps =
+            motion.time.windows(2).zip(motion.session.windows(2)).filter(|(_, session)| session[0] == session[1]);
+        (steps.map(|(time, _)| time[1] - time[0]).sum::<f64>() / step(motion)) as usize
+    }
+
     fn append(
         &mut self,
         motion: &Motion,
@@ -86,7 +107,7 @@ impl Path {
         edges: &[[f64; 2]],
     ) {
         let m = &motion.joints[self.joint];
-        let start = self.time.len();
+        let start = self.theta.len();
         let (from, to) = (motion.time[rows.start], motion.time[rows.end - 1]);
         let (mut row, mut edge) = (rows.start, 0);
         for k in 0..=((to - from) / self.step) as usize {
@@ -98,7 +119,6 @@ impl Path {
             let span = (motion.time[next] - motion.time[row]).max(1e-12);
             let x = ((t - motion.time[row]) / span).clamp(0.0, 1.0);
             let between = |values: &[f64]| values[row] + x * (values[next] - values[row]);
-            self.time.push(t);
             while edge + 2 < edges.len() && edges[edge + 1][0] <= t {
                 edge += 1;
             }
@@ -114,7 +134,7 @@ impl Path {
             self.inertia.push(inertia);
             self.inertial.push(inertia * between(&m.a));
         }
-        self.spans.push(Span { session, start, end: self.time.len() });
+        self.spans.push(Span { session, start, end: self.theta.len(), from, step: self.step });
     }
 
     /// The windows through which rows see the grid.
@@ -123,17 +143,19 @@ impl Path {
         for row in rows {
             let (t, w) = (motion.time[*row], motion.half_width[*row]);
             let span = self.spans.iter().find(|span| span.session == motion.session[*row]);
-            let (first, last) = span.map_or((0, 0), |span| {
-                let from = self.time[span.start];
-                let at =
-                    |t: f64| span.start + (((t - from) / self.step).max(0.0) as usize).min(span.end - span.start - 1);
-                (at(t - w), at(t + w))
-            });
+            let Some(span) = span else {
+                windows.first.push(0);
+                windows.ends.push(windows.weights.len());
+                continue;
+            };
+            let at =
+                |t: f64| span.start + (((t - span.from) / self.step).max(0.0) as usize).min(span.end - span.start - 1);
+            let (first, last) = (at(t - w), at(t + w));
             windows.first.push(first);
             let before = windows.weights.len();
             for k in first..=last {
                 // The torque of an instant lasts for a step.
-                let s = (self.time[k] + 0.5 * self.step - t) / w;
+                let s = (span.time(k) + 0.5 * self.step - t) / w;
                 windows.weights.push((1.0 - s * s).max(0.0).powi(2));
             }
             let sum: f64 = windows.weights[before..].iter().sum();

@@ -6,10 +6,12 @@ use rayon::prelude::*;
 use super::attempt::{Fit, Planted, Setting};
 use super::channel::Channel;
 use super::judge::Prediction;
+use super::path::Path;
 use super::{Rules, rests};
 use crate::diagnose::gains;
 use crate::diagnose::problem::{Part, Problem};
 use crate::diagnose::regression::Solution;
+use crate::diagnose::side_by_side::side_by_side;
 use crate::effects::{AtTurns, Turns};
 use crate::replay::Gain;
 use crate::timeseries::TimeSeries;
@@ -63,7 +65,9 @@ impl Candidate {
 pub fn candidates(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Vec<f64>]) -> Vec<Candidate> {
     let joints: Vec<usize> = (0..residuals.len()).collect();
     let of_joint = |joint: &usize| of_joint(problem, *joint, sessions, &residuals[*joint]);
-    let mut found: Vec<Candidate> = joints.par_iter().flat_map_iter(of_joint).collect();
+    // Six signals of the path, and three of each of two effects that are tried at a time.
+    let bytes = 96 * Path::instants(&problem.motion);
+    let mut found: Vec<Candidate> = side_by_side(&joints, bytes, of_joint).into_iter().flatten().collect();
     found.sort_by(|a, b| b.total().total_cmp(&a.total()));
     found
 }

@@ -20,9 +20,9 @@ fn turn() -> Path {
     let v: Vec<f64> = (0..n).map(|k| if k < n / 2 { -U } else { U }).collect();
     let theta = time.iter().map(|t| U * (t - 1.0).abs()).collect();
     let none = vec![0.0; n];
-    let spans = vec![Span { session: 0, start: 0, end: n }];
+    let spans = vec![Span { session: 0, start: 0, end: n, from: 0.0, step: H }];
     let (load, inertial, inertia, dry) = (none.clone(), none, vec![I; n], vec![DRY.coulomb; n]);
-    Path { joint: 0, step: H, spans, time, theta, v, load, inertial, inertia, friction: DRY, dry }
+    Path { joint: 0, step: H, spans, theta, v, load, inertial, inertia, friction: DRY, dry }
 }
 
 #[test]

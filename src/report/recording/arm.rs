@@ -9,10 +9,7 @@ use super::stream::{failed, log_static, times};
 use crate::dynamics::Dynamics;
 use crate::error::Result;
 use crate::robot::{Geometry, Robot, Shape};
-use crate::timeseries::Channel;
 
-/// Most poses of a motion.
-const FRAMES: usize = 1500;
 /// Colours of the links, from the base outwards.
 const LINKS: [[u8; 3]; 6] =
     [[120, 124, 130], [90, 160, 255], [240, 160, 60], [60, 200, 160], [220, 130, 180], [200, 200, 90]];
@@ -62,25 +59,15 @@ fn log_skeleton(stream: &RecordingStream, robot: &Robot) -> Result<()> {
 
 /// One transform a link and frame.
 fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<()> {
-    let session = motion.session;
-    let step = session.len().div_ceil(FRAMES).max(1);
-    let frames: Vec<usize> = (0..session.len()).step_by(step).collect();
-    let positions: Vec<Option<&[f64]>> = motion
-        .robot
-        .bodies
-        .iter()
-        .map(|body| {
-            let joint = session.joint(&body.joint.name)?;
-            let link = joint.get(Channel::TrueLinkPosition).or_else(|| joint.get(Channel::LinkPosition));
-            link.or_else(|| joint.get(Channel::Position))
-        })
-        .collect();
+    let session = &motion.session;
+    let joint = |body: &crate::robot::Body| session.joint(&body.joint.name).map(|joint| joint.pose.as_slice());
+    let positions: Vec<Option<&[f64]>> = motion.robot.bodies.iter().map(joint).collect();
     let mut dynamics = Dynamics::new(motion.robot);
-    let poses: Vec<Vec<Isometry3<f64>>> = frames
-        .iter()
-        .map(|&frame| {
-            let q: Vec<f64> = positions.iter().map(|values| values.map_or(0.0, |values| values[frame])).collect();
-            dynamics.poses(&q)
+    let poses: Vec<Vec<Isometry3<f64>>> = (0..session.times.len())
+        .map(|frame| {
+            let position =
+                |values: &Option<&[f64]>| values.and_then(|values| values.get(frame)).copied().unwrap_or(0.0);
+            dynamics.poses(&positions.iter().map(position).collect::<Vec<f64>>())
         })
         .collect();
     for (index, body) in motion.robot.bodies.iter().enumerate() {
@@ -89,7 +76,7 @@ fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Resu
             .with_many_translation(poses.iter().map(|poses| translation(&poses[index])))
             .with_many_quaternion(poses.iter().map(|poses| quaternion(&poses[index])));
         let columns = transforms.columns_of_unit_batches().map_err(|source| failed(&path, source))?;
-        let time = times(frames.iter().map(|&frame| session.time[frame]), start);
+        let time = times(session.times.iter().copied(), start);
         stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))?;
     }
     Ok(())

@@ -7,7 +7,7 @@ use rerun::log::LogMsg;
 use rerun::{AsComponents, RecordingStream, RecordingStreamBuilder, datatypes};
 
 use super::stream::{APPLICATION, failed};
-use super::{arm, canvas};
+use super::{CANVAS, arm};
 use crate::error::Result;
 
 /// Panels of a joint in the order they are stacked.
@@ -212,7 +212,7 @@ impl Writer<'_> {
     }
 
     fn canvas(&mut self, path: &str, title: &str) -> Result<Node> {
-        let [width, height] = canvas::SIZE;
+        let [width, height] = CANVAS;
         let bounds = datatypes::Range2D { x_range: [0.0, width].into(), y_range: [-12.0, height + 12.0].into() };
         let bounds = blueprint::VisualBounds2D::new(components::VisualBounds2D(bounds));
         self.view("2D", title, path, &[("VisualBounds2D", &bounds)])

@@ -2,12 +2,11 @@
 
 use rerun::RecordingStream;
 
+use super::canvas_frame;
 use super::stream::{colour, is_line, layers, log_static};
 use crate::error::Result;
 use crate::report::plot::{Frame, Layer, Plot, ticks};
 
-/// Width and height of the canvas.
-pub const SIZE: [f64; 2] = [640.0, 400.0];
 /// Most points of a layer.
 const MOST_POINTS: usize = 1500;
 const GRID: [u8; 3] = [62, 64, 68];
@@ -16,7 +15,7 @@ const TEXT: [u8; 3] = [205, 205, 205];
 
 /// Axes and layers of the plot below `path`.
 pub fn log(stream: &RecordingStream, path: &str, plot: &Plot) -> Result<()> {
-    let frame = Frame::new(plot, [70.0, SIZE[0] - 15.0], [15.0 + 22.0 * rows(plot), SIZE[1] - 55.0]);
+    let frame = canvas_frame(plot);
     log_axes(stream, path, plot, &frame)?;
     for (index, layer) in layers(plot).enumerate() {
         log_layer(stream, &format!("{path}/layers/{index}"), layer, &frame)?;
@@ -27,11 +26,6 @@ pub fn log(stream: &RecordingStream, path: &str, plot: &Plot) -> Result<()> {
 #[expect(clippy::cast_possible_truncation, reason = "the viewer works in single precision")]
 const fn single([x, y]: [f64; 2]) -> [f32; 2] {
     [x as f32, y as f32]
-}
-
-#[expect(clippy::cast_precision_loss, reason = "a handful")]
-fn rows(plot: &Plot) -> f64 {
-    layers(plot).filter(|layer| !layer.label.is_empty()).count().div_ceil(2) as f64
 }
 
 /// A text whose middle is at `place`.

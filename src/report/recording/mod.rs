@@ -16,18 +16,18 @@ mod traces;
 use crate::error::Result;
 use crate::plant::Obstacle;
 use crate::robot::Robot;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Drawn, Envelope};
 
 use super::document::Document;
-use super::plot::Role;
+use super::plot::{Frame, Plot, Role};
 
 /// A machine in motion.
 #[derive(Debug, Clone)]
 pub struct Motion<'a> {
     /// The machine.
     pub robot: &'a Robot,
-    /// One session of it; joints that it lacks stand at zero.
-    pub session: &'a TimeSeries,
+    /// One session of it as it is drawn; joints that it lacks stand at zero.
+    pub session: Drawn,
     /// What stands in its way.
     pub obstacles: &'a [Obstacle],
     /// What is shown beside the channels of the session: residuals, predictions.
@@ -51,11 +51,31 @@ pub struct Trace {
     pub values: Vec<f64>,
 }
 
+impl Trace {
+    /// Its samples as they are drawn: lowest and highest of each short stretch. What is thinned already stays as it is.
+    #[must_use]
+    pub fn thinned(self) -> Self {
+        let Envelope { time, values, .. } = Envelope::of(&self.time, self.values.iter().copied());
+        Self { time, values, ..self }
+    }
+}
+
 impl<'a> Motion<'a> {
     /// A session without further traces.
-    pub const fn new(robot: &'a Robot, session: &'a TimeSeries) -> Self {
+    pub const fn new(robot: &'a Robot, session: Drawn) -> Self {
         Self { robot, session, obstacles: &[], traces: Vec::new() }
     }
+}
+
+/// Width and height of the canvas that plots are drawn on.
+const CANVAS: [f64; 2] = [640.0, 400.0];
+
+/// The frame that a plot is drawn in.
+pub fn canvas_frame(plot: &Plot) -> Frame {
+    let labelled = plot.layers.iter().filter(|layer| !layer.points.is_empty() && !layer.label.is_empty());
+    #[expect(clippy::cast_precision_loss, reason = "a handful")]
+    let rows = labelled.count().div_ceil(2) as f64;
+    Frame::new(plot, [70.0, CANVAS[0] - 15.0], [15.0 + 22.0 * rows, CANVAS[1] - 55.0])
 }
 
 /// The content of `trace.rrd`: motions one after the other on one time line, all plots, and the document as text. `None` without the feature `rerun`.

@@ -46,12 +46,12 @@ pub fn encode(document: &Document, motions: &[Motion<'_>]) -> Result<Vec<u8>> {
 }
 
 fn duration(motion: &Motion<'_>) -> f64 {
-    motion.session.time.last().copied().unwrap_or(0.0)
+    motion.session.end
 }
 
 /// The session's own channels, then what is shown beside them.
 fn traces_of(motion: &Motion<'_>) -> Vec<Trace> {
-    traces::of_session(motion.session).into_iter().chain(motion.traces.iter().cloned()).collect()
+    traces::of_session(&motion.session).into_iter().chain(motion.traces.iter().cloned().map(Trace::thinned)).collect()
 }
 
 /// What there is to arrange.
@@ -111,9 +111,10 @@ fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> 
     let name = trace.label.replace('_', " ");
     let style = rerun::SeriesLines::new().with_names([name]).with_colors([colour(trace.role)]).with_widths([1.5]);
     log_static(stream, &path, &style)?;
-    let (time, values) = traces::thinned(&trace.time, &trace.values);
-    let time = times(time, start);
-    let columns = rerun::Scalars::new(values).columns_of_unit_batches().map_err(|source| failed(&path, source))?;
+    let time = times(trace.time.iter().copied(), start);
+    let columns = rerun::Scalars::new(trace.values.iter().copied())
+        .columns_of_unit_batches()
+        .map_err(|source| failed(&path, source))?;
     stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))
 }
 

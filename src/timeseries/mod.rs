@@ -1,6 +1,12 @@
 //! Sampled signals of a machine: measured and simulated data travel in the same type.
 
+mod drawn;
+mod samples;
+
 use std::collections::BTreeMap;
+
+pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
+pub use samples::Samples;
 
 /// What a sampled signal of one joint is. All on the joint side, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -45,13 +51,13 @@ pub struct JointSeries {
     /// Name of the joint in the URDF.
     pub name: String,
     /// The signals that are there.
-    pub channels: BTreeMap<Channel, Vec<f64>>,
+    pub channels: BTreeMap<Channel, Samples>,
 }
 
 impl JointSeries {
     /// The samples of a channel, or `None` where it was not recorded.
     pub fn get(&self, channel: Channel) -> Option<&[f64]> {
-        self.channels.get(&channel).map(Vec::as_slice)
+        self.channels.get(&channel).map(|samples| samples.as_slice())
     }
 }
 
@@ -70,6 +76,27 @@ impl TimeSeries {
     /// The joint of that name.
     pub fn joint(&self, name: &str) -> Option<&JointSeries> {
         self.joints.iter().find(|joint| joint.name == name)
+    }
+
+    /// Drops the channels that are not wanted.
+    pub fn keep(&mut self, wanted: &[Channel]) {
+        for joint in &mut self.joints {
+            joint.channels.retain(|channel, _| wanted.contains(channel));
+        }
+    }
+
+    /// The session from a sample on.
+    #[must_use]
+    pub fn since(&self, from: usize) -> Self {
+        let joints = self.joints.iter().map(|joint| JointSeries {
+            name: joint.name.clone(),
+            channels: joint
+                .channels
+                .iter()
+                .map(|(channel, values)| (*channel, values[from..].to_vec().into()))
+                .collect(),
+        });
+        Self { name: self.name.clone(), time: self.time[from..].to_vec(), joints: joints.collect() }
     }
 
     /// Number of samples.
