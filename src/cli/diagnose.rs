@@ -62,7 +62,7 @@ impl Diagnose {
         report.document.warnings.extend(input::notes(&hold_out));
         report.document.warnings.extend(input::notes(&reference));
         let outcome = console::finish(&report, &folder, &self.output)?;
-        let gap = found.diagnosis.verdict != Verdict::NothingFound;
+        let gap = !matches!(found.diagnosis.verdict, Verdict::NothingFound | Verdict::MistakeSuspected);
         Ok(if self.fail_on_gap && gap { Outcome::Failed } else { outcome })
     }
 }
@@ -132,6 +132,9 @@ impl Findings {
         share: f64,
         progress: &Progress,
     ) -> Result<()> {
+        if diagnosis.verdict == Verdict::MistakeSuspected {
+            return Ok(());
+        }
         let judged: Vec<Session> = if hold_out.is_empty() {
             train.iter().map(|session| tail(session, share)).collect()
         } else {

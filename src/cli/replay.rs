@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
+use crate::diagnose::mistakes;
 use crate::error::Result;
 use crate::replay::{self, Loop, Options};
 use crate::report::files::envelope;
@@ -40,6 +41,7 @@ impl Replay {
         let progress = Progress::start("replaying", self.output.quiet);
         let control = if self.open_loop { Loop::Open } else { Loop::Closed };
         let options = Options { control, ..Options::default() };
+        let suspected = mistakes::suspected(&model, &sessions.iter().map(|one| &one.series).collect::<Vec<_>>());
         let mut replays = Vec::new();
         for (index, session) in sessions.iter().enumerate() {
             #[expect(clippy::cast_precision_loss, reason = "a handful of sessions")]
@@ -49,6 +51,7 @@ impl Replay {
         drop(progress);
         let mut document = rendering::document(&model.name, &replays, control);
         document.warnings.extend(input::notes(&sessions));
+        document.warnings.extend(mistakes::warnings(&suspected));
         let content: Vec<_> = replays
             .iter()
             .map(|one| json!({ "session": one.recorded.name, "errors": one.errors, "notes": one.notes }))

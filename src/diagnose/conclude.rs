@@ -108,6 +108,7 @@ pub fn diagnosis(
             ("rapier3d", crate::plant::RAPIER_VERSION),
         ]),
         verdict,
+        mistakes: Vec::new(),
         changes: None,
         candidates: records(problem, selection, options),
         effects,

@@ -19,6 +19,9 @@
 //! | `standstill`, `command` | readings at rest, commands | current sensor and drive |
 //! | `two_encoders` | motor against link encoder | delay, wind-up, gap |
 //! | `compare` | two recordings of one machine | what has changed |
+//!
+//! Before anything is fitted, `mistakes` looks for errors of data or model file that are likelier than physics; where there are any, the diagnosis
+//! ends with them.
 
 mod axes;
 mod baseline;
@@ -36,6 +39,8 @@ mod kernel;
 mod lines;
 mod maps;
 mod mended;
+/// Mistakes in data or model file that are likelier than physics.
+pub mod mistakes;
 mod observe;
 mod order_lines;
 mod patterns;
@@ -110,8 +115,13 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    progress("smoothing", 0.0);
+    progress("looking for mistakes", 0.0);
     let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
+    let suspected = mistakes::suspected(model, &recorded);
+    if !suspected.is_empty() {
+        return Ok(mistakes::diagnosis(model, suspected, false, options));
+    }
+    progress("smoothing", 0.0);
     // A lag of the current is judged by the transients, and mended before anything else is judged.
     let late = if model.masses == Masses::Known { timing::late_current(model, &recorded) } else { None };
     let mended: Vec<TimeSeries> = match late {
@@ -159,6 +169,7 @@ pub fn diagnose(
     if let Some(ripple) = ripple {
         ripple.add_to(&mut diagnosis, model, options);
     }
+    mistakes::remaining::judge(&mut diagnosis, model, &recorded);
     Ok(diagnosis)
 }
 

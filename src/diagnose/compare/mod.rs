@@ -25,7 +25,7 @@ use super::regression::NU;
 use super::result::Diagnosis;
 use super::selection::{self, Selection, Taken};
 use super::standstill::Standstill;
-use super::{Options, conclude, nothing_moves, pose, rough_coulomb, timing, views};
+use super::{Options, conclude, mistakes, nothing_moves, pose, rough_coulomb, timing, views};
 use crate::effects::Diagnosable;
 use crate::error::Result;
 use crate::robot::Model;
@@ -46,6 +46,11 @@ pub fn compare(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
+    let mut suspected = mistakes::suspected(model, &reference.iter().collect::<Vec<_>>());
+    suspected.extend(mistakes::suspected(model, &now.iter().chain(hold_out).collect::<Vec<_>>()));
+    if !suspected.is_empty() {
+        return Ok(mistakes::diagnosis(model, suspected, true, options));
+    }
     progress("smoothing", 0.0);
     let before = aligned(model, &reference.iter().collect::<Vec<_>>());
     let after = aligned(model, &now.iter().chain(hold_out).collect::<Vec<_>>());
