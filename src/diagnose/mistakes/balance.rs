@@ -27,7 +27,7 @@ pub const MODEL_FACTOR: f64 = 2.5;
 /// [1] Part of gravity across its nominal direction: a base that leans by 17°.
 const ACROSS: f64 = 0.3;
 /// Payload at each of its points at most, in masses of the machine.
-const PAYLOAD: f64 = 0.5;
+const PAYLOAD: f64 = 0.1;
 /// [m] Distance of those points from the last body's centre of mass.
 const AWAY: f64 = 0.15;
 /// Rows that a joint needs in each direction of motion.

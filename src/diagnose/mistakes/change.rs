@@ -31,8 +31,8 @@ pub enum Change {
     Ratio(usize, f64),
     /// The torque of a joint, or of all, is to be read later [s].
     TorqueLag(Option<usize>, f64),
-    /// The torque of a joint is a magnitude: its sign is taken to be that of what links, rotor and Coulomb friction need.
-    Unsigned(usize),
+    /// The torque of a joint, or of all, is a magnitude: its sign is taken to be that of what links, rotor and Coulomb friction need.
+    Unsigned(Option<usize>),
 }
 
 impl Change {
@@ -76,7 +76,7 @@ impl Change {
                     }
                 }
             }
-            Self::Unsigned(joint) => sign(&model, &mut rows, joint),
+            Self::Unsigned(which) => joints(which).into_iter().for_each(|joint| sign(&model, &mut rows, joint)),
         }
         (model, rows)
     }

@@ -11,7 +11,9 @@ use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::{DEG, JointKind};
 
-/// Ranges that a position covers where it is not what it is said to be: above what any wrong URDF does, and below 57.
+/// Ranges that a position covers where its scale is in doubt: a narrow URDF is left by some tenths.
+const DOUBTFUL: f64 = 1.5;
+/// Ranges that it covers where nothing else is needed: above what any wrong URDF does, and below 57.
 const RANGES: f64 = 5.0;
 /// Part of the range by which a position in the right unit may leave it.
 const MARGIN: f64 = 0.1;
@@ -25,6 +27,8 @@ pub struct Outside {
     pub joint: usize,
     /// [rad or m] lowest and highest position.
     pub extent: [f64; 2],
+    /// [1] its width in ranges of the joint.
+    pub ranges: f64,
     /// Factor and name of the mistake.
     pub units: Vec<(f64, &'static str)>,
 }
@@ -51,8 +55,9 @@ pub fn outside(model: &Model, sessions: &[&TimeSeries]) -> Vec<Outside> {
         let inside =
             |factor: f64| factor * low > limits.lower - MARGIN * range && factor * high < limits.upper + MARGIN * range;
         let units: Vec<(f64, &'static str)> = units.into_iter().filter(|(factor, _)| inside(*factor)).collect();
-        let far = range.is_finite() && range > 0.0 && high - low > RANGES * range && !units.is_empty();
-        far.then_some(Outside { joint: index, extent: [low, high], units })
+        let ranges = (high - low) / range;
+        let far = range.is_finite() && range > 0.0 && ranges > DOUBTFUL && !units.is_empty();
+        far.then_some(Outside { joint: index, extent: [low, high], ranges, units })
     };
     (0..model.joints.len()).filter_map(of_joint).collect()
 }
@@ -70,7 +75,7 @@ pub fn found(model: &Model, rows: &[Rows], outside: &[Outside]) -> Vec<Mistake> 
         };
         model.masses == Masses::Known && balances[one.joint].is_some_and(sure)
     };
-    outside.iter().filter(|one| !confirmed(one)).map(|one| words::limits(model, one)).collect()
+    outside.iter().filter(|one| one.ranges > RANGES && !confirmed(one)).map(|one| words::limits(model, one)).collect()
 }
 
 /// Lowest and highest position of a joint.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   sessions ─ time_base ─ dead ─ kinematics ─ encoder ─┬─▶ mistakes
-//!      rows ─▶ balance ─▶ search ─ limits ──────────────┘
+//!      rows ─▶ balance ─▶ search ─ limits ─ overload ───┘
 //! ```
 //! The first instrument that finds something ends the search: what follows would see its consequences.
 //!
@@ -14,6 +14,7 @@
 //! | `encoder` | steps of the position with a count | 1 | gear ratio, 180/π |
 //! | `balance`, `search` | torque with inertia, weight and friction | leaves below 3 % of the squares | a single change of data or model lowers what is left to a quarter or less |
 //! | `limits` | position with the joint's range | inside | several times its range |
+//! | `overload` | torque with the limits of the drive | below | ten times that or more |
 //! | `remaining` | error of the finished diagnosis with the torque | below half | above |
 
 mod balance;
@@ -22,6 +23,7 @@ mod dead;
 mod encoder;
 mod kinematics;
 mod limits;
+mod overload;
 pub(super) mod remaining;
 mod rows;
 mod search;
@@ -62,12 +64,12 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     if model.joints.is_empty() {
         return Vec::new();
     }
+    if let Some(mistake) = time_base::found(model, sessions) {
+        return vec![mistake];
+    }
     let dead = words::dead(model, &dead::found(model, sessions));
     if !dead.is_empty() {
         return dead;
-    }
-    if let Some(mistake) = time_base::found(model, sessions) {
-        return vec![mistake];
     }
     let velocities = velocity::found(model, sessions);
     if !velocities.is_empty() {
@@ -79,14 +81,18 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     }
     let rows = rows::rows(model, sessions);
     let outside = limits::outside(model, sessions);
+    let overloads = overload::found(model, &rows);
     let timed = velocity::confirms_time(model, sessions);
     let found = match model.masses {
         // The balance of a guess knows no scale.
-        Masses::Estimated if !outside.is_empty() => Vec::new(),
-        _ => search::found(model, &rows, timed, &outside),
+        Masses::Estimated if !limits::found(model, &rows, &outside).is_empty() => Vec::new(),
+        _ => search::found(model, &rows, timed, &search::Limits { outside: &outside, overloads: &overloads }),
     };
     if found.is_empty() {
-        return merged(limits::found(model, &rows, &outside));
+        let impossible = overloads.iter().filter(|one| one.times() > overload::IMPOSSIBLE);
+        let from_current = rows.iter().all(|session| session.from_current);
+        let torques = impossible.map(|one| words::overload(model, from_current, one));
+        return merged(limits::found(model, &rows, &outside).into_iter().chain(torques).collect());
     }
     merged(found.iter().map(|one| words::balance(model, &rows, one)).collect())
 }

@@ -10,14 +10,15 @@ use rayon::prelude::*;
 use super::balance::{self, Balance, Mask, Normal};
 use super::change::Change;
 use super::limits::Outside;
+use super::overload::Overload;
 use super::rows::Rows;
 use crate::robot::{Masses, Model};
 use crate::units::{DEG, JointKind};
 
 /// Share of the squared torque that a sound balance does not leave.
-pub const SUSPICIOUS: f64 = 0.045;
-/// Share below which a joint is explained, and less tells nothing more: 10 % in RMS.
-const FLOOR: f64 = 0.01;
+pub const SUSPICIOUS: f64 = 0.02;
+/// Share below which a joint is explained, and less tells nothing more: 7 % in RMS.
+const FLOOR: f64 = 0.005;
 /// Factor by which undoing a mistake lowers what is left, the joints' factors multiplied.
 const FACTOR: f64 = 4.0;
 /// Share that the joints of a mistake leave at most, once it is undone: half the torque in RMS.
@@ -53,12 +54,12 @@ struct Trial {
 }
 
 /// All changes that are needed, the strongest first. `timed`: whether a velocity channel confirms the time base.
-/// `outside`: joints that leave their range, which speaks for a factor that brings them back.
-pub fn found(model: &Model, rows: &[Rows], timed: bool, outside: &[Outside]) -> Vec<Found> {
+/// `limits`: what leaves the limits of the model, which speaks for a factor that brings it back.
+pub fn found(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Vec<Found> {
     let (mut model, mut rows) = (model.clone(), rows.to_vec());
     let mut found: Vec<Found> = Vec::new();
     while found.len() <= model.joints.len() {
-        let Some(best) = best(&model, &rows, timed, outside) else { break };
+        let Some(best) = best(&model, &rows, timed, limits) else { break };
         if found.iter().any(|one| one.change == best.change) {
             break;
         }
@@ -68,7 +69,7 @@ pub fn found(model: &Model, rows: &[Rows], timed: bool, outside: &[Outside]) -> 
     found
 }
 
-fn best(model: &Model, rows: &[Rows], timed: bool, outside: &[Outside]) -> Option<Found> {
+fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Option<Found> {
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
     let bounds = balance::bounds(model);
     let normals = balance::normals(model, rows, &moves);
@@ -80,7 +81,7 @@ fn best(model: &Model, rows: &[Rows], timed: bool, outside: &[Outside]) -> Optio
     }
     let tried = |change: Change| {
         let trial = trial(model, rows, change, &normals, &before);
-        Trial { score: trial.score + FACTOR.ln() * brought_back(change, outside), ..trial }
+        Trial { score: trial.score + FACTOR.ln() * brought_back(model, change, limits), ..trial }
     };
     let mut trials: Vec<Trial> = changes(model, rows, &suspicious, &before, timed).into_par_iter().map(tried).collect();
     trials.sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -99,11 +100,33 @@ fn best(model: &Model, rows: &[Rows], timed: bool, outside: &[Outside]) -> Optio
     Some(Found { change: first.change, alternatives, before: percent(was), after: percent(is), joint })
 }
 
-/// Number of joints that a change brings back into their range.
-fn brought_back(change: Change, outside: &[Outside]) -> f64 {
-    let Change::MotionScale(which, factor) = change else { return 0.0 };
-    let inside = |one: &&Outside| which.is_none_or(|joint| joint == one.joint) && one.explained_by(factor);
-    outside.iter().filter(inside).count() as f64
+/// What leaves the limits of the model.
+#[derive(Debug)]
+pub struct Limits<'a> {
+    /// Positions.
+    pub outside: &'a [Outside],
+    /// Torques.
+    pub overloads: &'a [Overload],
+}
+
+/// Number of joints that a change brings back into their limits.
+fn brought_back(model: &Model, change: Change, limits: &Limits<'_>) -> f64 {
+    let one_of = |which: Option<usize>, joint: usize| which.is_none_or(|only| only == joint);
+    let torque = |which: Option<usize>, factor: f64| {
+        limits.overloads.iter().filter(|one| one_of(which, one.joint) && one.explained_by(factor)).count()
+    };
+    let count = match change {
+        Change::MotionScale(which, factor) => {
+            limits.outside.iter().filter(|one| one_of(which, one.joint) && one.explained_by(factor)).count()
+        }
+        Change::TorqueScale(which, factor) => torque(which, factor),
+        // The limit of the drive is the ratio's too.
+        Change::Ratio(joint, factor) if model.robot.bodies[joint].joint.limits.effort.is_finite() => {
+            torque(Some(joint), factor)
+        }
+        _ => 0,
+    };
+    count as f64
 }
 
 /// The joint that a change helps most.
@@ -156,14 +179,17 @@ fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<
     let mut changes = Vec::new();
     for &i in suspicious {
         changes.extend([Change::TorqueSign(i), Change::MotionSign(i)]);
-        if rows.iter().all(|session| session.joints[i].tau.iter().all(|tau| *tau >= -least_negative(session, i))) {
-            changes.push(Change::Unsigned(i));
+        if never_negative(rows, i) {
+            changes.push(Change::Unsigned(Some(i)));
         }
         changes.extend(LAGS.map(|lag| Change::TorqueLag(Some(i), lag)));
     }
     if model.masses == Masses::Estimated {
         // Friction has a sign of its own; the rest of the balance is as good as the guess.
-        changes.retain(|change| matches!(change, Change::TorqueSign(_) | Change::MotionSign(_)));
+        changes.retain(|change| matches!(change, Change::TorqueSign(_) | Change::MotionSign(_) | Change::Unsigned(_)));
+    }
+    if dof > 1 && (0..dof).all(|joint| never_negative(rows, joint)) {
+        changes.push(Change::Unsigned(None));
     }
     for i in 0..dof {
         for j in i + 1..dof {
@@ -193,9 +219,13 @@ fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<
     changes
 }
 
-/// [N·m or N] What a torque that is never negative may lie below zero by its offset: a hundredth of its largest.
-fn least_negative(session: &Rows, joint: usize) -> f64 {
-    0.01 * session.joints[joint].tau.iter().fold(0.0_f64, |most, tau| most.max(tau.abs()))
+/// Whether the torque of a joint lies nowhere further below zero than an offset of a hundredth of its largest does.
+fn never_negative(rows: &[Rows], joint: usize) -> bool {
+    rows.iter().all(|session| {
+        let torque = &session.joints[joint].tau;
+        let largest = torque.iter().fold(0.0_f64, |most, tau| most.max(tau.abs()));
+        torque.iter().all(|tau| *tau >= -0.01 * largest)
+    })
 }
 
 /// Factors of one joint with a name.

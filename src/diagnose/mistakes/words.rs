@@ -6,6 +6,7 @@ use super::dead::Dead;
 use super::encoder::{SAME, count_ratio};
 use super::kinematics::Ratio;
 use super::limits::Outside;
+use super::overload::Overload;
 use super::rows::Rows;
 use super::search::Found;
 use super::velocity::Meaning;
@@ -291,6 +292,36 @@ pub fn limits(model: &Model, outside: &Outside) -> Mistake {
     }
 }
 
+/// Torques beyond what the drive can give; the factors that bring them back, by name.
+pub fn overload(model: &Model, from_current: bool, overload: &Overload) -> Mistake {
+    let joint = &model.joints[overload.joint];
+    let named: [(f64, &'static str); 3] = if from_current {
+        [
+            (1e-3, "milliampere_for_ampere"),
+            (1.0 / joint.torque_per_ampere(), "torque_recorded_as_current"),
+            (1.0 / joint.gear_ratio, "gear_ratio"),
+        ]
+    } else {
+        [(1e-3, "torque_scale"), (1.0 / joint.gear_ratio, "torque_scale"), (1.0, "torque_scale")]
+    };
+    let mut names: Vec<&'static str> =
+        named.iter().filter(|(factor, _)| *factor < 1.0 && overload.explained_by(*factor)).map(|one| one.1).collect();
+    names.dedup();
+    let first = names.first().copied().unwrap_or("torque_scale");
+    let unit = joint.kind.effort_unit();
+    Mistake {
+        mistake: first,
+        joints: vec![joint.name.clone()],
+        factor: None,
+        evidence: format!(
+            "{}: the recorded torque reaches {} {unit}, {} times what effort limit and current limit of URDF and model file allow.",
+            joint.name, figure(overload.torque), figure(overload.times())
+        ),
+        remedy: "say in the manifest what the channel holds: `unit = \"mA\"` for a current in milliamperes, `torque` instead of `current` for a torque; or correct `gear_ratio` and `torque_constant` in the model file".to_owned(),
+        alternatives: names.iter().skip(1).copied().collect(),
+    }
+}
+
 /// The name of a change, with the joints and the factor that go with it.
 fn named(model: &Model, rows: &[Rows], change: Change) -> (&'static str, Vec<usize>, Option<f64>) {
     let everyone = || (0..model.joints.len()).collect::<Vec<_>>();
@@ -313,7 +344,7 @@ fn named(model: &Model, rows: &[Rows], change: Change) -> (&'static str, Vec<usi
         Change::Gravity => ("gravity_upside_down", everyone(), Some(-1.0)),
         Change::Ratio(joint, factor) => ("gear_ratio", vec![joint], Some(factor)),
         Change::TorqueLag(which, _) => ("late_channel", of(which), None),
-        Change::Unsigned(joint) => ("unsigned_current", vec![joint], None),
+        Change::Unsigned(which) => ("unsigned_current", of(which), None),
     }
 }
 
