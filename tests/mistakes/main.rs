@@ -67,7 +67,7 @@ fn table(sets: &[Set]) -> [usize; 3] {
             .collect();
         let judge = |(set, joint): &(&Set, usize)| {
             let (model, sessions) = planted::plant(one.name, &set.model, &set.sessions, *joint)?;
-            Some((*set, *joint, told(one, &set.model.joints[*joint].name, &suspected(&model, &sessions))))
+            Some((set.name.clone(), *joint, told(one, &set.model.joints[*joint].name, &suspected(&model, &sessions))))
         };
         let results: Vec<_> = places.par_iter().filter_map(judge).collect();
         let count = |which: fn(&Told) -> bool| results.iter().filter(|(.., told)| which(told)).count();
@@ -79,7 +79,7 @@ fn table(sets: &[Set]) -> [usize; 3] {
         println!("{:<34} right {:>2}, silent {:>2}, wrong {:>2}", one.name, counts[0], counts[1], counts[2]);
         for (set, joint, told) in &results {
             if *told != Told::Right {
-                println!("      {} joint {joint}: {told:?}", set.name);
+                println!("      {set} joint {joint}: {told:?}");
             }
         }
         (0..3).for_each(|k| sums[k] += counts[k]);
