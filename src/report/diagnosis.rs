@@ -66,7 +66,7 @@ fn suspicions(diagnosis: &Diagnosis) -> Section {
         ]);
     }
     let text = "Physics is judged once this is settled: correct the data or the model as said, or look at why it is right, and diagnose again.";
-    Section { text: vec![text.to_owned()], tables: vec![table], ..Section::new("What looks mistaken") }
+    Section { text: vec![text.to_owned()], tables: vec![table], detail: true, ..Section::new("What looks mistaken") }
 }
 
 /// The answer in sentences.

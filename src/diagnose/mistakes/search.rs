@@ -1,9 +1,10 @@
 //! Mistakes that the torque balance shows: which single change of data or model makes it add up.
 //!
-//! The share `u` of the squared torque that the balance leaves (see [`balance`](super::balance)) is 0.000 to 0.03 on sound recordings, whatever
-//! effect is at work, and 0.06 on the worst known; with a sign exchanged it is 0.1 to 1. Where some joint leaves more than [`SUSPICIOUS`],
-//! every change is undone in turn. One is named where `Σ ln(u_before/u_after)` over the joints exceeds `ln` [`FACTOR`] and its joints are left
-//! with less than [`EXPLAINED`]; what does nearly as well is named beside it. Then the next one is looked for, with this one undone.
+//! The share `u` of the squared torque that the balance leaves (see [`balance`](super::balance)) is 0.000 to 0.06 on sound recordings and up to 0.1 on simulated
+//! machines with an effect of full strength; with a sign exchanged it is 0.1 to 1. Where some joint leaves more than [`SUSPICIOUS`], every change is undone in
+//! turn: on sound data each makes the balance worse, or leaves it as it is. One is named where `Σ ln(u_before/u_after)` over the joints exceeds
+//! `ln` [`FACTOR`] and its joints are left with less than [`EXPLAINED`]; what does nearly as well is named beside it. Then the next one is looked for, with
+//! this one undone.
 
 use rayon::prelude::*;
 
@@ -15,7 +16,7 @@ use super::rows::Rows;
 use crate::robot::{Masses, Model};
 use crate::units::{DEG, JointKind};
 
-/// Share of the squared torque that a sound balance does not leave.
+/// Share of the squared torque above which changes are tried: what most sound balances stay below, so that most recordings cost no search.
 pub const SUSPICIOUS: f64 = 0.02;
 /// Share below which a joint is explained, and less tells nothing more: 7 % in RMS.
 const FLOOR: f64 = 0.005;
