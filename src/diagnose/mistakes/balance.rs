@@ -9,6 +9,8 @@
 //! masses are positive and known within a factor. What the balance leaves under these bounds, as a share of the torque's square, is small
 //! where the data and the model are what they say they are, whatever effect is at work; an exchanged sign makes it one or more.
 
+#![allow(clippy::needless_range_loop, reason = "rows and columns of a matrix are visited by one index")]
+
 use nalgebra::{DMatrix, Vector3};
 use rayon::prelude::*;
 
@@ -40,8 +42,6 @@ const SWEEPS: usize = 400;
 pub struct Balance {
     /// `Σ residual² / Σ τ²`.
     pub left: f64,
-    /// Part of `Σ τ²` that inertia and weight of the model make, at their nominal size; what tells scales and signs apart from friction.
-    pub rigid: f64,
     /// Part of `Σ τ²` that inertia alone makes, and weight alone, at their nominal size.
     pub parts: [f64; 2],
     /// Factor of the torque that inertia and weight ask for, were their size free.
@@ -131,13 +131,12 @@ pub struct Normal {
     a: [[f64; COLUMNS]; COLUMNS],
     b: [f64; COLUMNS],
     power: f64,
-    rigid: f64,
     rows: [usize; 2],
 }
 
 impl Normal {
     const fn new() -> Self {
-        Self { a: [[0.0; COLUMNS]; COLUMNS], b: [0.0; COLUMNS], power: 0.0, rigid: 0.0, rows: [0; 2] }
+        Self { a: [[0.0; COLUMNS]; COLUMNS], b: [0.0; COLUMNS], power: 0.0, rows: [0; 2] }
     }
 
     fn add(&mut self, columns: &[f64; COLUMNS], y: f64, forwards: bool) {
@@ -148,7 +147,6 @@ impl Normal {
             self.b[i] += columns[i] * y;
         }
         self.power += y * y;
-        self.rigid += (columns[0] + columns[1]).powi(2);
         self.rows[usize::from(forwards)] += 1;
     }
 
@@ -161,7 +159,6 @@ impl Normal {
             self.b[i] += other.b[i];
         }
         self.power += other.power;
-        self.rigid += other.rigid;
         self.rows = [self.rows[0] + other.rows[0], self.rows[1] + other.rows[1]];
         self
     }
@@ -211,7 +208,6 @@ impl Normal {
         }
         Some(Balance {
             left: (left / self.power).max(0.0),
-            rigid: self.rigid / self.power,
             parts: [self.a[0][0] / self.power, self.a[1][1] / self.power],
             free: self.free_scale(bounds),
             coefficients: x,

@@ -221,7 +221,7 @@ fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<
 }
 
 /// Whether the torque of a joint lies nowhere further below zero than an offset of a hundredth of its largest does.
-fn never_negative(rows: &[Rows], joint: usize) -> bool {
+pub fn never_negative(rows: &[Rows], joint: usize) -> bool {
     rows.iter().all(|session| {
         let torque = &session.joints[joint].tau;
         let largest = torque.iter().fold(0.0_f64, |most, tau| most.max(tau.abs()));

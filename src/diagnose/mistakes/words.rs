@@ -8,7 +8,7 @@ use super::kinematics::Ratio;
 use super::limits::Outside;
 use super::overload::Overload;
 use super::rows::Rows;
-use super::search::Found;
+use super::search::{self, Found};
 use super::velocity::Meaning;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
@@ -390,6 +390,12 @@ pub fn balance(model: &Model, rows: &[Rows], found: &Found) -> Mistake {
     let mut alternatives: Vec<&'static str> =
         found.alternatives.iter().map(|other| named(model, rows, *other).0).collect();
     alternatives.retain(|other| *other != mistake);
+    // A torque that is never negative may have lost its sign instead.
+    if let Change::TorqueSign(joint) | Change::MotionSign(joint) = found.change
+        && search::never_negative(rows, joint)
+    {
+        alternatives.push("unsigned_current");
+    }
     let mut seen = Vec::new();
     alternatives.retain(|other| {
         !seen.contains(other) && {
