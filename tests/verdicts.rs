@@ -50,11 +50,10 @@ fn altered(session: &TimeSeries, joint: usize, channel: Channel, change: &dyn Fn
 #[test]
 fn property_what_is_held_out_takes_no_part_in_choosing() {
     let data = Data::of(&asymmetric(), &asymmetric(), 4000);
-    // As wrong as data can be: the held-out currents of both joints are noise and a wave of another machine.
+    // The held-out currents of both joints carry waves of another machine, strong enough that no effect explains them.
     let spoilt = |session: &TimeSeries| {
-        let one =
-            altered(session, 0, Channel::Current, &|time, current| 0.3 * current + 5.0 * (TAU * 3.0 * time).sin());
-        altered(&one, 1, Channel::Current, &|time, current| -current + 8.0 * (TAU * 11.0 * time).cos())
+        let one = altered(session, 0, Channel::Current, &|time, current| current + 1.5 * (TAU * 3.0 * time).sin());
+        altered(&one, 1, Channel::Current, &|time, current| current + 1.5 * (TAU * 11.0 * time).cos())
     };
     let other = Data { held_out: data.held_out.iter().map(spoilt).collect(), train: data.train.clone() };
     let [one, two] = [&data, &other].map(Data::diagnosed);

@@ -124,6 +124,7 @@ pub fn diagnosis(
             ("rapier3d", crate::plant::RAPIER_VERSION),
         ]),
         verdict: Verdict::of(!effects.is_empty(), !unexplained.is_empty()),
+        mistakes: Vec::new(),
         changes: None,
         candidates: records(problem, selection, &withdrawn, options),
         effects,

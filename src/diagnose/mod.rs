@@ -19,6 +19,9 @@
 //! | `standstill`, `command` | readings at rest, commands | current sensor and drive |
 //! | `two_encoders` | motor against link encoder | delay, wind-up, gap |
 //! | `compare` | two recordings of one machine | what has changed |
+//!
+//! Before anything is fitted, `mistakes` looks for errors of data or model file that are likelier than physics; where there are any, the diagnosis
+//! ends with them.
 
 mod axes;
 mod baseline;
@@ -39,6 +42,8 @@ mod kernel;
 mod lines;
 mod maps;
 mod mended;
+/// Mistakes in data or model file that are likelier than physics.
+pub mod mistakes;
 mod observe;
 mod order_lines;
 mod patterns;
@@ -76,11 +81,10 @@ pub use result::{
 pub use selection::Rules;
 pub use typical::typical;
 
-use crate::drive::Sensing;
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, Motion};
 use crate::error::{Error, Result};
-use crate::robot::{JointModel, Masses, Model};
+use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 use division::Division;
 use prepare::Prepared;
@@ -105,22 +109,17 @@ impl Default for Options {
     }
 }
 
-/// Channels that a diagnosis of that machine reads; all others may be dropped.
-pub fn channels(model: &Model) -> Vec<Channel> {
-    let mut channels = vec![
+/// Channels that a diagnosis reads; all others may be dropped.
+pub fn channels() -> Vec<Channel> {
+    vec![
         Channel::Position,
+        Channel::Velocity,
         Channel::Current,
         Channel::Torque,
         Channel::CommandCurrent,
         Channel::ReferenceVelocity,
         Channel::LinkPosition,
-    ];
-    // A velocity gives its sign to a current without one, and is read for nothing else.
-    let absolute = |joint: &JointModel| joint.current_sensor.is_some_and(|one| one.sensing == Sensing::Absolute);
-    if model.joints.iter().any(absolute) {
-        channels.push(Channel::Velocity);
-    }
-    channels
+    ]
 }
 
 /// Names what the nominal model lacks; `progress` hears what is being done and which share of it (0 to 1).
@@ -136,8 +135,13 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    progress("smoothing", 0.0);
+    progress("looking for mistakes", 0.0);
     let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
+    let suspected = mistakes::suspected(model, &recorded);
+    if !suspected.is_empty() {
+        return Ok(mistakes::diagnosis(model, suspected, false, options));
+    }
+    progress("smoothing", 0.0);
     let division = Division::new(train.len(), recorded.len(), options.held_out_share);
     let Prepared { sessions, earlier, shaken, ripple, as_recorded } =
         prepare::prepare(model, &recorded, division, options)?;
@@ -153,7 +157,9 @@ pub fn diagnose(
     }
     let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &|_| true).ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions: &sessions, division, earlier, shaken };
-    conclude::diagnosis(&data, &problem, &selection, &confirmed, options, progress)
+    let mut diagnosis = conclude::diagnosis(&data, &problem, &selection, &confirmed, options, progress)?;
+    mistakes::remaining::judge(&mut diagnosis, model, &recorded);
+    Ok(diagnosis)
 }
 
 /// Rows and zones of sessions, and which of them are held out.

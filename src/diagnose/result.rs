@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::mistakes::Mistake;
 use crate::effects::{Catalogue, Kind};
 use crate::replay::Gain;
 use crate::robot::Model;
@@ -18,6 +19,8 @@ pub struct Diagnosis {
     pub versions: BTreeMap<&'static str, &'static str>,
     /// The answer in one word.
     pub verdict: Verdict,
+    /// Errors of data or model file that are likelier than physics; no effect is named then.
+    pub mistakes: Vec<Mistake>,
     /// What was found, strongest first.
     pub effects: Vec<FoundEffect>,
     /// What is another size than it was, where two recordings are compared: `effects` are then those that were not there before.
@@ -77,6 +80,8 @@ pub enum Verdict {
     NothingFound,
     /// Structure remains, and no effect of the catalogue explains it.
     Unexplained,
+    /// Data or model file hold a mistake that is likelier than physics.
+    MistakeSuspected,
 }
 
 impl Verdict {

@@ -41,7 +41,8 @@ pub struct Late {
 pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division) -> Option<Late> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
-    let of_place = |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session], division.training(*session)?);
+    let of_place =
+        |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session], division.training(*session)?);
     // Torque, and both signals in the band.
     let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
     let mut lags: Vec<f64> = side_by_side(&places, 24 * longest, of_place).into_iter().flatten().collect();

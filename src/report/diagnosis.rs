@@ -9,13 +9,16 @@ use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::Trace;
 use super::shortfall;
 use super::table::Table;
-use crate::diagnose::{BaselineEstimate, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict};
+use crate::diagnose::{BaselineEstimate, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict, mistakes};
 use crate::effects;
 use crate::replay::Gain;
 use crate::units::JointKind;
 
 /// The document of a diagnosis of the machine of that name.
 pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
+    if diagnosis.verdict == Verdict::MistakeSuspected && diagnosis.fit.is_empty() {
+        return mistaken(name, diagnosis);
+    }
     let mut sections: Vec<Section> = diagnosis.changes.as_deref().map(changes::section).into_iter().collect();
     sections.extend([shortfall::section(diagnosis), found(diagnosis), errors(diagnosis)]);
     sections.extend(super::two_encoders::section(diagnosis));
@@ -35,14 +38,45 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
             None => format!("{name}: what the simulation gets wrong"),
         },
         verdict: verdict(diagnosis),
-        warnings: Vec::new(),
+        warnings: mistakes::warnings(&diagnosis.mistakes),
         sections,
     }
+}
+
+/// The document of a diagnosis that ended with a suspicion.
+fn mistaken(name: &str, diagnosis: &Diagnosis) -> Document {
+    Document {
+        title: format!("{name}: a mistake in the data or in the model is suspected"),
+        verdict: verdict(diagnosis),
+        warnings: mistakes::warnings(&diagnosis.mistakes),
+        sections: vec![suspicions(diagnosis)],
+    }
+}
+
+/// Each mistake, what was measured, what to change.
+fn suspicions(diagnosis: &Diagnosis) -> Section {
+    let mut table = Table::new("", &["mistake", "joints", "factor", "or", "measured", "remedy"]);
+    for one in &diagnosis.mistakes {
+        table.row([
+            one.mistake.to_owned(),
+            one.joints.join(", "),
+            one.factor.map_or(String::new(), |factor| number::significant(factor, 3)),
+            one.alternatives.join(", "),
+            one.evidence.clone(),
+            one.remedy.clone(),
+        ]);
+    }
+    let text = "Physics is judged once this is settled: correct the data or the model as said, or look at why it is right, and diagnose again.";
+    Section { text: vec![text.to_owned()], tables: vec![table], detail: true, ..Section::new("What looks mistaken") }
 }
 
 /// The answer in sentences.
 fn verdict(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
+        Verdict::MistakeSuspected => {
+            let list = mistakes::warnings(&diagnosis.mistakes).join("\n");
+            format!("A mistake in the data or in the model is likelier than physics; no effect is named.\n{list}")
+        }
         Verdict::NothingFound if diagnosis.changes.is_some() => "Nothing has changed.".to_owned(),
         Verdict::NothingFound => "Nothing found: the nominal model explains the data.".to_owned(),
         Verdict::Unexplained => format!(

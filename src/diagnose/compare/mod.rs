@@ -31,7 +31,7 @@ use super::regression::NU;
 use super::result::Diagnosis;
 use super::selection::{self, Nominal, Selection, Taken};
 use super::standstill::Standstill;
-use super::{Options, conclude, confirm, nothing_moves, pose, prepare, rough_coulomb, unexplained, views};
+use super::{Options, conclude, confirm, mistakes, nothing_moves, pose, prepare, rough_coulomb, unexplained, views};
 use crate::effects::Diagnosable;
 use crate::error::Result;
 use crate::robot::{Masses, Model};
@@ -53,6 +53,11 @@ pub fn compare(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
+    let mut suspected = mistakes::suspected(model, &reference.iter().collect::<Vec<_>>());
+    suspected.extend(mistakes::suspected(model, &now.iter().chain(hold_out).collect::<Vec<_>>()));
+    if !suspected.is_empty() {
+        return Ok(mistakes::diagnosis(model, suspected, true, options));
+    }
     progress("smoothing", 0.0);
     let of_before = Division::new(reference.len(), reference.len(), options.held_out_share);
     let of_after = Division::new(now.len(), now.len() + hold_out.len(), options.held_out_share);
