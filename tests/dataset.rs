@@ -185,6 +185,8 @@ fn property_parquet_reads_as_the_same_csv() {
 
 #[cfg(feature = "mcap")]
 mod mcap_files {
+    use std::path::Path;
+
     use super::*;
     use mcap::Writer;
     use mcap::records::MessageHeader;

@@ -3,14 +3,12 @@
 #[path = "support/rigid_arm.rs"]
 mod rigid_arm;
 
-use std::path::Path;
-
 use lostmotion::diagnose::{Axis, Diagnosis, Options, Split, Verdict, diagnose};
 use lostmotion::error::Error;
 use lostmotion::gearhead::FrictionLaw;
 use lostmotion::report::diagnosis as rendering;
 use lostmotion::robot::Model;
-use lostmotion::timeseries::{Channel, TimeSeries};
+use lostmotion::timeseries::Channel;
 use rigid_arm::{FRICTION, arm, record, with};
 
 fn diagnosis(truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f64) -> Diagnosis {
