@@ -1,4 +1,5 @@
-//! How much more memory every command takes for a longer recording.
+//! How much more memory commands take for a longer recording. `benches/memory` measures all of them, with `diagnose`, which takes half a
+//! minute of any recording, at the full length.
 #![cfg(target_os = "linux")]
 
 #[path = "support/memory.rs"]
@@ -16,20 +17,19 @@ const MOST: f64 = (1e9 - 40e6) / 1.8e6;
 
 /// Peak of a command for the recording in `folder`, beside which a scenario of `seconds` stands.
 fn peaks(folder: &Path, seconds: u32) -> Vec<(&'static str, u64)> {
-    let (plain, diagnosed) = (scenario(folder, seconds, "none"), scenario(folder, seconds, "diagnose"));
+    let [plain, identified] = ["none", "identify"].map(|procedure| scenario(folder, seconds, procedure));
     let (data, out) = (folder.join("csv").join("long.csv").display().to_string(), folder.join("out"));
-    let commands: [(&str, Vec<&str>, Option<&Path>); 7] = [
+    let commands: [(&str, Vec<&str>, Option<&Path>); 6] = [
         ("run", vec!["run", &plain], Some(&out)),
         ("check", vec!["check", &data], None),
         ("data", vec!["data", &data], None),
         ("identify", vec!["identify", "--model", MODEL, "--data", &data], Some(&out)),
         ("replay", vec!["replay", "--model", MODEL, "--data", &data], Some(&out)),
-        ("diagnose", vec!["diagnose", "--model", MODEL, "--data", &data], Some(&out)),
-        ("run, diagnose", vec!["run", &diagnosed], Some(&out)),
+        ("run, identify", vec!["run", &identified], Some(&out)),
     ];
     let csv = folder.join("csv");
     let mut peaks = vec![("run --csv", taken(BINARY, &["run", &plain, "--csv"], Some(&csv), Some(1)).peak)];
-    // On one thread: several work on joints side by side, as many as fit in a fixed amount of memory.
+    // On one thread, so that the peak is the same on every machine.
     peaks.extend(commands.map(|(name, arguments, out)| (name, taken(BINARY, &arguments, out, Some(1)).peak)));
     peaks
 }
@@ -42,14 +42,13 @@ fn rows(folder: &Path) -> f64 {
 #[test]
 fn regress_half_an_hour_of_six_joints_fits_in_a_gigabyte() {
     let [short, long] = [(); 2].map(|()| tempfile::tempdir().expect("a temporary folder"));
-    // Both are long enough for every command to do all that it does.
-    let of_long = std::thread::scope(|scope| {
-        let of_long = scope.spawn(|| peaks(long.path(), 110));
-        let of_short = peaks(short.path(), 20);
-        (of_short, of_long.join().expect("the longer one"))
+    // The shorter one is long enough for an identification.
+    let [of_short, of_long] = std::thread::scope(|scope| {
+        let of_long = scope.spawn(|| peaks(long.path(), 120));
+        [peaks(short.path(), 60), of_long.join().expect("the longer one")]
     });
     let more = rows(long.path()) - rows(short.path());
-    for ((name, short), (_, long)) in of_long.0.iter().zip(&of_long.1) {
+    for ((name, short), (_, long)) in of_short.iter().zip(&of_long) {
         let each = (*long as f64 - *short as f64) / more;
         println!("{name}: {:.0} MB, {:.0} MB, {each:.0} bytes a sample", *short as f64 / 1e6, *long as f64 / 1e6);
         assert!(each < MOST, "{name}: {each:.0} bytes a sample of six joints, at most {MOST:.0}");
