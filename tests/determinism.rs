@@ -46,7 +46,7 @@ fn run(scenario: &str, engine: &str, threads: usize) -> BTreeMap<String, Vec<u8>
     let mut written: BTreeMap<String, Vec<u8>> = fs::read_dir(&out)
         .unwrap()
         .map(|entry| entry.unwrap())
-        .filter(|entry| entry.file_name() != "trace.rrd")
+        .filter(|entry| entry.file_name() != "trace.rrd" && entry.path().is_file())
         .map(|entry| (entry.file_name().into_string().unwrap(), fs::read(entry.path()).unwrap()))
         .collect();
     written.insert("standard output".to_owned(), output.stdout);

@@ -6,17 +6,9 @@ pub mod catalogue;
 mod name;
 
 use std::path::Path;
-use std::{fs, io};
+use std::io;
 
 pub use name::{FIT_NAME, is_fit_name};
-
-/// The content of a file.
-///
-/// # Errors
-/// The operating system refuses, or the catalogue has no such file.
-pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    embedded(path).unwrap_or_else(|| fs::read(path))
-}
 
 /// The content of a file of the catalogue; `None` for a path of the disk.
 ///
@@ -25,6 +17,11 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
 pub fn embedded(path: &Path) -> Option<io::Result<Vec<u8>>> {
     let name = catalogue::path_in(path)?;
     Some(catalogue::content(&name).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into()))
+}
+
+/// Whether a path leads to anything: what is no regular file is refused where it is read, by what it is.
+pub fn exists(path: &Path) -> bool {
+    is_file(path) || path.exists()
 }
 
 /// Whether a path leads to a file.

@@ -44,7 +44,7 @@ impl Model {
     pub fn from_changed(document: &Document) -> Result<Self> {
         let urdf = urdf_path(document)?;
         let text = read_text(&urdf, LONGEST_URDF).map_err(|error| {
-            if files::is_file(&urdf) { error } else { document.root().error("urdf", "a file that exists") }
+            if files::exists(&urdf) { error } else { document.root().error("urdf", "a file that exists") }
         })?;
         Self::from_document(document, &urdf, &text)
     }

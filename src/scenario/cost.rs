@@ -174,7 +174,7 @@ impl Scenario {
         let pairs = 0.5 * (shapes * shapes) as f64;
         let mut bare = None;
         let cost = |session: &Session| {
-            let model = self.model.in_session(&session.name);
+            let model = self.truth.machine().in_session(&session.name);
             let loaded = self.model.loads.iter().any(|load| load.session == session.name);
             let rate = match bare {
                 Some(rate) if !loaded => rate,

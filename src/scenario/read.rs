@@ -116,7 +116,7 @@ fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -
     let own = root.optional_texts("model")?.unwrap_or_default();
     let mut model = match at_hand {
         Some(model) => model.clone(),
-        None if !files::is_file(&file) => return Err(root.error("robot", "a model file that exists")),
+        None if !files::exists(&file) => return Err(root.error("robot", "a model file that exists")),
         None => {
             let mut document = Document::read(&file)?;
             for assignment in own.iter().chain(assignments) {

@@ -114,7 +114,9 @@ fn regress_steps_that_were_not_foreseen_are_counted() {
     let files = Files::new();
     let mut scenario = loaded(&files);
     let steps = scenario.cost().expect("a cost").steps;
-    scenario.model.effects[0].parameters.insert("order".to_owned(), 10_000.0);
+    scenario.truth.alter(|machine| {
+        machine.effects[0].parameters.insert("order".to_owned(), 10_000.0);
+    });
     scenario.limits = Limits { steps: 1.01 * steps, ..Limits::default() };
     match simulate(&scenario, 1, &|_, _| {}) {
         Err(Error::TooManySteps { limit, steps: taken, .. }) => {
