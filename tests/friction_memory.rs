@@ -124,7 +124,7 @@ fn property_bristles_that_cannot_be_integrated_are_refused() {
             _ => panic!("{stiffness} was taken"),
         }
     };
-    let stiffness = "effects.presliding.stiffness";
+    let stiffness = "effects[1].stiffness";
     assert_eq!(refused(rotor_alone(friction(G, G, 1.0, 0.0, 0.0)), 1e12), stiffness);
     assert_eq!(refused(rotor_alone(friction(G, G, 1.0, 0.0, 1.0)), 1000.0), stiffness);
     assert_eq!(refused(rotor_alone(friction(0.0, 0.5, 1.0, 0.1, 0.0)), 1000.0), stiffness);
@@ -196,7 +196,7 @@ fn analytic_what_remains_of_the_growth_at_constant_speed() {
 fn property_a_joint_has_one_memory() {
     let both = with(resting(), "presliding", &[("stiffness", 1000.0), ("damping", 1.0)]);
     match Plant::new(&both, &Options::default()) {
-        Err(Error::Input(error)) => assert_eq!((error.key.as_str(), error.value.as_str()), ("effects", "joint1")),
+        Err(Error::Input(error)) => assert_eq!((error.key.as_str(), error.value.as_str()), ("effects[2].effect", "presliding")),
         _ => panic!("two memories were taken"),
     }
     assert!(find("presliding").is_some_and(|effect| effect.can_be_told()));

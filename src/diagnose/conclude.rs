@@ -13,7 +13,7 @@ use super::result::{
     BaselineEstimate, CandidateRecord, Diagnosis, EffectGain, FoundEffect, Measured, Method, Unexplained, Verdict,
     Withdrawn,
 };
-use super::selection::{Selection, Taken};
+use super::selection::{MODEL_ERROR, Selection, Taken};
 use super::uncertainty::Uncertainty;
 use super::views::{self, Residual};
 use super::{
@@ -242,11 +242,6 @@ fn separate_by(experiment: &str, rivals: &[String]) -> String {
 const CLOSE: f64 = 0.85;
 /// Share of the evidence below which a rival is rejected whatever it leaves.
 const FAR: f64 = 0.3;
-/// [1] Logarithm of the error scale that the laws of the catalogue get wrong themselves: a rival that leaves less than this more on every
-/// joint of the effect cannot be rejected. On 85 tuning machines (seeds 2000 to 7101 of `benches/blind`) the truth was never further
-/// than 0.10 behind what was named.
-const MODEL_ERROR: f64 = 0.12;
-
 /// Effects whose evidence came close, and the probability that the right one was taken.
 fn rivals(taken: &Taken, options: &Options) -> (Vec<String>, f64) {
     let total: f64 = taken.evidence.iter().map(|evidence| evidence.nats).sum();

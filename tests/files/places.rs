@@ -103,7 +103,7 @@ fn property_a_failed_run_removes_the_folders_that_were_made_for_it() {
     fs::create_dir(files.path("empty")).unwrap();
     let names = files.names("");
     for out in ["a/b/c", "empty", "empty/d", "."] {
-        let output = files.lostmotion(&["run", "scenario.toml", "--set", DIVERGES, "--out", out]);
+        let output = files.lostmotion(&["run", "scenario.toml", "--quiet", "--set", DIVERGES, "--out", out]);
         refused(&output, &["diverged"]);
         assert_eq!(files.names(""), names, "{out}");
         assert!(files.names("empty").is_empty(), "{out}");

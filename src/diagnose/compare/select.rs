@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::super::candidates::{Candidate, Evidence, candidates, predict};
 use super::super::problem::{Fitted, Problem, Term};
-use super::super::selection::{Rules, Taken};
+use super::super::selection::{Rules, Taken, choose};
 use super::changed::{plain_name, within};
 use super::quantity::{self, QUANTITIES};
 use super::robust::Estimates;
@@ -118,13 +118,6 @@ pub fn select(
     prune(problem, &mut shared, &mut taken, &rules)?;
     let estimates = Estimates::new(problem, &all(&shared, &taken))?;
     Some(Changes { shared, taken, first_round, estimates })
-}
-
-/// The strongest acceptable candidate, or a simpler one that is as good.
-fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
-    let strongest = found.iter().find(|candidate| rules.accepts(candidate))?;
-    let close = |other: &&Candidate| rules.accepts(other) && other.total() > strongest.total() * (1.0 - rules.tie);
-    found.iter().filter(close).min_by_key(|other| other.complexity())
 }
 
 /// The same effect in all sessions, where that explains the data as well: then it is no change.
