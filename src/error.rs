@@ -186,6 +186,10 @@ const SHOWN_EXPECTED: usize = 1200;
 /// Text of a file as a message may show it: at most `most` characters, control characters as their escapes, so that a terminal
 /// neither obeys them nor breaks the line.
 pub fn shown(text: &str, most: usize) -> String {
+    // A number of hundreds of digits has a short form of the same value.
+    if let Some(number) = text.parse::<f64>().ok().filter(|_| text.len() > most) {
+        return format!("{number:e}");
+    }
     let mut shown = String::new();
     for (count, c) in text.chars().enumerate() {
         if count == most {

@@ -70,6 +70,8 @@ pub fn parameters(
             let std_error = uncertainty.std_error(gradient).hypot(uncertainty.systematic(index, gradient));
             (spec.name.to_owned(), Measured { value, std_error, unit: spec.unit_for(kind) })
         })
+        // A parameter of another form of the effect, which was not fitted.
+        .filter(|(_, measured)| measured.value != 0.0 || measured.std_error != 0.0)
         .collect()
 }
 

@@ -28,6 +28,10 @@ pub fn value(value: f64, unit: &str) -> String {
 /// A value and its standard error as readers see them, with the unit.
 pub fn estimate(value: f64, std_error: f64, unit: &str) -> String {
     let (unit, factor) = shown(unit);
+    // A choice among few, as an order of a harmonic, is exact.
+    if std_error == 0.0 {
+        return join(&number::significant(value * factor, 6), unit);
+    }
     let (value, std_error) = number::with_error(value * factor, std_error * factor);
     join(&format!("{value} ± {std_error}"), unit)
 }
