@@ -87,7 +87,13 @@ fn property_the_estimate_covers_what_is_recorded() {
         .iter()
         .chain(&run.measured())
         .map(|session| {
-            session.len() + session.joints.iter().flat_map(|joint| joint.channels.values()).map(|samples| samples.len()).sum::<usize>()
+            session.len()
+                + session
+                    .joints
+                    .iter()
+                    .flat_map(|joint| joint.channels.values())
+                    .map(|samples| samples.len())
+                    .sum::<usize>()
         })
         .sum();
     let recorded = 8.0 * words as f64;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use lostmotion::files::{catalogue, is_file, is_fit_name, read};
+use lostmotion::files::{catalogue, embedded, is_file, is_fit_name};
 
 use super::fixture::{Files, MODEL, SCENARIO, done, refused};
 
@@ -167,10 +167,10 @@ fn property_paths_of_the_catalogue_lead_to_its_files_and_to_nothing_else() {
     let scenario = catalogue::path("scenarios/01_identify_scara/scenario.toml");
     let model = scenario.parent().unwrap().join("../../robots/scara/model.toml");
     let on_disk = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/scara/model.toml")).unwrap();
-    assert_eq!(read(&model).unwrap(), on_disk);
+    assert_eq!(embedded(&model).unwrap().unwrap(), on_disk);
     assert!(is_file(&scenario) && !is_file(&catalogue::path("robots")));
     for nowhere in ["robots/gone/model.toml", "../../../../etc/passwd", ""] {
-        assert_eq!(read(&catalogue::path(nowhere)).unwrap_err().kind(), std::io::ErrorKind::NotFound);
+        assert_eq!(embedded(&catalogue::path(nowhere)).unwrap().unwrap_err().kind(), std::io::ErrorKind::NotFound);
         assert!(!is_file(&catalogue::path(nowhere)));
     }
 }
