@@ -9,7 +9,7 @@ const STRETCHES: usize = 2500;
 /// Most poses of a motion.
 const POSES: usize = 1500;
 
-/// Lowest and highest sample of each of [`STRETCHES`] equal stretches of a signal, in their order.
+/// Lowest and highest sample of each of `STRETCHES` equal stretches of a signal, in their order.
 /// A signal of at most twice as many samples is kept whole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Envelope {
