@@ -5,14 +5,12 @@ use std::fs::{self, File};
 use super::Folder;
 use super::make::run_csv;
 
-const FORMATS: [&str; 4] = ["csv", "mat", "parquet", "mcap"];
+/// Formats of recordings, each with whether this build reads it.
+const FORMATS: [(&str, bool); 4] =
+    [("csv", true), ("mat", true), ("parquet", cfg!(feature = "parquet")), ("mcap", cfg!(feature = "mcap"))];
 
 fn formats() -> impl Iterator<Item = &'static str> {
-    FORMATS.into_iter().filter(|format| match *format {
-        "parquet" => cfg!(feature = "parquet"),
-        "mcap" => cfg!(feature = "mcap"),
-        _ => true,
-    })
+    FORMATS.into_iter().filter(|(_, read)| *read).map(|(format, _)| format)
 }
 
 #[cfg(unix)]
