@@ -138,9 +138,19 @@ fn property_the_report_has_the_keys_of_its_schema() {
     assert_eq!(report["schema"], "lostmotion/diagnosis/1");
     assert_eq!(report["verdict"], "effects_found");
     let effect = &report["effects"][0];
-    for key in
-        ["effect", "joints", "kind", "parameters", "probability", "gain_percent", "confusable_with", "separate_by"]
-    {
+    for key in [
+        "effect",
+        "joints",
+        "kind",
+        "parameters",
+        "probability",
+        "evidence_nats",
+        "gain_percent",
+        "gain_interval_percent",
+        "gain_of",
+        "confusable_with",
+        "separate_by",
+    ] {
         assert!(!effect[key].is_null(), "effects[0].{key} is missing");
     }
     for key in ["value", "std_error", "unit"] {

@@ -47,7 +47,7 @@ impl Diagnose {
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
         let input::Recordings { data: train, hold_out, reference, mut drawn, drawn_before } =
-            input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model, &channels(&model))?;
+            input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model, &channels())?;
         let notes: Vec<String> =
             [&train, &hold_out, &reference].into_iter().flat_map(|one| input::notes(one)).collect();
         let folder = Folder::reserve(
@@ -78,7 +78,7 @@ impl Diagnose {
         let mut report = found.report(&model.name, drawn);
         report.document.warnings.extend(notes);
         let outcome = console::finish(&report, &folder, &self.output)?;
-        let gap = found.diagnosis.verdict != Verdict::NothingFound;
+        let gap = !matches!(found.diagnosis.verdict, Verdict::NothingFound | Verdict::MistakeSuspected);
         Ok(if self.fail_on_gap && gap { Outcome::Failed } else { outcome })
     }
 }
@@ -92,8 +92,8 @@ fn named(session: &str, side: &str) -> String {
 }
 
 /// Channels that a diagnosis and its replay read; all others may be dropped once the recording is drawn.
-pub fn channels(model: &Model) -> Vec<Channel> {
-    let mut channels = diagnosis::channels(model);
+pub fn channels() -> Vec<Channel> {
+    let mut channels = diagnosis::channels();
     channels.extend(replay::CHANNELS);
     channels
 }
@@ -156,6 +156,9 @@ impl Findings {
         share: f64,
         progress: &Progress,
     ) -> Result<()> {
+        if diagnosis.verdict == Verdict::MistakeSuspected {
+            return Ok(());
+        }
         let mut judged = if hold_out.is_empty() {
             train.into_iter().map(|session| tail(session, share)).collect()
         } else {

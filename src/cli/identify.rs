@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 
+use crate::diagnose::mistakes;
 use crate::error::Result;
 use crate::identify::{self, Identification, Options};
 use crate::report::files::{envelope, planned};
@@ -50,10 +51,12 @@ impl Identify {
         let progress = Progress::start("identifying", self.output.quiet);
         let notes = input::notes(&sessions);
         let series = input::series(sessions);
+        let suspected = mistakes::suspected(&model, &series.iter().collect::<Vec<_>>());
         let found = identify::identify(&model, &series, &Options::default())?;
         drop(progress);
         let mut report = report(&model.name, &found, None, &model, drawn);
         report.document.warnings.extend(notes);
+        report.document.warnings.extend(mistakes::warnings(&suspected));
         console::finish(&report, &folder, &self.output)
     }
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::dataset::Session;
+use crate::diagnose::mistakes;
 use crate::error::Result;
 use crate::replay::{self, Loop, Options};
 use crate::report::files::{envelope, planned};
@@ -13,6 +14,7 @@ use crate::report::recording::Motion;
 use crate::report::replay::Shown;
 use crate::report::{Report, replay as rendering};
 use crate::robot::Model;
+use crate::timeseries::Channel;
 
 use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
@@ -38,8 +40,13 @@ impl Replay {
     /// Reads, simulates, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let input::Recordings { data: sessions, .. } =
-            input::Recordings::read(&self.data, &[], &[], &model, &replay::CHANNELS)?;
+        let input::Recordings { data: sessions, .. } = input::Recordings::read(
+            &self.data,
+            &[],
+            &[],
+            &model,
+            &[replay::CHANNELS.as_slice(), &[Channel::Velocity]].concat(),
+        )?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
             Request {
@@ -53,6 +60,7 @@ impl Replay {
         let control = if self.open_loop { Loop::Open } else { Loop::Closed };
         let options = Options { control, ..Options::default() };
         let notes = input::notes(&sessions);
+        let suspected = mistakes::suspected(&model, &sessions.iter().map(|one| &one.series).collect::<Vec<_>>());
         let count = sessions.len();
         let mut replays = Vec::new();
         for (index, session) in sessions.into_iter().enumerate() {
@@ -63,6 +71,7 @@ impl Replay {
         drop(progress);
         let mut document = rendering::document(&model.name, &replays, control);
         document.warnings.extend(notes);
+        document.warnings.extend(mistakes::warnings(&suspected));
         let content: Vec<_> = replays
             .iter()
             .map(|(one, _)| json!({ "session": one.session, "errors": one.errors, "notes": one.notes }))

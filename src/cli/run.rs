@@ -129,7 +129,7 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
 /// Diagnoses recordings, and checks what is named.
 fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = Model::load(&scenario.robot)?;
-    let wanted = diagnose::channels(&model);
+    let wanted = diagnose::channels();
     let input::Recordings { data: train, hold_out, drawn, .. } =
         input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &wanted)?;
     let mut inputs = input::files(&model, &[&scenario.data, &scenario.hold_out], &[&train, &hold_out]);

@@ -27,8 +27,6 @@ pub struct Prediction {
     pub training: Vec<f64>,
     /// On each fold, fitted on the others.
     pub folds: Vec<f64>,
-    /// On what is held out.
-    pub held_out: Vec<f64>,
     /// Scale of the training error.
     pub scale: Vec<f64>,
     /// Independent samples per row.
@@ -42,8 +40,7 @@ impl Prediction {
         let mut evidence = vec![Evidence::default(); self.folds.len()];
         for joint in self.joints.iter().copied() {
             evidence[joint] = Evidence {
-                folds: self.independence[joint] * self.gained_elsewhere(before, joint),
-                held_out: self.independence[joint] * (self.held_out[joint] - before.held_out[joint]),
+                nats: self.independence[joint] * self.gained_elsewhere(before, joint),
                 log_scale: (before.scale[joint] / self.scale[joint]).ln(),
             };
         }
@@ -58,22 +55,13 @@ impl Prediction {
     }
 }
 
-/// What speaks for a term on one joint.
+/// Evidence for a term on one joint, from the training data alone.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Evidence {
-    /// [nats] gain of likelihood by cross-validation within the training data, chosen shapes paid for.
-    pub folds: f64,
-    /// [nats] gain of likelihood on what is held out.
-    pub held_out: f64,
+    /// [nats] gain of likelihood by cross-validation, the choice among shapes paid for.
+    pub nats: f64,
     /// [1] logarithm of the ratio of error scales, without over with.
     pub log_scale: f64,
-}
-
-impl Evidence {
-    /// Both parts.
-    pub fn total(&self) -> f64 {
-        self.folds + self.held_out
-    }
 }
 
 /// An effect on one or several joints, with its evidence.
@@ -95,7 +83,7 @@ impl Candidate {
 
     /// [nats] Evidence on all joints.
     pub fn total(&self) -> f64 {
-        self.evidence.iter().map(Evidence::total).sum()
+        self.evidence.iter().map(|evidence| evidence.nats).sum()
     }
 
     /// Number of coefficients and refined shapes.
@@ -132,11 +120,10 @@ fn prediction(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Pre
     for part in parts {
         folds.iter_mut().zip(part?).for_each(|(sum, value)| *sum += value);
     }
-    let held_out = problem.likelihood_elsewhere(terms, fitted, Part::HeldOut);
     let independence = problem.independence_of(fitted);
     let Solution { log_likelihood: training, scale, .. } = &fitted.solution;
     let (joints, training, scale) = (fitted.joints.clone(), training.clone(), scale.clone());
-    Some(Prediction { joints, training, folds, held_out, scale, independence })
+    Some(Prediction { joints, training, folds, scale, independence })
 }
 
 /// Search for the best term of one effect at one place.
@@ -329,8 +316,8 @@ fn assess(
     // What gains nothing where it was fitted needs no cross-validation.
     if training_gain > LEAST_GAIN {
         evidence = prediction(search.problem, &terms, &fitted)?.against(before);
-        evidence[joints[0]].folds -= (shapes as f64).ln();
-        evidence[joints[0]].folds += at_rest(search.problem, &term, &coefficients);
+        evidence[joints[0]].nats -= (shapes as f64).ln();
+        evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);
     }
     Some(Candidate { terms: vec![term], evidence, sensible })
 }

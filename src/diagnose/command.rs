@@ -5,7 +5,7 @@
 //! median of what is left there. Each sample then says how much likelier its current is under no current than under the commanded one,
 //! `g = log p(i | 0) − log p(i | u)`, and the log-likelihood of a dead band `u0` is the sum of `g` over all `|u| < u0`: found exactly, with no
 //! start value. Noise is Student's t, so that samples at a voltage limit weigh little.
-//! The same sum over held-out samples, at the `u0` of the training, is the evidence there.
+//! The gain is that of the error within the band on held-out samples, at the `u0` of the training.
 //! Left out: a drive whose current follows more slowly than a sample; it has no band in which current stays away and beyond which it follows.
 //! Reference: J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation.
 
@@ -13,7 +13,9 @@ use crate::drive::Sensing;
 use crate::robot::Model;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 
+use super::division::Division;
 use super::regression::{NU, log_density};
+use crate::replay::{Gain, Pairs};
 
 /// [s] Longest delay of the current that is looked for.
 const LONGEST: f64 = 0.03;
@@ -36,15 +38,15 @@ pub struct DeadBand {
     /// `u0` [A].
     pub width: Estimate,
     /// [nats] for it on the training samples.
-    pub training: f64,
-    /// [nats] for the same width on held-out samples.
-    pub held_out: f64,
-    /// [A] RMS difference of current and command on held-out samples within the band: without it, and with it.
-    pub error: [f64; 2],
+    pub nats: f64,
+    /// Gain on held-out samples within the band: of the difference between current and command.
+    pub gain: Gain,
 }
 
 /// One session's samples of a joint, the current against the two commands that its delay lies between.
 struct Samples {
+    /// [s]
+    time: Vec<f64>,
     current: Vec<f64>,
     /// The earlier command of each sample, and then the later one of the last: the later of each is the earlier of the next.
     command: Vec<f64>,
@@ -54,34 +56,23 @@ struct Samples {
     scale: f64,
 }
 
-/// The dead band of a joint, judged on the sessions held out, or on the last `share` of each where there are none.
-pub fn dead_band(
-    model: &Model,
-    joint: usize,
-    train: &[&TimeSeries],
-    held_out: &[&TimeSeries],
-    share: f64,
-) -> Option<DeadBand> {
-    let read = |session: &&TimeSeries, from: f64, to: f64| Samples::new(model, joint, session, from, to);
-    let (train, held_out): (Vec<Samples>, Vec<Samples>) = if held_out.is_empty() {
-        let early = train.iter().filter_map(|session| read(session, 0.0, 1.0 - share)).collect();
-        (early, train.iter().filter_map(|session| read(session, 1.0 - share, 1.0)).collect())
-    } else {
-        let all = |sessions: &[&TimeSeries]| sessions.iter().filter_map(|session| read(session, 0.0, 1.0)).collect();
-        (all(train), all(held_out))
+/// The dead band of a joint, found in what is trained on.
+pub fn dead_band(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Option<DeadBand> {
+    let read = |held_out: bool| -> Vec<Samples> {
+        let of_session = |(number, session): (usize, &&TimeSeries)| {
+            let parts = division.parts(number).into_iter().filter(|(_, held)| *held == held_out).collect::<Vec<_>>();
+            parts.into_iter().filter_map(|(part, _)| Samples::new(model, joint, session, part)).collect::<Vec<_>>()
+        };
+        sessions.iter().enumerate().flat_map(of_session).collect()
     };
-    let (width, training) = widest_gain(&train)?;
-    let u0 = width.value;
-    if !(shuts(&train, u0) && shuts(&held_out, u0)) {
-        return None;
-    }
-    let held: f64 = held_out.iter().map(|samples| samples.gain_below(u0)).sum();
-    Some(DeadBand { width, training, held_out: INDEPENDENT * held, error: errors(&held_out, u0) })
+    let train = read(false);
+    let (width, nats) = widest_gain(&train)?;
+    shuts(&train, width.value).then(|| DeadBand { width, nats, gain: gain(&read(true), width.value) })
 }
 
 impl Samples {
     /// The samples of a part of a session; `None` where no signed current or no command is in it.
-    fn new(model: &Model, joint: usize, session: &TimeSeries, from: f64, to: f64) -> Option<Self> {
+    fn new(model: &Model, joint: usize, session: &TimeSeries, [from, to]: [f64; 2]) -> Option<Self> {
         let joint = &model.joints[joint];
         if joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute) {
             return None;
@@ -99,7 +90,8 @@ impl Samples {
         }
         let (delay, part) = delay(current, &command, longest);
         command.truncate(command.len() - delay);
-        let mut samples = Self { current: current[delay + 1..].to_vec(), command, part, scale: 1.0 };
+        let time = session.time[place(from)..place(to)][delay + 1..].to_vec();
+        let mut samples = Self { time, current: current[delay + 1..].to_vec(), command, part, scale: 1.0 };
         samples.settle();
         Some(samples)
     }
@@ -147,12 +139,6 @@ impl Samples {
             last = next;
             event
         })
-    }
-
-    /// [nats, samples taken as independent] for a band of this width.
-    fn gain_below(&self, u0: f64) -> f64 {
-        let below = |k: usize| self.events(k).into_iter().filter(|(size, _)| *size < u0).map(|(_, gain)| gain);
-        (0..self.current.len()).flat_map(below).sum()
     }
 }
 
@@ -229,16 +215,20 @@ fn shuts(sessions: &[Samples], u0: f64) -> bool {
     slope(INSIDE).is_some_and(|slope| slope.abs() < STAYS_AWAY) && slope(OUTSIDE).is_some_and(|slope| slope > FOLLOWS)
 }
 
-fn errors(sessions: &[Samples], u0: f64) -> [f64; 2] {
-    let (mut sums, mut count) = ([0.0; 2], 0.0_f64);
-    for samples in sessions {
-        for k in (0..samples.current.len()).filter(|k| samples.commands(*k).iter().all(|u| u.abs() < u0)) {
-            sums[0] += (samples.current[k] - samples.commanded(k)).powi(2);
-            sums[1] += samples.current[k].powi(2);
-            count += 1.0;
-        }
-    }
-    sums.map(|sum: f64| (sum / count.max(1.0)).sqrt())
+/// Gain of the current's error within the band, without it and with it.
+fn gain(sessions: &[Samples], u0: f64) -> Gain {
+    let errors = |samples: &Samples| -> [Vec<f64>; 3] {
+        let within = |k: &usize| samples.commands(*k).iter().all(|u| u.abs() < u0);
+        let picked: Vec<usize> = (0..samples.current.len()).filter(within).collect();
+        let each = |value: &dyn Fn(usize) -> f64| picked.iter().map(|k| value(*k)).collect::<Vec<f64>>();
+        [
+            each(&|k| samples.time[k]),
+            each(&|k| samples.current[k] - samples.commanded(k)),
+            each(&|k| samples.current[k]),
+        ]
+    };
+    let errors: Vec<[Vec<f64>; 3]> = sessions.iter().map(errors).collect();
+    Gain::of(&errors.iter().map(|[time, before, after]| Pairs { time, before, after }).collect::<Vec<_>>())
 }
 
 /// Median; 0 of nothing.

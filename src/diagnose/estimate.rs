@@ -70,6 +70,8 @@ pub fn parameters(
             let std_error = uncertainty.std_error(gradient).hypot(uncertainty.systematic(index, gradient));
             (spec.name.to_owned(), Measured { value, std_error, unit: spec.unit_for(kind) })
         })
+        // A parameter of another form of the effect, which was not fitted.
+        .filter(|(_, measured)| measured.value != 0.0 || measured.std_error != 0.0)
         .collect()
 }
 
@@ -91,11 +93,12 @@ pub fn friction(
     let at = fitted.baseline_at[joint];
     let law = problem.motion.joints[joint].friction;
     let mut friction = BTreeMap::new();
-    let mut put = |name, value, gradient: &[(usize, f64)], unit| {
-        friction.insert(
-            name,
-            Measured { value, std_error: uncertainty.std_error(gradient).hypot(SYSTEMATIC * value), unit },
-        );
+    // What the data do not hold has no error: it is left out rather than given as known.
+    let mut put = |name, value: f64, gradient: &[(usize, f64)], unit| {
+        let statistical = uncertainty.std_error(gradient);
+        if statistical > 0.0 && statistical.is_finite() {
+            friction.insert(name, Measured { value, std_error: statistical.hypot(SYSTEMATIC * value), unit });
+        }
     };
     put("coulomb", law.coulomb, &[(at + COULOMB, 1.0)], effort);
     let viscous_unit = if position == "rad" { "N·m·s/rad" } else { "N·s/m" };

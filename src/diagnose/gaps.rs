@@ -51,6 +51,9 @@ pub fn measured(
             return Gap::default();
         };
         let mean = &found.best.mean;
+        if !(mean.std_error > 0.0 && mean.std_error.is_finite()) {
+            return Gap { left_out: Some("the turns of this motion do not determine it".to_owned()), ..Gap::default() };
+        }
         let unit = joint.kind.position_unit();
         let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
         let measured = Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit };

@@ -1,7 +1,7 @@
 //! What the simulation gets wrong, and why: residual, candidates, selection, extension, gain.
 //!
 //! ```text
-//!  recordings ─ timing ─ observe ─▶ rows of smooth motion and torque ─ zones ─▶ rigid rows
+//!  recordings ─ prepare ─ observe ─▶ rows of smooth motion and torque ─ zones ─▶ rigid rows
 //!                                    │
 //!      baseline (nominal machine, free friction) + candidates (effects) ─ problem, regression ─▶ evidence ─ selection ─▶ effects
 //!                                    │                                                                                   │
@@ -19,6 +19,9 @@
 //! | `standstill`, `command` | readings at rest, commands | current sensor and drive |
 //! | `two_encoders` | motor against link encoder | delay, wind-up, gap |
 //! | `compare` | two recordings of one machine | what has changed |
+//!
+//! Before anything is fitted, `mistakes` looks for errors of data or model file that are likelier than physics; where there are any, the diagnosis
+//! ends with them.
 
 mod axes;
 mod baseline;
@@ -26,9 +29,12 @@ mod candidates;
 mod command;
 mod compare;
 mod conclude;
+mod confirm;
+mod division;
 mod estimate;
 mod extend;
 mod floor;
+mod gains;
 mod gaps;
 mod golden;
 mod held;
@@ -36,9 +42,12 @@ mod kernel;
 mod lines;
 mod maps;
 mod mended;
+/// Mistakes in data or model file that are likelier than physics.
+pub mod mistakes;
 mod observe;
 mod order_lines;
 mod patterns;
+mod prepare;
 mod probability;
 mod problem;
 mod regression;
@@ -65,19 +74,20 @@ mod zones;
 
 pub use compare::compare;
 pub use result::{
-    Axis, AxisShare, BaselineEstimate, CandidateRecord, Change, Diagnosis, FitError, FoundEffect, FrequencySpectrum,
-    JointShares, Measured, Method, OrderSpectrum, ReplayError, ResidualMap, ResidualSeries, Split, TwoEncoders,
-    Unexplained, Verdict, Zone, ZoneShares,
+    Axis, AxisShare, BaselineEstimate, CandidateRecord, Change, Diagnosis, EffectGain, FitError, FoundEffect,
+    FrequencySpectrum, JointShares, Measured, Method, OrderSpectrum, ReplayError, ResidualMap, ResidualSeries, Split,
+    TwoEncoders, Unexplained, Verdict, Withdrawn, Zone, ZoneShares,
 };
 pub use selection::Rules;
 pub use typical::typical;
 
-use crate::drive::Sensing;
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, Motion};
 use crate::error::{Error, Result};
-use crate::robot::{JointModel, Masses, Model};
+use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
+use division::Division;
+use prepare::Prepared;
 use problem::{Part, Problem};
 
 /// What can be chosen about a diagnosis.
@@ -99,22 +109,17 @@ impl Default for Options {
     }
 }
 
-/// Channels that a diagnosis of that machine reads; all others may be dropped.
-pub fn channels(model: &Model) -> Vec<Channel> {
-    let mut channels = vec![
+/// Channels that a diagnosis reads; all others may be dropped.
+pub fn channels() -> Vec<Channel> {
+    vec![
         Channel::Position,
+        Channel::Velocity,
         Channel::Current,
         Channel::Torque,
         Channel::CommandCurrent,
         Channel::ReferenceVelocity,
         Channel::LinkPosition,
-    ];
-    // A velocity gives its sign to a current without one, and is read for nothing else.
-    let absolute = |joint: &JointModel| joint.current_sensor.is_some_and(|one| one.sensing == Sensing::Absolute);
-    if model.joints.iter().any(absolute) {
-        channels.push(Channel::Velocity);
-    }
-    channels
+    ]
 }
 
 /// Names what the nominal model lacks; `progress` hears what is being done and which share of it (0 to 1).
@@ -130,69 +135,44 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    progress("smoothing", 0.0);
+    progress("looking for mistakes", 0.0);
     let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
-    // A lag of the current is judged by the transients, and mended before anything else is judged.
-    let late = if model.masses == Masses::Known { timing::late_current(model, &recorded) } else { None };
-    let mended: Vec<TimeSeries> = match late {
-        Some(late) => recorded.iter().map(|session| timing::aligned(session, late.lag.value)).collect(),
-        None => Vec::new(),
-    };
-    let mut sessions: Vec<&TimeSeries> = if late.is_some() { mended.iter().collect() } else { recorded.clone() };
-    // A line in time is seen in no row at all, and taken out before anything else is judged.
-    let lines = match model.masses {
-        Masses::Known => lines::find(model, &sessions, train.len(), options),
-        Masses::Estimated => None,
-    };
-    if let Some(lines) = &lines {
-        sessions = lines.mended.iter().collect();
+    let suspected = mistakes::suspected(model, &recorded);
+    if !suspected.is_empty() {
+        return Ok(mistakes::diagnosis(model, suspected, false, options));
     }
-    // Fast ripple is seen in narrow rows, and taken out before the wide ones are judged, where it is noise.
-    let ripple = match model.masses {
-        Masses::Known => ripple::find(model, &sessions, train.len(), options),
-        Masses::Estimated => None,
-    };
-    if let Some(ripple) = &ripple {
-        sessions = ripple.mended.iter().collect();
-    }
-    let mut problem = pose(model, &sessions, train.len(), options)?;
-    problem.taken_out = ripple.as_ref().map_or(Vec::new(), |ripple| ripple.lines.clone());
+    progress("smoothing", 0.0);
+    let division = Division::new(train.len(), recorded.len(), options.held_out_share);
+    let Prepared { sessions, earlier, shaken, ripple, as_recorded } =
+        prepare::prepare(model, &recorded, division, options)?;
+    let sessions: Vec<&TimeSeries> = sessions.iter().map(AsRef::as_ref).collect();
+    let mut problem = pose(model, &sessions, division, options)?;
+    problem.taken_out = ripple;
     progress("fitting the baseline", 0.1);
-    let as_recorded = if late.is_some() || lines.is_some() || ripple.is_some() {
-        let mut recorded = pose(model, &recorded, train.len(), options)?;
-        // The RMS torque chooses the kernels: without its ripple a recording may ask for others, and rows do not correspond.
-        let before = if recorded.motion.time == problem.motion.time { &mut recorded } else { &mut problem };
-        before.settle(&[]).ok_or_else(|| nothing_moves(model))?;
-        Some(conclude::nominal_residuals(before).ok_or_else(|| nothing_moves(model))?)
-    } else {
-        None
-    };
     let rules = if as_recorded.is_some() { options.rules.beside_another() } else { options.rules };
     let mut selection = selection::select(&mut problem, &rules, progress).ok_or_else(|| nothing_moves(model))?;
     stand_ins::withdraw(&mut problem, &mut selection).ok_or_else(|| nothing_moves(model))?;
-    let data =
-        conclude::Data { model, sessions: &sessions, trained: train.len(), late, shaken: lines.is_some(), as_recorded };
-    let mut diagnosis = conclude::diagnosis(&data, &problem, &selection, options, progress)?;
-    if let Some(lines) = lines {
-        lines.add_to(&mut diagnosis, model, options);
+    if let Some(as_recorded) = as_recorded {
+        selection.as_recorded = as_recorded.at_rows_of(&problem);
     }
-    if let Some(ripple) = ripple {
-        ripple.add_to(&mut diagnosis, model, options);
-    }
+    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &|_| true).ok_or_else(|| nothing_moves(model))?;
+    let data = conclude::Data { model, sessions: &sessions, division, earlier, shaken };
+    let mut diagnosis = conclude::diagnosis(&data, &problem, &selection, &confirmed, options, progress)?;
+    mistakes::remaining::judge(&mut diagnosis, model, &recorded);
     Ok(diagnosis)
 }
 
-/// Rows, zones and splits of sessions, the first `trained` of them for training.
-fn pose<'m>(model: &'m Model, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Result<Problem<'m>> {
+/// Rows and zones of sessions, and which of them are held out.
+fn pose<'m>(model: &'m Model, sessions: &[&TimeSeries], division: Division, options: &Options) -> Result<Problem<'m>> {
     let motion = observe::observe(model, sessions, &typical_inertia(model), observe::NOISE_SHARE)?;
-    let held_out = held_out_rows(&motion, trained, options.held_out_share);
+    let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
     // Where masses are a guess, no torque is evidence of anything.
     problem.catalogue = match model.masses {
         Masses::Known => ripple::of_wide_rows(&options.catalogue),
         Masses::Estimated => Catalogue::empty(),
     };
-    problem.standstill = standstill::Standstill::of(&problem.motion, sessions);
+    problem.standstill = standstill::Standstill::of(&problem.motion, &sessions[..division.trained()]);
     find_zones(&mut problem)?;
     Ok(problem)
 }
@@ -205,32 +185,25 @@ fn typical_inertia(model: &Model) -> Vec<f64> {
     (0..dof).map(|joint| mass[(joint, joint)] + model.joints[joint].reflected_inertia()).collect()
 }
 
-fn held_out_rows(motion: &Motion, trained: usize, share: f64) -> Vec<bool> {
-    if motion.sessions > trained {
-        return motion.session.iter().map(|session| *session >= trained).collect();
-    }
-    let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); motion.sessions];
-    for (session, time) in motion.session.iter().zip(&motion.time) {
-        let (first, last) = &mut bounds[*session];
-        *first = first.min(*time);
-        *last = last.max(*time);
-    }
-    let late = |(session, time): (&usize, &f64)| {
-        *time > bounds[*session].1 - share * (bounds[*session].1 - bounds[*session].0)
-    };
-    motion.session.iter().zip(&motion.time).map(late).collect()
+/// Whether each row is held out.
+fn held_out_rows(motion: &Motion, sessions: &[&TimeSeries], division: Division) -> Vec<bool> {
+    let after: Vec<f64> = (0..sessions.len()).map(|number| division.held_out_after(number, sessions[number])).collect();
+    motion.session.iter().zip(&motion.time).map(|(session, time)| *time > after[*session]).collect()
 }
 
 /// Rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves over.
 fn find_zones(problem: &mut Problem) -> Result<()> {
-    let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(&problem.motion, joint)).collect();
-    problem.zones = zones::rigid_zone(&problem.motion, &coulomb, None, &zones::RIGID);
+    let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(problem, joint)).collect();
+    let zones = |problem: &Problem, left_over: Option<&[Vec<f64>]>, margins: &zones::Margins| {
+        zones::rigid_zone(&problem.motion, &coulomb, left_over, &problem.held_out, margins)
+    };
+    problem.zones = zones(problem, None, &zones::RIGID);
     enough_rows(problem)?;
     if let Some(fitted) = problem.fit(&[], Part::Train, regression::NU) {
         let of_joint = |joint| views::residual(problem, &[], &fitted, joint);
         let left_over: Vec<Vec<f64>> = (0..coulomb.len()).map(of_joint).collect();
-        problem.zones = zones::rigid_zone(&problem.motion, &coulomb, Some(&left_over), &zones::RIGID);
-        problem.judged = zones::rigid_zone(&problem.motion, &coulomb, Some(&left_over), &zones::JUDGED);
+        problem.zones = zones(problem, Some(&left_over), &zones::RIGID);
+        problem.judged = zones(problem, Some(&left_over), &zones::JUDGED);
     }
     for joint in 0..coulomb.len() {
         // A motion that never rests long on a flank is judged where it is fitted.
@@ -263,10 +236,10 @@ fn enough_rows(problem: &Problem) -> Result<()> {
     Ok(())
 }
 
-/// Median of what friction takes while the joint moves.
-fn rough_coulomb(motion: &Motion, joint: usize) -> f64 {
-    let m = &motion.joints[joint];
-    let moving = (0..motion.rows()).filter(|row| m.direction[*row].abs() > 0.99);
+/// Median of what friction takes while the joint moves, in what is trained on.
+fn rough_coulomb(problem: &Problem, joint: usize) -> f64 {
+    let m = &problem.motion.joints[joint];
+    let moving = (0..problem.motion.rows()).filter(|row| !problem.held_out[*row] && m.direction[*row].abs() > 0.99);
     let mut levels: Vec<f64> = moving.map(|row| (m.torque[row] - m.rigid[row]) * m.direction[row]).collect();
     if levels.is_empty() {
         return 0.0;

@@ -31,6 +31,8 @@ static ABOUT: About = About {
 const DEGREE: usize = 3;
 /// Highest order of the motor angle that is looked for, in periods a turn.
 const HIGHEST_ORDER: f64 = 12.0;
+/// Periods that a joint has to move through for a wave to be told from a curve: half a period more than the one that every curve fits.
+const COVERED: f64 = 1.5;
 /// Most orders that are tried.
 const MOST_ORDERS: usize = 1500;
 
@@ -156,14 +158,18 @@ impl Periodic {
         }
     }
 
-    /// In words, at an order of a joint's angle.
-    pub fn words(&self, order: f64, gear_ratio: f64) -> String {
+    /// In words, at an order of the angle of a joint that moves through `range` [rad or m]. A period that the joint does not cover
+    /// [`COVERED`] times is not known as one: it is a shape of the whole stroke.
+    pub fn words(&self, order: f64, gear_ratio: f64, range: f64) -> String {
         let period = TAU * gear_ratio / order / crate::units::DEG;
         let kind = match self {
             Self::Alike => "both directions alike",
             Self::WithDirection => "turning with the direction",
             Self::WithTorque => "in proportion to the torque",
         };
+        if order * range < COVERED * TAU {
+            return format!("a slow curve over the whole stroke of the joint, {kind}");
+        }
         format!("period of {period:.1}° of motor angle, {kind}")
     }
 }

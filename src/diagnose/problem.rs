@@ -283,16 +283,11 @@ impl<'m> Problem<'m> {
         Some(Fitted { joints: joints.to_vec(), solution, baseline_at, term_at })
     }
 
-    /// Log-likelihood of each joint on another part under a loose fit, as if rows were independent; 0 where it was not fitted.
+    /// Log-likelihood of each joint on another part of the training data under a loose fit, as if rows were independent; 0 where it was not fitted.
     pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
         let (system, _, _) = self.system_of(&fitted.joints, terms, part, true);
-        let of_joint = |joint: &usize| {
-            let mut residual = system.blocks[*joint].residual(&fitted.solution.coefficients);
-            if part == Part::HeldOut {
-                self.free_new_sessions(*joint, terms, &fitted.solution.coefficients, &fitted.term_at, &mut residual);
-            }
-            profile_likelihood(&residual, NU)
-        };
+        let of_joint =
+            |joint: &usize| profile_likelihood(&system.blocks[*joint].residual(&fitted.solution.coefficients), NU);
         let mut likelihood = vec![0.0; self.baseline.len()];
         fitted.joints.iter().for_each(|joint| likelihood[*joint] = of_joint(joint));
         likelihood

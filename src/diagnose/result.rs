@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::mistakes::Mistake;
 use crate::effects::{Catalogue, Kind};
 use crate::replay::Gain;
 use crate::robot::Model;
@@ -18,6 +19,8 @@ pub struct Diagnosis {
     pub versions: BTreeMap<&'static str, &'static str>,
     /// The answer in one word.
     pub verdict: Verdict,
+    /// Errors of data or model file that are likelier than physics; no effect is named then.
+    pub mistakes: Vec<Mistake>,
     /// What was found, strongest first.
     pub effects: Vec<FoundEffect>,
     /// What is another size than it was, where two recordings are compared: `effects` are then those that were not there before.
@@ -34,6 +37,8 @@ pub struct Diagnosis {
     pub two_encoders: Vec<TwoEncoders>,
     /// Structure that remains and no effect of the catalogue explains.
     pub unexplained: Vec<Unexplained>,
+    /// Effects that the training data support, without a gain on data held out or outside the range of a parameter.
+    pub withdrawn: Vec<Withdrawn>,
     /// Every candidate that was tried, and what became of it.
     pub candidates: Vec<CandidateRecord>,
     /// How the data were read: filter, zones, held-out part.
@@ -75,6 +80,19 @@ pub enum Verdict {
     NothingFound,
     /// Structure remains, and no effect of the catalogue explains it.
     Unexplained,
+    /// Data or model file hold a mistake that is likelier than physics.
+    MistakeSuspected,
+}
+
+impl Verdict {
+    /// The verdict where something was named, or something remains.
+    pub fn of(named: bool, remains: bool) -> Self {
+        match (named, remains) {
+            (true, _) => Self::EffectsFound,
+            (false, true) => Self::Unexplained,
+            (false, false) => Self::NothingFound,
+        }
+    }
 }
 
 /// A value with its uncertainty and unit.
@@ -101,12 +119,58 @@ pub struct FoundEffect {
     pub parameters: BTreeMap<String, Measured>,
     /// Probability that it is what is named, 0 to 1.
     pub probability: f64,
-    /// [%] by which it lowers the RMS torque error of its joints on data held out.
-    pub gain_percent: f64,
+    /// [nats] Evidence for it in the training data.
+    pub evidence_nats: f64,
+    /// What it gains on data held out, above zero by more than chance.
+    #[serde(flatten)]
+    pub gain: EffectGain,
     /// Effects that explain the data almost as well.
     pub confusable_with: Vec<String>,
     /// The experiment that would separate them.
     pub separate_by: String,
+}
+
+/// By how much an effect lowers an error on data held out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectGain {
+    /// [%] of the nominal model's RMS error that goes when the effect is added to stronger ones; of torque errors the gains of a joint's
+    /// effects add up to the joint's own gain.
+    pub gain_percent: f64,
+    /// [%] ends of its 95 % interval.
+    pub gain_interval_percent: [f64; 2],
+    /// Which error: `torque` along the measured motion, or that in which the effect is seen.
+    pub gain_of: String,
+    /// [%] the same joint by joint, where it is of torque.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub gain_by_joint: BTreeMap<String, f64>,
+}
+
+impl EffectGain {
+    /// A gain of an error that is not the torque along the measured motion.
+    pub fn of(gain: Gain, error: &str) -> Self {
+        Self {
+            gain_percent: gain.gain_percent,
+            gain_interval_percent: gain.interval_percent,
+            gain_of: error.to_owned(),
+            gain_by_joint: BTreeMap::new(),
+        }
+    }
+
+    /// Whether its interval lies above zero.
+    pub fn shown(&self) -> bool {
+        self.gain_interval_percent[0] > 0.0
+    }
+}
+
+/// An effect that the training data support and that is not named all the same.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Withdrawn {
+    /// Name of the catalogue.
+    pub effect: String,
+    /// Joints it was sought on.
+    pub joints: Vec<String>,
+    /// Why it is not named: its gain on data held out, or the parameter that lies outside its range.
+    pub reason: String,
 }
 
 /// A quantity of the machine that is not what it was.
@@ -122,6 +186,8 @@ pub struct Change {
     pub now: Measured,
     /// [%] of what it was, positive where there is more of it; what both sides get wrong alike is not in its standard error.
     pub change_percent: Measured,
+    /// [standard errors] by which it has changed, what is natural from day to day counted as error.
+    pub standing: f64,
     /// Probability that it has changed, 0 to 1.
     pub probability: f64,
 }

@@ -7,15 +7,19 @@
 //! What they added to the torque is then taken off the recorded one, sample by sample, and the wide rows do not see it any more.
 //! Left out: phases of held-out sessions that differ from the trained ones, in the recordings without it.
 
+use std::collections::BTreeMap;
+
 use super::conclude;
+use super::confirm;
+use super::division::Division;
 use super::observe;
 use super::order_lines;
 use super::problem::{Problem, Term};
-use super::result::{Diagnosis, FoundEffect, Verdict};
+use super::result::{EffectGain, FoundEffect, Withdrawn};
 use super::selection::{Rules, Selection, select};
 use super::stand_ins;
 use super::uncertainty::Uncertainty;
-use super::{Options, extend, held_out_rows, mended, typical_inertia};
+use super::{Options, held_out_rows, mended, typical_inertia};
 use crate::effects::{Catalogue, Diagnosable, Motion};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
@@ -30,11 +34,15 @@ const LEAST_SPEED: f64 = 0.1;
 const REVERSAL: f64 = 0.1;
 /// Fewest rows of a joint.
 const FEWEST: usize = 200;
+/// What the gains here are of.
+const NARROW: &str = "torque along the measured motion, narrow kernels";
 
 /// Ripple that was found, and what is left without it.
 pub struct Ripple {
     /// The effects.
-    effects: Vec<FoundEffect>,
+    pub effects: Vec<FoundEffect>,
+    /// Those without a gain on what is held out; they were not taken off.
+    pub withdrawn: Vec<Withdrawn>,
     /// Joint and order of each line that was taken out.
     pub lines: Vec<(usize, f64)>,
     /// The sessions without what it added to the torque.
@@ -53,10 +61,10 @@ fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
     catalogue.iter().filter(|effect| effect.diagnosable().is_some_and(takes_part)).collect()
 }
 
-/// Looks for ripple; the first `trained` sessions are for training.
-pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Option<Ripple> {
+/// Looks for ripple in what is trained on.
+pub fn find(model: &Model, sessions: &[&TimeSeries], division: Division, options: &Options) -> Option<Ripple> {
     let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE_SHARE).ok()?;
-    let held_out = held_out_rows(&motion, trained, options.held_out_share);
+    let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
     problem.catalogue = of_narrow_rows(&options.catalogue);
     problem.zones = (0..model.joints.len()).map(|joint| moving(&problem.motion, joint)).collect();
@@ -72,21 +80,27 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
     let mut selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
     stand_ins::withdraw(&mut problem, &mut selection)?;
     keep_lines(&mut problem, &mut selection)?;
+    let is_ripple = |term: &Term| term.effect.needs_narrow_rows();
+    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &is_ripple)?;
     let names: Vec<&str> =
         selection.terms().iter().filter(|t| t.effect.needs_narrow_rows()).map(|t| t.effect.name()).collect();
+    let withdrawn = confirmed.withdrawn.clone();
     if names.is_empty() {
-        return None;
+        let (effects, lines, mended) = (Vec::new(), Vec::new(), Vec::new());
+        return (!withdrawn.is_empty()).then_some(Ripple { effects, withdrawn, lines, mended });
     }
     let uncertainty = Uncertainty::new(&problem, &selection.terms(), &selection.fitted)?;
-    let mut effects = conclude::found(&problem, &selection, &uncertainty, options);
+    let mut effects = conclude::found(&problem, &selection, &confirmed, &uncertainty, options);
     effects.retain(|found| names.contains(&found.effect.as_str()));
-    let taken_off = |term: &Term| term.effect.needs_narrow_rows();
-    let mended = mended::without(&problem, &selection, sessions, &taken_off);
+    for found in &mut effects {
+        found.gain = EffectGain { gain_of: NARROW.to_owned(), gain_by_joint: BTreeMap::new(), ..found.gain.clone() };
+    }
+    let mended = mended::without(&problem, &selection, sessions, &is_ripple);
     let lines = selection.terms().into_iter().filter(|term| term.effect.needs_narrow_rows()).filter_map(|term| {
         let joint = term.joints[0];
         Some((joint, term.effect.order(&problem.motion, joint, &term.shape)?))
     });
-    Some(Ripple { effects, lines: lines.collect(), mended })
+    Some(Ripple { effects, withdrawn, lines: lines.collect(), mended })
 }
 
 /// Drops what would be ripple and is no line, until all that is left is one.
@@ -127,14 +141,4 @@ fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
         }
     }
     moving
-}
-
-impl Ripple {
-    /// Puts the effects first into a diagnosis of the sessions without them.
-    pub fn add_to(self, diagnosis: &mut Diagnosis, model: &Model, options: &Options) {
-        diagnosis.extended_model =
-            extend::with_effects(model, &diagnosis.extended_model, &self.effects, &options.catalogue);
-        diagnosis.effects.splice(0..0, self.effects);
-        diagnosis.verdict = Verdict::EffectsFound;
-    }
 }

@@ -1,12 +1,15 @@
 //! Which effects the evidence supports: the strongest candidate is taken, the baseline settles, the rest is tried again; what
 //! a later effect has made superfluous is dropped, and what another effect does better in its place, beside the rest, is exchanged.
 //!
-//! An effect has to gain [`Rules::nats`] of likelihood on rows that it was not fitted on, lower the scale of the error by
-//! [`Rules::log_scale`], and not lose on what is held out; beside another effect [`Rules::further`]. Of effects within [`Rules::tie`] the one with fewer parameters is taken.
+//! An effect has to gain [`Rules::nats`] of likelihood on training rows that it was not fitted on, and lower the scale of the error by
+//! [`Rules::log_scale`]; beside another effect [`Rules::further`]. Of effects within [`Rules::tie`] the one with fewer parameters is taken.
+//! What is held out takes no part.
 
+use super::baseline::JointBaseline;
 use super::candidates::{Candidate, Evidence, candidates, predict};
 use super::problem::{Fitted, Part, Problem, Term};
-use crate::effects::Kind;
+use super::views::residual;
+use crate::effects::{Kind, SymmetricFriction};
 
 /// Thresholds, calibrated on clean machines made by seed (see `tests/diagnose.rs`).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +21,6 @@ pub struct Rules {
     pub further: f64,
     /// [1] logarithm by which the error scale has to fall on the joint where it helps most.
     pub log_scale: f64,
-    /// [nats] evidence on held-out data that is still taken as no loss.
-    pub held_out_loss: f64,
     /// [1] Share of the stronger evidence within which the simpler effect is taken.
     pub tie: f64,
     /// [1] Part of the strongest effect's torque on a joint that a further effect has to move there: an effect whose law is not
@@ -29,8 +30,6 @@ pub struct Rules {
     pub alike_residue: f64,
     /// [1] Part of the RMS torque of a joint that a physical effect has to move there: less is what no friction law gets right.
     pub least_torque: f64,
-    /// [1] Part of the evidence per trained row that a further effect has to keep per held-out row.
-    pub held_out_part: f64,
     /// Most effects that are taken.
     pub most: usize,
 }
@@ -41,12 +40,10 @@ impl Default for Rules {
             nats: 12.0,
             further: 30.0,
             log_scale: 0.02,
-            held_out_loss: 1.0,
             tie: 0.02,
             residue: 0.06,
             alike_residue: 0.2,
             least_torque: 0.0025,
-            held_out_part: 0.3,
             most: 6,
         }
     }
@@ -60,16 +57,12 @@ impl Rules {
 
     /// Whether one joint has enough evidence of its own.
     pub fn enough(&self, evidence: &Evidence) -> bool {
-        evidence.total() > self.nats && evidence.log_scale > self.log_scale && evidence.held_out > -self.held_out_loss
+        evidence.nats > self.nats && evidence.log_scale > self.log_scale
     }
 
     /// Whether a candidate is to be taken.
     pub fn accepts(&self, candidate: &Candidate) -> bool {
-        let held_out: f64 = candidate.evidence.iter().map(|evidence| evidence.held_out).sum();
-        candidate.sensible
-            && candidate.total() > self.nats
-            && candidate.log_scale() > self.log_scale
-            && held_out > -self.held_out_loss
+        candidate.sensible && candidate.total() > self.nats && candidate.log_scale() > self.log_scale
     }
 }
 
@@ -92,6 +85,11 @@ impl Taken {
     }
 }
 
+/// [1] Logarithm of the error scale that the laws of the catalogue get wrong themselves: a rival that leaves less than this more on every
+/// joint of the effect cannot be rejected. On 85 tuning machines (seeds 2000 to 7101 of `benches/blind`) the truth was never further
+/// than 0.10 behind what was named.
+pub const MODEL_ERROR: f64 = 0.12;
+
 /// Times that effects are gathered and exchanged at most.
 const PASSES: usize = 3;
 
@@ -103,6 +101,34 @@ pub struct Selection {
     pub first_round: Vec<Candidate>,
     /// The fit with all of them.
     pub fitted: Fitted,
+    /// The nominal model before any effect was tried.
+    pub nominal: Nominal,
+    /// Residuals of the nominal model on the recordings as they are: those of [`nominal`](Self::nominal), unless something was corrected
+    /// before.
+    pub as_recorded: Vec<Vec<f64>>,
+}
+
+/// The nominal model with its free parameters fitted by plain least squares, which is the best that it can do in RMS.
+#[derive(Debug, Clone)]
+pub struct Nominal {
+    /// Residual of every row: `residuals[joint][row]` [N·m or N].
+    pub residuals: Vec<Vec<f64>>,
+    /// Friction of each joint.
+    pub friction: Vec<SymmetricFriction>,
+}
+
+impl Nominal {
+    /// Of a problem whose Stribeck velocities suit the baseline alone; `None` where it cannot be fitted.
+    pub fn new(problem: &Problem) -> Option<Self> {
+        let fitted = problem.fit(&[], Part::Train, f64::INFINITY)?;
+        let coefficients = fitted.solution.coefficients.as_slice();
+        let friction =
+            |(baseline, at): (&JointBaseline, &usize)| baseline.friction(&coefficients[*at..*at + baseline.len()]);
+        Some(Self {
+            residuals: (0..problem.baseline.len()).map(|joint| residual(problem, &[], &fitted, joint)).collect(),
+            friction: problem.baseline.iter().zip(&fitted.baseline_at).map(friction).collect(),
+        })
+    }
 }
 
 impl Selection {
@@ -117,6 +143,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     let mut taken: Vec<Taken> = Vec::new();
     let mut first_round = Vec::new();
     let mut fitted = problem.settle(&[])?;
+    let nominal = Nominal::new(problem)?;
     // Forward, then what a further effect lets another do better in the place of an earlier one; again where that changed something.
     for pass in 0..PASSES {
         while taken.len() <= rules.most {
@@ -142,7 +169,8 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     drop_residues(problem, rules, &mut taken)?;
     let fitted = resettle(problem, &mut taken)?;
     problem.count_independent(&fitted);
-    Some(Selection { taken, first_round, fitted })
+    let as_recorded = nominal.residuals.clone();
+    Some(Selection { taken, first_round, fitted, nominal, as_recorded })
 }
 
 /// Puts another effect in the place of one that was taken, where that predicts better beside the others; whether it did.
@@ -175,13 +203,15 @@ fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option
     Some(false)
 }
 
-/// The strongest acceptable candidate, or a simpler one that is as good.
-fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
+/// The strongest acceptable candidate, or a simpler one that is as good: as much evidence, and no more error left than laws of the catalogue
+/// get wrong themselves. Of few independent rows evidence alone does not tell an effect from one that explains half as much.
+pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
     let strongest = found.iter().find(|candidate| rules.accepts(candidate))?;
-    found
-        .iter()
-        .filter(|other| rules.accepts(other) && other.total() > strongest.total() * (1.0 - rules.tie))
-        .min_by_key(|other| other.complexity())
+    let as_good = |other: &&Candidate| {
+        other.total() > strongest.total() * (1.0 - rules.tie)
+            && other.log_scale() > strongest.log_scale() - MODEL_ERROR
+    };
+    found.iter().filter(|other| rules.accepts(other)).filter(as_good).min_by_key(|other| other.complexity())
 }
 
 /// Settles the baseline with the terms, whose columns may build on the baseline's friction.
@@ -250,30 +280,7 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
         taken.terms.retain(enough);
     }
     taken.retain(|taken| !taken.terms.is_empty());
-    if !taken.is_empty() {
-        drop_local(problem, rules, taken);
-    }
     resettle(problem, taken).map(|_| ())
-}
-
-/// Drops all but the strongest effect where the held-out data hold too little of what the training data promise.
-fn drop_local(problem: &Problem, rules: &Rules, taken: &mut Vec<Taken>) {
-    let rows =
-        |part: Part| (0..problem.baseline.len()).map(|joint| problem.rows(joint, part).len()).sum::<usize>() as f64;
-    let share = rules.held_out_part * rows(Part::HeldOut) / rows(Part::Train).max(1.0);
-    let evidence: Vec<Evidence> = (0..taken.len())
-        .map(|index| {
-            let of_joints = evidence_beside(problem, taken, index).unwrap_or_default();
-            of_joints.iter().fold(Evidence::default(), |sum, e| Evidence {
-                folds: sum.folds + e.folds,
-                held_out: sum.held_out + e.held_out,
-                log_scale: sum.log_scale.max(e.log_scale),
-            })
-        })
-        .collect();
-    let strongest = evidence.iter().map(Evidence::total).fold(f64::NEG_INFINITY, f64::max);
-    let mut of = evidence.iter();
-    taken.retain(|_| of.next().is_none_or(|e| e.total() >= strongest || e.held_out >= share * e.folds));
 }
 
 /// Drops what the others have made superfluous, the weakest first.
@@ -281,7 +288,7 @@ fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
     while taken.len() > 1 {
         let weakest = (0..taken.len())
             .filter_map(|index| Some((index, evidence_beside(problem, taken, index)?)))
-            .map(|(index, evidence)| (index, evidence.iter().map(Evidence::total).sum::<f64>(), evidence))
+            .map(|(index, evidence)| (index, evidence.iter().map(|e| e.nats).sum::<f64>(), evidence))
             .min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((index, total, evidence)) = weakest else { return };
         let log_scale = evidence.iter().map(|e| e.log_scale).fold(f64::NEG_INFINITY, f64::max);

@@ -19,6 +19,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::division::Division;
 use super::problem::{Fitted, Part, Problem, Term};
 use super::regression::NU;
 use super::{Options, pose};
@@ -116,8 +117,8 @@ pub fn of_recording(
     options: &Options,
 ) -> Result<Option<Separability>> {
     let sessions: Vec<&TimeSeries> = train.iter().collect();
-    let options = Options { held_out_share: 0.0, ..options.clone() };
-    let mut problem = pose(model, &sessions, sessions.len(), &options)?;
+    let division = Division::new(sessions.len(), sessions.len(), 0.0);
+    let mut problem = pose(model, &sessions, division, options)?;
     let Some(terms) = present_terms(&mut problem, present) else { return Ok(None) };
     let terms: Vec<&Term> = terms.iter().collect();
     let asked = terms.iter().take_while(|term| term.effect.name() == present[0].0).count();

@@ -6,18 +6,22 @@
 //! ```
 //! The lighter rotor takes most of the step. Where the link is in its gap `b`, and whether it bounces to the other flank, is not known:
 //! sessions differ by it. Flanks that meet at a turn throw the rotor too, but less, and where the joint turns.
-//! A step that shows in one session only may as well be a knock from outside, and is not named.
+//! A step that shows in one session only may as well be a knock from outside, and is not named. It is sought in the sessions that are
+//! trained on; its gain is by how much the largest throw of the held-out sessions is less without it. Where no session of its own is held
+//! out, nothing confirms it, and it is reported as unexplained.
 //! Sign: a positive `δ` puts the link ahead of the rotor, which is thrown back.
 //! Left out: steps that take longer than `T`.
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, for rotor and link as two masses.
 
 use rayon::prelude::*;
 
+use super::division::Division;
 use super::observe::motor_torque;
 use super::probability::calibrated;
 use super::problem::Problem;
-use super::result::{FoundEffect, Measured};
+use super::result::{EffectGain, FoundEffect, Measured, Unexplained};
 use super::typical_inertia;
+use crate::replay::Gain;
 use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 
@@ -56,8 +60,10 @@ struct Slip {
     pub time: Estimate,
     /// Probability that throws of this many sessions do not meet by chance.
     pub probability: f64,
-    /// [1] Largest other throw against the least of this step.
-    pub rest: f64,
+    /// Probability that throws of this many sessions meet by chance.
+    pub chance: f64,
+    /// Sessions that show it.
+    pub sessions: usize,
 }
 
 /// A throw of a rotor.
@@ -71,12 +77,12 @@ struct Throw {
     excess: f64,
 }
 
-/// The effect that links which step against their rotors are; its gain is that in throws of the rotor.
-pub fn found(problem: &Problem, sessions: &[&TimeSeries]) -> Vec<FoundEffect> {
+/// The effects that links which step against their rotors are, and the steps that nothing held out could confirm.
+pub fn found(problem: &Problem, sessions: &[&TimeSeries], division: Division) -> (Vec<FoundEffect>, Vec<Unexplained>) {
     let model = problem.motion.model;
     let with_rotor = typical_inertia(model).into_iter().zip(&model.joints);
     let link: Vec<f64> = with_rotor.map(|(inertia, joint)| inertia - joint.reflected_inertia()).collect();
-    let entry = |one: Slip| {
+    let entry = |one: &Slip, gain: Option<Gain>| {
         let mut effects = problem.catalogue.iter();
         let (effect, values) =
             effects.find_map(|effect| Some((effect, effect.of_step(one.jump.value, one.time.value)?)))?;
@@ -92,29 +98,73 @@ pub fn found(problem: &Problem, sessions: &[&TimeSeries]) -> Vec<FoundEffect> {
                 })
                 .collect(),
             probability: one.probability,
-            gain_percent: 100.0 * (1.0 - one.rest),
+            evidence_nats: -one.chance.max(1e-300).ln(),
+            gain: EffectGain::of(gain?, "throws of the rotor"),
             confusable_with: Vec::new(),
             separate_by: about.separate_by.to_owned(),
         })
     };
     if model.masses == Masses::Estimated {
-        return Vec::new();
+        return (Vec::new(), Vec::new());
     }
-    slips(model, sessions, &link).into_iter().filter_map(entry).collect()
+    let parts: Vec<[f64; 2]> = (0..sessions.len()).filter_map(|session| division.training(session)).collect();
+    let (trained, held_out) = sessions.split_at(division.trained());
+    let (mut effects, mut unconfirmed) = (Vec::new(), Vec::new());
+    for one in slips(model, trained, &parts, &link) {
+        let judged = gain(model, &one, held_out);
+        match entry(&one, judged) {
+            Some(found) => effects.push(found),
+            None => unconfirmed.push(in_words(model, &one)),
+        }
+    }
+    (effects, unconfirmed)
+}
+
+/// A step without a gain.
+fn in_words(model: &Model, one: &Slip) -> Unexplained {
+    let joint = &model.joints[one.joint];
+    let (unit, Slip { jump, time, sessions, .. }) = (joint.kind.position_unit(), one);
+    let pattern = format!(
+        "link and rotor step against each other by {:.2e} ± {:.1e} {unit} at {:.2} s in {sessions} sessions; hold a further session out to confirm it",
+        jump.value, jump.std_error, time.value
+    );
+    Unexplained { joint: joint.name.clone(), pattern }
+}
+
+/// Gain of the largest throw of held-out sessions when the step is left out; `None` where none is held out.
+///
+/// Both throws are known to a count of the encoder, which gives the ends of the interval.
+fn gain(model: &Model, one: &Slip, held_out: &[&TimeSeries]) -> Option<Gain> {
+    let count = model.joints[one.joint].encoder_step();
+    let largest = |session: &&TimeSeries, of_step: bool| {
+        let throws = of_place(model, one.joint, 0, std::slice::from_ref(session), [0.0, 1.0]);
+        let picked = throws.into_iter().filter(|throw| belongs(throw, one.time.value) == of_step);
+        picked.map(|throw| throw.excess).fold(0.0, f64::max)
+    };
+    let percent = |with: f64, without: f64| 100.0 * (1.0 - without.max(0.0) / with.max(without).max(1e-300));
+    let of_session = |session: &&TimeSeries| {
+        let (step, rest) = (largest(session, true), largest(session, false));
+        let with = step.max(rest);
+        let interval_percent = [percent(with - count, rest + count), percent(with + count, rest - count)];
+        Gain { gain_percent: percent(with, rest), interval_percent, shown: interval_percent[0] > 0.0 }
+    };
+    // Every session has to show it: the least gain counts.
+    held_out.iter().map(of_session).min_by(|a, b| a.gain_percent.total_cmp(&b.gain_percent))
 }
 
 /// Steps, the most violent of each joint first; `link` is the inertia of what each joint moves, its rotor left out.
-fn slips(model: &Model, sessions: &[&TimeSeries], link: &[f64]) -> Vec<Slip> {
+/// `parts` of the sessions are looked at, each from 0 to 1 of its length.
+fn slips(model: &Model, sessions: &[&TimeSeries], parts: &[[f64; 2]], link: &[f64]) -> Vec<Slip> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
-    let mut throws: Vec<Throw> =
-        places.par_iter().flat_map_iter(|(session, joint)| of_place(model, *joint, *session, sessions)).collect();
+    let mut throws: Vec<Throw> = places
+        .par_iter()
+        .flat_map_iter(|(session, joint)| of_place(model, *joint, *session, sessions, parts[*session]))
+        .collect();
     let mut found = Vec::new();
     // A step shakes other joints too: it is looked for where it is largest, and then left out everywhere.
     while let Some((joint, members)) = strongest(model, &throws) {
-        let others = |throw: &&Throw| throw.joint == joint && !belongs(throw, members[0].time);
-        let rest = throws.iter().filter(others).map(|throw| throw.excess).fold(0.0, f64::max);
-        found.extend(measured(model, sessions, link, joint, &members, rest));
+        found.extend(measured(model, sessions, link, joint, &members));
         throws.retain(|throw| !belongs(throw, members[0].time));
     }
     found
@@ -124,8 +174,8 @@ fn belongs(throw: &Throw, time: f64) -> bool {
     throw.time > time - AROUND[0] && throw.time < time + AROUND[1]
 }
 
-/// Largest throws of one joint in one session, apart from each other.
-fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries]) -> Vec<Throw> {
+/// Largest throws of one joint in a part of one session, apart from each other.
+fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries], [from, to]: [f64; 2]) -> Vec<Throw> {
     let recorded = sessions[session];
     let rotor = model.joints[joint].reflected_inertia();
     let blur = BLUR * model.joints[joint].encoder_step();
@@ -140,9 +190,13 @@ fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries
     }
     let lag = lag as usize;
     let square = (lag as f64 * dt).powi(2);
-    let mut sum: f64 = torque[..2 * lag].iter().sum();
+    let [first, last] = [from, to].map(|place| (place * q.len() as f64) as usize);
+    if last < first + 4 * lag {
+        return Vec::new();
+    }
+    let mut sum: f64 = torque[first..first + 2 * lag].iter().sum();
     let mut throws: Vec<Throw> = Vec::new();
-    for k in lag..q.len() - lag {
+    for k in first + lag..last - lag {
         sum += torque[k + lag];
         let driven = sum / (2 * lag + 1) as f64 / rotor * square;
         sum -= torque[k - lag];
@@ -193,14 +247,7 @@ fn strongest(model: &Model, throws: &[Throw]) -> Option<(usize, Vec<Throw>)> {
 }
 
 /// Size and time of a step; `None` where the throws disagree about its direction.
-fn measured(
-    model: &Model,
-    sessions: &[&TimeSeries],
-    link: &[f64],
-    joint: usize,
-    members: &[Throw],
-    rest: f64,
-) -> Option<Slip> {
+fn measured(model: &Model, sessions: &[&TimeSeries], link: &[f64], joint: usize, members: &[Throw]) -> Option<Slip> {
     let rotor = model.joints[joint].reflected_inertia();
     let begin = members.iter().map(|throw| throw.time).fold(f64::INFINITY, f64::min);
     let seen: Vec<(usize, [f64; 2])> = (0..sessions.len())
@@ -218,15 +265,19 @@ fn measured(
     let agreed = of_members.clone().all(|by| by * value < 0.0);
     let count = model.joints[joint].encoder_step();
     // Any session's throw may meet that of another by chance within this part of its length.
-    let length =
-        sessions.iter().map(|session| session.time.last().copied().unwrap_or(0.0)).fold(f64::INFINITY, f64::min);
+    let duration = |session: &&TimeSeries| match (session.time.first(), session.time.last()) {
+        (Some(first), Some(last)) => last - first,
+        _ => 0.0,
+    };
+    let length = sessions.iter().map(duration).fold(f64::INFINITY, f64::min);
     let chance = (2.0 * TOGETHER / length.max(1.0)).powi(members.len() as i32 - 1) * sessions.len() as f64;
     agreed.then_some(Slip {
         joint,
         jump: Estimate { value, std_error: (0.5 * (high - low)).hypot(REBOUND * value).max(count) },
         time: Estimate { value: (onset - ONSET[0]).max(0.0), std_error: ONSET[1] },
         probability: calibrated(chance),
-        rest: rest / members[members.len() - 1].excess,
+        chance,
+        sessions: members.len(),
     })
 }
 

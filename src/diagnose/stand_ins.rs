@@ -5,7 +5,7 @@
 //! [patterns](super::patterns) describes that torque better. Where one does, on rows that it was not fitted on and by more than
 //! [`CLEARLY`], the name is withdrawn, and what remains is unexplained.
 
-use super::candidates::{Evidence, Prediction, predict};
+use super::candidates::{Prediction, predict};
 use super::problem::{Part, Problem, Term};
 use super::selection::{Selection, Taken, resettle};
 use super::unexplained::likeliest;
@@ -36,7 +36,8 @@ fn stands_in(problem: &Problem, taken: &[Taken], index: usize) -> bool {
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
     let joints: Vec<usize> = taken[index].terms.iter().flat_map(|term| term.joints.clone()).collect();
     let Some(fitted) = problem.fit_loosely(&others, Part::Train) else { return false };
-    let patterns: Vec<_> = joints.iter().filter_map(|joint| likeliest(problem, &others, &fitted, *joint)).collect();
+    let patterns: Vec<_> =
+        joints.iter().filter_map(|joint| likeliest(problem, &others, &fitted, *joint, &|_| true)).collect();
     others.extend(patterns.iter().map(|trial| &trial.term));
     let (Some(with_name), Some(with_patterns)) = (predict(problem, &all), predict(problem, &others)) else {
         return false;
@@ -45,10 +46,10 @@ fn stands_in(problem: &Problem, taken: &[Taken], index: usize) -> bool {
     is_clearly_better(&with_patterns, &with_name, &joints, price)
 }
 
-/// Whether one model predicts better than another by more than the price [nats] of choosing it, on what is held out too.
+/// Whether one model predicts better than another by more than the price [nats] of choosing it.
 fn is_clearly_better(one: &Prediction, other: &Prediction, joints: &[usize], price: f64) -> bool {
     let evidence = one.against(other);
-    let sum = |of: fn(&Evidence) -> f64| joints.iter().map(|joint| of(&evidence[*joint])).sum::<f64>();
+    let nats: f64 = joints.iter().map(|joint| evidence[*joint].nats).sum();
     let most = joints.iter().map(|joint| evidence[*joint].log_scale).fold(f64::NEG_INFINITY, f64::max);
-    sum(Evidence::total) > price && sum(|evidence| evidence.held_out) > 0.0 && most > CLEARLY
+    nats > price && most > CLEARLY
 }

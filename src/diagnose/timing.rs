@@ -5,6 +5,7 @@
 //! A late position does not show: the controller answers to the position that it reads, and its answer is in step with it.
 //! Reference: C. H. Knapp, G. C. Carter (1976), The generalized correlation method for estimation of time delay.
 
+use super::division::Division;
 use super::kernel::Kernel;
 use super::observe::motor_torque;
 use super::probability::{calibrated, odds_against};
@@ -36,11 +37,12 @@ pub struct Late {
     pub probability: f64,
 }
 
-/// How late the current is against the motion, where that is noticeable.
-pub fn late_current(model: &Model, sessions: &[&TimeSeries]) -> Option<Late> {
+/// How late the current is against the motion in what is trained on, where that is noticeable.
+pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division) -> Option<Late> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
-    let of_place = |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session]);
+    let of_place =
+        |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session], division.training(*session)?);
     // Torque, and both signals in the band.
     let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
     let mut lags: Vec<f64> = side_by_side(&places, 24 * longest, of_place).into_iter().flatten().collect();
@@ -59,8 +61,8 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries]) -> Option<Late> {
     (beyond > SURELY).then_some(Late { lag: Estimate { value, std_error }, probability })
 }
 
-/// Lag of the peak of one joint's correlation in one session.
-fn lag(model: &Model, joint: usize, session: &TimeSeries) -> Option<f64> {
+/// Lag of the peak of one joint's correlation in one part of a session, from 0 to 1 of its length.
+fn lag(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2]) -> Option<f64> {
     let series = session.joint(&model.joints[joint].name)?;
     let position = series.get(Channel::Position)?;
     let (torque, has_current) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
@@ -70,6 +72,8 @@ fn lag(model: &Model, joint: usize, session: &TimeSeries) -> Option<f64> {
     }
     let [narrow, wide] = BAND.map(|width| Kernel::new((width / dt) as usize, dt));
     let edge = wide.reach + 1;
+    let [from, to] = part.map(|place| (place * position.len() as f64) as usize);
+    let (position, torque) = (&position[from..to], &torque[from..to]);
     if position.len() < 4 * edge {
         return None;
     }
@@ -79,7 +83,7 @@ fn lag(model: &Model, joint: usize, session: &TimeSeries) -> Option<f64> {
             .collect()
     };
     let a = band(position, |averages| averages.curvature);
-    let tau = band(&torque, |averages| averages.value);
+    let tau = band(torque, |averages| averages.value);
     peak(&a, &tau, (LONGEST / dt) as usize).map(|lag| lag * dt)
 }
 

@@ -1,5 +1,6 @@
 //! An effect of typical strength: what moves the torque of a recording by a given share.
 
+use super::division::Division;
 use super::{Options, nothing_moves, pose};
 use crate::effects::Scope;
 use crate::error::Result;
@@ -20,7 +21,7 @@ pub fn typical(
 ) -> Result<Option<EffectEntry>> {
     let Some(effect) = options.catalogue.find(effect).and_then(|effect| effect.diagnosable()) else { return Ok(None) };
     let own: Vec<&TimeSeries> = sessions.iter().collect();
-    let mut problem = pose(model, &own, own.len(), options)?;
+    let mut problem = pose(model, &own, Division::new(own.len(), own.len(), options.held_out_share), options)?;
     problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
     let motion = &problem.motion;
     let rms =

@@ -1,23 +1,24 @@
 //! Structure that remains when no effect of the catalogue helps any more: named by its shape, not by a cause.
 //!
 //! [Patterns](super::patterns) are tried one after the other beside the effects, joint by joint, and judged as effects are: by what a
-//! fit with the pattern gains on rows that it was not fitted on. The best of them is reported, where it is one that a clean machine
+//! fit with the pattern gains on training rows that it was not fitted on. The best of them is reported, where it is one that a clean machine
 //! would not show. One shape seldom is the whole of what is missing; that it is there says that something is.
 
 use rayon::prelude::*;
 
 use super::candidates::{Prediction, predict};
+use super::gains;
 use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
 use super::problem::{Fitted, Part, Problem, Term};
-use super::regression::Score;
+use super::regression::{NU, Score};
 use super::result::{FitError, Split, Unexplained};
 use super::selection::Rules;
-use super::views::Residual;
+use super::views::{Residual, residual};
 
 /// Part of the RMS torque that a pattern has to have: less is what the law of an effect or of friction does not get right. Patterns
 /// with evidence enough on 16 clean machines (seeds 1000 to 1015 of `benches/blind`) stay below it.
 const LEAST_AMPLITUDE: f64 = 0.01;
-/// The same where what is held out has evidence enough of its own, which it had on none of them.
+/// The same where the pattern gains on what is held out.
 const LEAST_CONFIRMED: f64 = 0.005;
 /// [%] of the torque held out beyond which nobody would say that a model explains it, whatever its shape: clean machines leave up to 12 %
 /// (seeds 1000 to 1003 of `benches/blind`), a textbook's law of friction 4 % of a real carriage's force.
@@ -37,10 +38,17 @@ pub struct Trial {
 }
 
 /// The strongest remaining pattern of each joint, where there is one that a clean machine would not show.
-pub fn unexplained(problem: &Problem, terms: &[&Term], rules: &Rules) -> Vec<Unexplained> {
+///
+/// A pattern is sought in the rows of those sessions alone that `within` picks.
+pub fn unexplained(
+    problem: &Problem,
+    terms: &[&Term],
+    rules: &Rules,
+    within: &(dyn Fn(usize) -> bool + Sync),
+) -> Vec<Unexplained> {
     let Some(fitted) = problem.fit_loosely(terms, Part::Train) else { return Vec::new() };
     let Some(before) = predict(problem, terms) else { return Vec::new() };
-    let of_joint = |joint| strongest(problem, terms, rules, &fitted, &before, joint);
+    let of_joint = |joint| strongest(problem, terms, rules, within, &fitted, &before, joint);
     (0..problem.baseline.len()).filter_map(of_joint).collect()
 }
 
@@ -48,22 +56,23 @@ fn strongest(
     problem: &Problem,
     terms: &[&Term],
     rules: &Rules,
+    within: &(dyn Fn(usize) -> bool + Sync),
     fitted: &Fitted,
     before: &Prediction,
     joint: usize,
 ) -> Option<Unexplained> {
-    let best = likeliest(problem, terms, fitted, joint)?;
-    let evidence = predict(problem, &with_term(terms, &best.term))?.against(before)[joint];
-    let nats = evidence.total() - (best.tried as f64).ln();
-    let held_out = evidence.held_out > -rules.held_out_loss;
-    if nats <= rules.nats || evidence.log_scale <= rules.log_scale || !held_out {
+    let best = likeliest(problem, terms, fitted, joint, within)?;
+    let with = with_term(terms, &best.term);
+    let evidence = predict(problem, &with)?.against(before)[joint];
+    let nats = evidence.nats - (best.tried as f64).ln();
+    if nats <= rules.nats || evidence.log_scale <= rules.log_scale {
         return None;
     }
     let amplitude = amplitude(problem, &with_term(terms, &best.term), fitted, joint)?;
     let rows = problem.rows(joint, Part::Train);
     let torque = &problem.motion.joints[joint].torque;
     let power: f64 = rows.iter().map(|row| torque[*row].powi(2)).sum();
-    let least = if evidence.held_out > rules.nats { LEAST_CONFIRMED } else { LEAST_AMPLITUDE };
+    let least = if gains_on_held_out(problem, terms, &with, joint) { LEAST_CONFIRMED } else { LEAST_AMPLITUDE };
     if amplitude < least * (power / rows.len().max(1) as f64).sqrt() {
         return None;
     }
@@ -72,10 +81,30 @@ fn strongest(
     Some(Unexplained { joint: model.name.clone(), pattern })
 }
 
-/// The pattern that gains most on the training rows of a joint beside these terms and their loose fit.
-pub fn likeliest(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Option<Trial> {
+/// Whether the last term lowers the error on held-out rows by more than chance.
+fn gains_on_held_out(problem: &Problem, without: &[&Term], with: &[&Term], joint: usize) -> bool {
+    let residuals = |terms: &[&Term]| -> Option<Vec<Vec<f64>>> {
+        let fitted = problem.fit(terms, Part::Train, NU)?;
+        Some((0..problem.baseline.len()).map(|joint| residual(problem, terms, &fitted, joint)).collect())
+    };
+    let (Some(before), Some(after)) = (residuals(without), residuals(with)) else { return false };
+    gains::Judge::new(problem, &before).compared(&[joint], [&before, &after]).shown
+}
+
+/// The pattern that gains most on the training rows of a joint beside these terms and their loose fit, sought in the sessions `within`.
+pub fn likeliest(
+    problem: &Problem,
+    terms: &[&Term],
+    fitted: &Fitted,
+    joint: usize,
+    within: &(dyn Fn(usize) -> bool + Sync),
+) -> Option<Trial> {
     let mut trials = smooth_trials(problem, joint);
     trials.extend(periodic_trials(problem, terms, fitted, joint));
+    for column in trials.iter_mut().flat_map(|trial| trial.term.columns.iter_mut().flatten()) {
+        let cells = column.iter_mut().zip(&problem.motion.session);
+        cells.filter(|(_, session)| !within(**session)).for_each(|(value, _)| *value = 0.0);
+    }
     let gain = |trial: Trial| {
         let terms = with_term(terms, &trial.term);
         let fitted = problem.fit_near(&problem.coupled(&terms, &[joint]), &terms, Part::Train, fitted)?;
@@ -120,14 +149,14 @@ fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: u
         })
     };
     let scored: Vec<[f64; PERIODIC.len()]> = orders.par_iter().map(gains).collect();
-    let ratio = motion.model.joints[joint].gear_ratio;
+    let (ratio, range) = (motion.model.joints[joint].gear_ratio, motion.range(joint));
     let of_kind = |(index, kind): (usize, &'static Periodic)| {
         let mut best: Vec<usize> = (0..orders.len()).collect();
         best.sort_by(|a, b| scored[*b][index].total_cmp(&scored[*a][index]));
         let trial = |order: f64| Trial {
             term: Term::new(motion, kind, &[joint], vec![order]),
             tried: orders.len(),
-            words: kind.words(order, ratio),
+            words: kind.words(order, ratio, range),
         };
         best.into_iter().take(SHORTLIST).map(|at| trial(orders[at])).collect::<Vec<_>>()
     };

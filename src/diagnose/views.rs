@@ -1,9 +1,10 @@
 //! Residuals before and after: error figures, and sample by sample. Maps, shares and spectra of them have files of their own.
 
+use super::gains;
 use super::problem::{Fitted, Problem, Term};
 use super::result::{FitError, ResidualSeries, Split};
 use super::shares;
-use crate::replay::{Gain, Pairs};
+use crate::replay::Gain;
 use crate::timeseries::TimeSeries;
 use crate::units::JointKind;
 
@@ -76,15 +77,8 @@ pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>])
 
 /// What the extended model gains over rows of one joint.
 pub fn gain(problem: &Problem, rows: &[usize], residual: &Residual) -> Gain {
-    let mut sessions: Vec<[Vec<f64>; 3]> = vec![<[Vec<f64>; 3]>::default(); problem.motion.sessions];
-    for row in rows {
-        let [time, before, after] = &mut sessions[problem.motion.session[*row]];
-        time.push(problem.motion.time[*row]);
-        before.push(residual.before[*row]);
-        after.push(residual.after[*row]);
-    }
-    let pairs: Vec<Pairs> = sessions.iter().map(|[time, before, after]| Pairs { time, before, after }).collect();
-    Gain::of(&pairs)
+    let pick = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
+    gains::of_rows(&problem.motion, rows, [&pick(&residual.before), &pick(&residual.after)])
 }
 
 /// Residuals sample by sample.

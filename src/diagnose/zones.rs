@@ -59,15 +59,16 @@ enum State {
 }
 
 /// Whether each row of each joint is rigid: `zones[joint][row]`, with the Coulomb friction `F_C` found so far, and the torque of all
-/// rows that rigid body and friction left over (none before there is a fit).
+/// rows that rigid body and friction left over (none before there is a fit). Held-out rows have zones, but no say in what a joint feels.
 pub fn rigid_zone(
     motion: &Motion,
     coulomb: &[f64],
     left_over: Option<&[Vec<f64>]>,
+    held_out: &[bool],
     margins: &Margins,
 ) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
-    let felt = felt(motion);
+    let felt = felt(motion, held_out);
     let mut zones = vec![vec![true; motion.rows()]; dof];
     for joint in (0..dof).filter(|joint| motion.model.joints[*joint].backlash != Some(0.0)) {
         let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
@@ -82,7 +83,7 @@ pub fn rigid_zone(
 }
 
 /// Whether joint `i` feels what the link of joint `j` does in its gap: `felt[i][j]`.
-fn felt(motion: &Motion) -> Vec<Vec<bool>> {
+fn felt(motion: &Motion, held_out: &[bool]) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
     let mut dynamics = Dynamics::new(&motion.model.robot);
     let mut mass = DMatrix::zeros(dof, dof);
@@ -95,7 +96,10 @@ fn felt(motion: &Motion) -> Vec<Vec<bool>> {
         coupling += mass.abs() / POSES.min(rows) as f64;
     }
     let misses = |i: usize, j: usize| coupling[(i, j)] * root_mean_square(&motion.joints[j].a);
-    let torque: Vec<f64> = motion.joints.iter().map(|m| root_mean_square(&m.torque)).collect();
+    let trained = |values: &[f64]| -> Vec<f64> {
+        values.iter().zip(held_out).filter(|(_, held_out)| !**held_out).map(|(value, _)| *value).collect()
+    };
+    let torque: Vec<f64> = motion.joints.iter().map(|m| root_mean_square(&trained(&m.torque))).collect();
     (0..dof).map(|i| (0..dof).map(|j| i == j || misses(i, j) > FELT * torque[i]).collect()).collect()
 }
 

@@ -3,18 +3,22 @@
 use super::changes;
 use super::display::{self, shown};
 use super::document::{Document, Section};
+use super::headline;
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::Trace;
 use super::shortfall;
 use super::table::Table;
-use crate::diagnose::{Diagnosis, FoundEffect, ResidualSeries, Split, Verdict};
+use crate::diagnose::{BaselineEstimate, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict, mistakes};
 use crate::effects;
 use crate::replay::Gain;
 use crate::units::JointKind;
 
 /// The document of a diagnosis of the machine of that name.
 pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
+    if diagnosis.verdict == Verdict::MistakeSuspected && diagnosis.fit.is_empty() {
+        return mistaken(name, diagnosis);
+    }
     let mut sections: Vec<Section> = diagnosis.changes.as_deref().map(changes::section).into_iter().collect();
     sections.extend([shortfall::section(diagnosis), found(diagnosis), errors(diagnosis)]);
     sections.extend(super::two_encoders::section(diagnosis));
@@ -34,14 +38,45 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
             None => format!("{name}: what the simulation gets wrong"),
         },
         verdict: verdict(diagnosis),
-        warnings: Vec::new(),
+        warnings: mistakes::warnings(&diagnosis.mistakes),
         sections,
     }
+}
+
+/// The document of a diagnosis that ended with a suspicion.
+fn mistaken(name: &str, diagnosis: &Diagnosis) -> Document {
+    Document {
+        title: format!("{name}: a mistake in the data or in the model is suspected"),
+        verdict: verdict(diagnosis),
+        warnings: mistakes::warnings(&diagnosis.mistakes),
+        sections: vec![suspicions(diagnosis)],
+    }
+}
+
+/// Each mistake, what was measured, what to change.
+fn suspicions(diagnosis: &Diagnosis) -> Section {
+    let mut table = Table::new("", &["mistake", "joints", "factor", "or", "measured", "remedy"]);
+    for one in &diagnosis.mistakes {
+        table.row([
+            one.mistake.to_owned(),
+            one.joints.join(", "),
+            one.factor.map_or(String::new(), |factor| number::significant(factor, 3)),
+            one.alternatives.join(", "),
+            one.evidence.clone(),
+            one.remedy.clone(),
+        ]);
+    }
+    let text = "Physics is judged once this is settled: correct the data or the model as said, or look at why it is right, and diagnose again.";
+    Section { text: vec![text.to_owned()], tables: vec![table], detail: true, ..Section::new("What looks mistaken") }
 }
 
 /// The answer in sentences.
 fn verdict(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
+        Verdict::MistakeSuspected => {
+            let list = mistakes::warnings(&diagnosis.mistakes).join("\n");
+            format!("A mistake in the data or in the model is likelier than physics; no effect is named.\n{list}")
+        }
         Verdict::NothingFound if diagnosis.changes.is_some() => "Nothing has changed.".to_owned(),
         Verdict::NothingFound => "Nothing found: the nominal model explains the data.".to_owned(),
         Verdict::Unexplained => format!(
@@ -50,7 +85,8 @@ fn verdict(diagnosis: &Diagnosis) -> String {
         ),
         Verdict::EffectsFound => {
             let changes = diagnosis.changes.iter().flatten().map(changes::sentence);
-            changes.chain(diagnosis.effects.iter().map(sentence)).collect::<Vec<_>>().join("\n")
+            let effects = diagnosis.effects.iter().map(sentence);
+            changes.chain(effects).chain(headline::gains(diagnosis)).collect::<Vec<_>>().join("\n")
         }
     }
 }
@@ -58,12 +94,13 @@ fn verdict(diagnosis: &Diagnosis) -> String {
 /// One effect in a sentence.
 fn sentence(found: &FoundEffect) -> String {
     format!(
-        "{} on {} ({}), {:.0} % sure; it lowers the error on data held out by {:.0} %.",
+        "{} on {} ({}), {:.0} % sure; it lowers the error on data held out by {:.0} % ({}).",
         found.effect,
         found.joints.join(", "),
         parameters(found),
         100.0 * found.probability,
-        found.gain_percent
+        found.gain.gain_percent,
+        found.gain.gain_of
     )
 }
 
@@ -93,13 +130,34 @@ fn found(diagnosis: &Diagnosis) -> Section {
         }
     }
     for (joint, baseline) in &diagnosis.baseline {
+        section.text.extend(rising_friction(joint, baseline));
         let line = |reason: &String| format!("Gap of {joint}: not determined, {reason}.");
         section.text.extend(baseline.backlash_left_out.iter().map(line));
+    }
+    for withdrawn in &diagnosis.withdrawn {
+        let (effect, joints, reason) = (&withdrawn.effect, withdrawn.joints.join(", "), &withdrawn.reason);
+        section.text.push(format!("Not named: {effect} on {joints}: {reason}."));
     }
     for unexplained in &diagnosis.unexplained {
         section.text.push(format!("Unexplained on {}: {}", unexplained.joint, unexplained.pattern));
     }
     section
+}
+
+/// Standard errors by which breakaway friction has to lie below Coulomb friction to be said to.
+const SURELY_BELOW: f64 = 3.0;
+
+/// A word on friction at rest that is less than in motion: the law assumes that it falls with speed.
+fn rising_friction(joint: &str, baseline: &BaselineEstimate) -> Option<String> {
+    let (breakaway, coulomb) = (baseline.friction.get("breakaway")?, baseline.friction.get("coulomb")?);
+    let error = breakaway.std_error.hypot(coulomb.std_error);
+    (coulomb.value - breakaway.value > SURELY_BELOW * error).then(|| {
+        let [at_rest, moving] =
+            [breakaway, coulomb].map(|one| display::estimate(one.value, one.std_error, one.unit));
+        format!(
+            "Friction of {joint} rises from {at_rest} at rest to {moving} in slow motion: it is another law than Stribeck's, or the slow motion shows something else. Do not take the figure at rest for a breakaway torque."
+        )
+    })
 }
 
 /// What an effect is, and what it could be taken for.
@@ -125,7 +183,7 @@ fn rows(found: &FoundEffect, table: &mut Table) {
         found.effect.clone(),
         found.joints.join(", "),
         format!("{:.2}", found.probability),
-        format!("{:.0} %", found.gain_percent),
+        format!("{:.0} %", found.gain.gain_percent),
     ];
     for (name, value) in &found.parameters {
         // Only the first of an effect's rows names it.
@@ -182,12 +240,13 @@ fn errors(diagnosis: &Diagnosis) -> Section {
     } else {
         vec!["Gains with their 95 % interval (bootstrap over blocks of some seconds); one whose interval holds zero is not shown.".to_owned()]
     };
-    let tables = [fit, replay].into_iter().filter(|table| !table.rows.is_empty()).collect();
+    let tables = [fit, headline::by_effect(diagnosis), replay];
+    let tables = tables.into_iter().filter(|table| !table.rows.is_empty()).collect();
     Section { text, tables, ..Section::new("The gain") }
 }
 
 /// A gain with its 95 % interval, or that there is none to be shown.
-fn gain(gain: Gain) -> String {
+pub fn gain(gain: Gain) -> String {
     let [low, high] = gain.interval_percent;
     if gain.shown {
         format!("{:.0} % ({low:.0} to {high:.0})", gain.gain_percent)

@@ -12,6 +12,7 @@ pub mod display;
 pub mod document;
 /// What a command leaves behind.
 pub mod files;
+mod headline;
 /// Documents as a page.
 pub mod html;
 /// An identification for readers.

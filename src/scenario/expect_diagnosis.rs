@@ -147,7 +147,7 @@ impl EffectFigure {
 
     fn of(&self, found: &FoundEffect) -> Option<f64> {
         match self.figure.as_str() {
-            "gain_percent" => Some(found.gain_percent),
+            "gain_percent" => Some(found.gain.gain_percent),
             "probability" => Some(found.probability),
             name => found.parameters.get(name).map(|measured| measured.value),
         }

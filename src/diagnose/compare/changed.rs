@@ -1,4 +1,7 @@
 //! An effect that is there in some sessions only: its columns are zero in all others.
+//!
+//! Everything that an effect says of torque along the motion is passed on. What it claims of a whole recording (a lag, a line, a dead band,
+//! a stiffness, a step) is not: seen in both recordings it is no change.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -30,16 +33,32 @@ pub fn within(effect: &'static dyn Diagnosable, sessions: Range<usize>) -> &'sta
     if let Some(found) = known.iter().find(same) {
         return found;
     }
-    let name = Box::leak(format!("{PREFIX}{}", effect.name()).into_boxed_str());
+    let name = Box::leak(named_as_change(effect.name()).into_boxed_str());
     let about = Box::leak(Box::new(About { name, ..*effect.about() }));
     let made: &'static Changed = Box::leak(Box::new(Changed { effect, about, sessions }));
     known.push(made);
     made
 }
 
+/// The name of an effect that is meant as a change.
+pub fn named_as_change(name: &str) -> String {
+    format!("{PREFIX}{name}")
+}
+
 /// The name without what marks it as a change.
 pub fn plain_name(name: &str) -> &str {
     name.strip_prefix(PREFIX).unwrap_or(name)
+}
+
+impl Changed {
+    /// Columns that are zero in all other sessions.
+    fn within(&self, motion: &Motion, mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        for column in &mut columns {
+            let cells = column.iter_mut().zip(&motion.session);
+            cells.filter(|(_, session)| !self.sessions.contains(*session)).for_each(|(value, _)| *value = 0.0);
+        }
+        columns
+    }
 }
 
 impl Effect for Changed {
@@ -77,13 +96,36 @@ impl Diagnosable for Changed {
         self.effect.phase_per_session()
     }
 
+    fn needs_narrow_rows(&self) -> bool {
+        self.effect.needs_narrow_rows()
+    }
+
+    fn loads_link(&self) -> bool {
+        self.effect.loads_link()
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        let mut columns = self.effect.columns(motion, joint, shape);
-        for column in &mut columns {
-            let cells = column.iter_mut().zip(&motion.session);
-            cells.filter(|(_, session)| !self.sessions.contains(*session)).for_each(|(value, _)| *value = 0.0);
-        }
-        columns
+        self.within(motion, self.effect.columns(motion, joint, shape))
+    }
+
+    fn order(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Option<f64> {
+        self.effect.order(motion, joint, shape)
+    }
+
+    fn columns_at(&self, motion: &Motion, joint: usize, order: f64) -> Vec<Vec<f64>> {
+        self.within(motion, self.effect.columns_at(motion, joint, order))
+    }
+
+    fn refined_shapes(&self, shape: &[f64]) -> usize {
+        self.effect.refined_shapes(shape)
+    }
+
+    fn torque_factor(&self, parameters: &[f64]) -> f64 {
+        self.effect.torque_factor(parameters)
+    }
+
+    fn angles_of_link(&self) -> &'static [&'static str] {
+        self.effect.angles_of_link()
     }
 
     fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {

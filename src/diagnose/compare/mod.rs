@@ -10,6 +10,7 @@
 //! friction, the rotor's inertia and every effect of the catalogue, in the rows of now alone. What both sides get wrong alike cancels.
 
 mod changed;
+mod delays;
 mod gap;
 mod inertia;
 mod judge;
@@ -19,17 +20,23 @@ mod robust;
 mod select;
 mod spread;
 
+use std::borrow::Cow;
+
 use super::candidates::Evidence;
+use super::conclude::Earlier;
+use super::division::Division;
+use super::prepare::Aligned;
 use super::problem::{Part, Problem, Term};
 use super::regression::NU;
 use super::result::Diagnosis;
-use super::selection::{self, Selection, Taken};
+use super::selection::{self, Nominal, Selection, Taken};
 use super::standstill::Standstill;
-use super::{Options, conclude, nothing_moves, pose, rough_coulomb, timing, views};
+use super::{Options, conclude, confirm, mistakes, nothing_moves, pose, prepare, rough_coulomb, unexplained, views};
 use crate::effects::Diagnosable;
 use crate::error::Result;
-use crate::robot::Model;
+use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
+use changed::plain_name;
 pub use gap::gentlest;
 use select::Sides;
 
@@ -46,37 +53,50 @@ pub fn compare(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
+    let mut suspected = mistakes::suspected(model, &reference.iter().collect::<Vec<_>>());
+    suspected.extend(mistakes::suspected(model, &now.iter().chain(hold_out).collect::<Vec<_>>()));
+    if !suspected.is_empty() {
+        return Ok(mistakes::diagnosis(model, suspected, true, options));
+    }
     progress("smoothing", 0.0);
-    let before = aligned(model, &reference.iter().collect::<Vec<_>>());
-    let after = aligned(model, &now.iter().chain(hold_out).collect::<Vec<_>>());
-    let sessions: Vec<&TimeSeries> = before.iter().chain(&after).collect();
-    let trained = before.len() + now.len();
+    let of_before = Division::new(reference.len(), reference.len(), options.held_out_share);
+    let of_after = Division::new(now.len(), now.len() + hold_out.len(), options.held_out_share);
+    let before = Side::new(model, reference.iter().collect(), of_before, options)?;
+    let after = Side::new(model, now.iter().chain(hold_out).collect(), of_after, options)?;
+    let earlier = delays::changed(model, [&before.late, &after.late]);
+    let (before, after) = (before.sessions, after.sessions);
+    let sessions: Vec<&TimeSeries> = before.iter().chain(&after).map(AsRef::as_ref).collect();
+    let division = Division::new(before.len() + now.len(), sessions.len(), options.held_out_share);
     let sides = Sides { reference: 0..before.len(), now: before.len()..sessions.len() };
 
     progress("what was there before", 0.1);
-    let own: Vec<&TimeSeries> = before.iter().collect();
-    let mut healthy = pose(model, &own, own.len(), options)?;
+    let own: Vec<&TimeSeries> = before.iter().map(AsRef::as_ref).collect();
+    let mut healthy = pose(model, &own, of_before, options)?;
     let were = selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))?;
 
     progress("fitting both", 0.3);
-    let mut problem = pose(model, &sessions, trained, options)?;
-    problem.catalogue = select::catalogue(&options.catalogue, &sides);
+    let mut problem = pose(model, &sessions, division, options)?;
+    // What wide rows show; and nothing of inertias where masses are a guess.
+    let known = problem.catalogue.clone();
+    problem.catalogue = select::catalogue(&known, model.masses, &sides);
     problem.standstill = difference_at_rest(&problem, &sessions, before.len());
     problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
     let shared = shared_terms(&problem, &were);
-    let mut changes = select::select(&mut problem, shared, &options.catalogue, &options.rules, progress)
-        .ok_or_else(|| nothing_moves(model))?;
+    let mut changes =
+        select::select(&mut problem, shared, &known, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
     progress("judging changes", 0.8);
     inertia::drop_inertias(&mut changes);
     select::refresh(&mut problem, &mut changes).ok_or_else(|| nothing_moves(model))?;
-    let standings = judge::keep_significant(&mut problem, &mut changes, &options.catalogue, &sides)
-        .ok_or_else(|| nothing_moves(model))?;
+    let standings =
+        judge::keep_significant(&mut problem, &mut changes, &known, &sides).ok_or_else(|| nothing_moves(model))?;
 
     changes.estimates =
         select::estimates_beside_companions(&problem, &changes, &sides).ok_or_else(|| nothing_moves(model))?;
     let mut found = outcome::of_regression(&problem, &changes, &standings);
-    let coulomb: Vec<f64> = (0..model.joints.len()).map(|joint| rough_coulomb(&problem.motion, joint)).collect();
-    if let Some((closer, standings)) = inertia::look_closer(&mut problem, &changes, &coulomb, &sides) {
+    let coulomb: Vec<f64> = (0..model.joints.len()).map(|joint| rough_coulomb(&problem, joint)).collect();
+    if model.masses == Masses::Known
+        && let Some((closer, standings)) = inertia::look_closer(&mut problem, &changes, &coulomb, &sides)
+    {
         found.extend(outcome::of_inertias(&problem, &closer, &standings));
         changes.taken = closer.taken;
     }
@@ -84,23 +104,41 @@ pub fn compare(
     let friction =
         [problem.motion.joints.iter().map(|joint| joint.friction).collect(), outcome::friction_now(&problem, &found)];
     let gaps = if options.backlash {
-        gap::both_sides(model, [&sessions[sides.reference.clone()], &sessions[before.len()..trained]], &friction)
+        gap::both_sides(
+            model,
+            [&sessions[sides.reference.clone()], &sessions[before.len()..division.trained()]],
+            &friction,
+        )
     } else {
         [vec![None; model.joints.len()], vec![None; model.joints.len()]]
     };
     found.extend(outcome::of_gaps(model, &gaps));
-    found.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    found.sort_by(|a, b| b.standing.total_cmp(&a.standing));
 
-    let mut diagnosis = report(model, &sessions, trained, &problem, changes, options, progress)?;
+    let both = Both { model, sessions: &sessions, division, sides: &sides, earlier };
+    let mut diagnosis = report(both, &mut problem, changes, options, progress)?;
     outcome::complete(&mut diagnosis, &problem, found, &gaps, &options.catalogue);
     Ok(diagnosis)
 }
 
-/// Sessions with their currents in step with the motion.
-fn aligned(model: &Model, sessions: &[&TimeSeries]) -> Vec<TimeSeries> {
-    match timing::late_current(model, sessions) {
-        Some(late) => sessions.iter().map(|session| timing::aligned(session, late.lag.value)).collect(),
-        None => sessions.iter().map(|session| (*session).clone()).collect(),
+/// One of both recordings, its currents in step with the motion.
+struct Side<'s> {
+    sessions: Vec<Cow<'s, TimeSeries>>,
+    late: Option<Aligned>,
+}
+
+impl<'s> Side<'s> {
+    fn new(model: &Model, recorded: Vec<&'s TimeSeries>, division: Division, options: &Options) -> Result<Self> {
+        let late = match model.masses {
+            Masses::Known => prepare::align(model, &recorded, division, options)?,
+            Masses::Estimated => None,
+        };
+        let mut late = late.filter(|late| !late.sessions.is_empty());
+        let sessions = match &mut late {
+            Some(late) => std::mem::take(&mut late.sessions).into_iter().map(Cow::Owned).collect(),
+            None => recorded.into_iter().map(Cow::Borrowed).collect(),
+        };
+        Ok(Self { sessions, late })
     }
 }
 
@@ -127,29 +165,49 @@ fn shared_terms(problem: &Problem, were: &Selection) -> Vec<Term> {
     inertias.chain(effects).collect()
 }
 
+/// Both recordings, and what was found before their rows were made.
+struct Both<'b> {
+    model: &'b Model,
+    sessions: &'b [&'b TimeSeries],
+    division: Division,
+    sides: &'b Sides,
+    earlier: Earlier,
+}
+
 /// The report of the joint fit; `before` in it is the fit without any change.
 fn report(
-    model: &Model,
-    sessions: &[&TimeSeries],
-    trained: usize,
-    problem: &Problem,
+    both: Both,
+    problem: &mut Problem,
     changes: select::Changes,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
+    let Both { model, sessions, division, sides, earlier } = both;
     let shared: Vec<&Term> = changes.shared.iter().collect();
     let without = problem.fit(&shared, Part::Train, f64::INFINITY).ok_or_else(|| nothing_moves(model))?;
-    let unchanged =
+    let unchanged: Vec<Vec<f64>> =
         (0..problem.baseline.len()).map(|joint| views::residual(problem, &shared, &without, joint)).collect();
     let fitted = problem.fit(&changes.terms(), Part::Train, NU).ok_or_else(|| nothing_moves(model))?;
+    let given = changes.shared.len();
     let of_both = changes.shared.into_iter().map(|term| Taken {
         terms: vec![term],
         evidence: vec![Evidence::default(); problem.baseline.len()],
         rivals: Vec::new(),
     });
     let taken = of_both.chain(changes.taken).collect();
-    let selection = Selection { taken, first_round: changes.first_round, fitted };
-    let data = conclude::Data { model, sessions, trained, late: None, shaken: false, as_recorded: Some(unchanged) };
+    let nominal = Nominal {
+        residuals: unchanged.clone(),
+        friction: problem.motion.joints.iter().map(|joint| joint.friction).collect(),
+    };
+    let mut selection = Selection { taken, first_round: changes.first_round, fitted, nominal, as_recorded: unchanged };
+    let is_effect = |term: &Term| quantity::find(plain_name(term.effect.name())).is_none();
+    let confirmed = confirm::confirm(problem, &mut selection, given, &is_effect).ok_or_else(|| nothing_moves(model))?;
+    let data = conclude::Data { model, sessions, division, earlier, shaken: false };
     let options = Options { backlash: false, ..options.clone() };
-    conclude::diagnosis(&data, problem, &selection, &options, progress)
+    let mut diagnosis = conclude::diagnosis(&data, problem, &selection, &confirmed, &options, progress)?;
+    // What both recordings leave over is an error of the model, not a change; a shape that only the recording of now has is one.
+    let now = |session: usize| sides.now.contains(&session);
+    diagnosis.unexplained = unexplained::unexplained(problem, &selection.terms(), &options.rules, &now);
+    diagnosis.unexplained.extend(data.earlier.unexplained);
+    Ok(diagnosis)
 }

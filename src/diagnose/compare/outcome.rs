@@ -98,6 +98,7 @@ fn change(problem: &Problem, changes: &Changes, one: &Found, all: &[Found]) -> C
             std_error: 100.0 * estimates.std_error(&relative),
             unit: "%",
         },
+        standing: one.standing,
         probability: probability(one.standing),
     }
 }
@@ -133,6 +134,7 @@ pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<Gap>>; 2]) -> Vec<Chan
                 std_error: 100.0 * now.std_error.hypot(ratio * before.std_error).hypot(NATURAL_GAP * now.value) / base,
                 unit: "%",
             },
+            standing,
             probability: probability(standing),
         })
     };
@@ -190,6 +192,9 @@ pub fn complete(
     for record in &mut diagnosis.candidates {
         record.effect = plain_name(&record.effect).to_owned();
     }
+    for withdrawn in &mut diagnosis.withdrawn {
+        withdrawn.effect = plain_name(&withdrawn.effect).to_owned();
+    }
     let old: Vec<FoundEffect> = old.into_iter().filter(of_catalogue).collect();
     let values = |side: &[Option<Gap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
     let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
@@ -229,7 +234,6 @@ pub fn complete(
     diagnosis.baseline_model = was;
     diagnosis.extended_model = is;
     let something = !diagnosis.effects.is_empty() || !changes.is_empty();
-    diagnosis.verdict = if something { Verdict::EffectsFound } else { Verdict::NothingFound };
-    diagnosis.unexplained.clear();
+    diagnosis.verdict = Verdict::of(something, !diagnosis.unexplained.is_empty());
     diagnosis.changes = Some(changes);
 }

@@ -9,11 +9,12 @@ use std::ops::Range;
 
 use super::super::candidates::{Candidate, Evidence, candidates, predict};
 use super::super::problem::{Fitted, Problem, Term};
-use super::super::selection::{Rules, Taken};
+use super::super::selection::{Rules, Taken, choose};
 use super::changed::{plain_name, within};
 use super::quantity::{self, QUANTITIES};
 use super::robust::Estimates;
 use crate::effects::{Catalogue, Diagnosable, Effect};
+use crate::robot::Masses;
 
 /// [1] Part of the usual least fall of the error that a change has to make: it acts in the rows of now alone.
 const SHARE: f64 = 0.25;
@@ -61,9 +62,10 @@ pub struct Sides {
     pub now: Range<usize>,
 }
 
-/// Every effect and every quantity of the baseline, in the sessions of now.
-pub fn catalogue(known: &Catalogue, sides: &Sides) -> Catalogue {
-    let quantities = QUANTITIES.iter().map(|quantity| quantity as &'static dyn Diagnosable);
+/// Every effect and every quantity of the baseline, in the sessions of now; no inertia where masses are a guess.
+pub fn catalogue(known: &Catalogue, masses: Masses, sides: &Sides) -> Catalogue {
+    let told = QUANTITIES.iter().filter(|quantity| masses == Masses::Known || quantity.is_of_baseline());
+    let quantities = told.map(|quantity| quantity as &'static dyn Diagnosable);
     let effects = known.diagnosable().filter(|effect| quantity::find(effect.name()).is_none());
     let changes = quantities.chain(effects).map(|effect| within(effect, sides.now.clone()));
     changes.map(|change| change as &'static dyn Effect).collect()
@@ -118,13 +120,6 @@ pub fn select(
     Some(Changes { shared, taken, first_round, estimates })
 }
 
-/// The strongest acceptable candidate, or a simpler one that is as good.
-fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
-    let strongest = found.iter().find(|candidate| rules.accepts(candidate))?;
-    let close = |other: &&Candidate| rules.accepts(other) && other.total() > strongest.total() * (1.0 - rules.tie);
-    found.iter().filter(close).min_by_key(|other| other.complexity())
-}
-
 /// The same effect in all sessions, where that explains the data as well: then it is no change.
 fn always_was(problem: &Problem, terms: &[Term], best: &Candidate, known: &Catalogue) -> Option<Vec<Term>> {
     // What the baseline has anyway is there on both sides already.
@@ -134,7 +129,7 @@ fn always_was(problem: &Problem, terms: &[Term], best: &Candidate, known: &Catal
     let everywhere: Vec<Term> =
         best.terms.iter().map(|term| Term::new(&problem.motion, effect, &term.joints, term.shape.clone())).collect();
     let with: Vec<&Term> = own.iter().copied().chain(&everywhere).collect();
-    let total: f64 = predict(problem, &with)?.against(&before).iter().map(Evidence::total).sum();
+    let total: f64 = predict(problem, &with)?.against(&before).iter().map(|evidence| evidence.nats).sum();
     (total > best.total() - MARGIN).then_some(everywhere)
 }
 
@@ -190,7 +185,7 @@ fn prune(problem: &mut Problem, shared: &mut [Term], taken: &mut Vec<Taken>, rul
             let others = taken.iter().enumerate().filter(|(other, _)| *other != index);
             let terms: Vec<&Term> = shared.iter().chain(others.flat_map(|(_, taken)| &taken.terms)).collect();
             let evidence = after.against(&predict(problem, &terms)?);
-            Some(evidence.iter().map(Evidence::total).sum::<f64>())
+            Some(evidence.iter().map(|evidence| evidence.nats).sum::<f64>())
         };
         let weakest =
             (0..taken.len()).filter_map(|index| Some((index, beside(index)?))).min_by(|a, b| a.1.total_cmp(&b.1));

@@ -10,7 +10,8 @@ use std::f64::consts::TAU;
 use super::balance::Stiffness;
 use super::piece::Piece;
 use super::spectrum::unexplained;
-use super::{HELD_OUT, beyond_chance};
+use super::{PRESENT, beyond_chance};
+use crate::replay::Gain;
 use crate::timeseries::Estimate;
 
 /// Part of its amplitude that a line has to have in slow and in fast motion, and the inverse of what it may have.
@@ -43,10 +44,10 @@ pub struct Line {
     pub phase: Estimate,
     /// [Hz] Distance of frequencies that can be told apart.
     pub resolution: f64,
-    /// [nats] evidence of what is held out.
-    pub held_out: f64,
-    /// [%] by which what is left at the frequency is less in what is held out.
-    pub gain_percent: f64,
+    /// [nats] evidence of what is trained on.
+    pub evidence: f64,
+    /// By how much the amplitude at the frequency is less in what is held out.
+    pub gain: Gain,
 }
 
 impl Line {
@@ -87,15 +88,15 @@ fn phasor(part: &Part, f: f64, pick: &dyn Fn(usize) -> bool) -> Phasor {
     }
 }
 
-/// The line near `f` [Hz], where it is one; `step` [Hz] of the frequencies scanned.
-pub fn estimated(parts: &[Part], f: f64, step: f64) -> Option<Line> {
-    let at = |f: f64| -> Vec<Phasor> { parts.iter().map(|part| phasor(part, f, &|_| true)).collect() };
+/// The line near `f` [Hz], where it is one, from the parts that are trained on, judged by those held out; `step` [Hz] of the frequencies
+/// scanned.
+pub fn estimated((parts, held_out): (&[Part], &[Part]), f: f64, step: f64) -> Option<Line> {
+    let phasors_of =
+        |parts: &[Part], f: f64| -> Vec<Phasor> { parts.iter().map(|part| phasor(part, f, &|_| true)).collect() };
+    let at = |f: f64| phasors_of(parts, f);
     let pieces: Vec<&Piece> = parts.iter().map(|part| part.piece).collect();
-    let training = |f: f64| -> f64 {
-        let of = at(f);
-        of.iter().zip(&pieces).filter(|(_, piece)| !piece.held_out).map(|(phasor, _)| phasor.evidence).sum()
-    };
-    let rough = peak(&training, f, step);
+    let apart = |f: f64| -> f64 { at(f).iter().map(|phasor| phasor.evidence).sum() };
+    let rough = peak(&apart, f, step);
     let together = |f: f64| mean(&at(f)).1;
     let f = if agrees(&at(rough)) { peak(&together, rough, step) } else { rough };
     let phasors = at(f);
@@ -103,7 +104,7 @@ pub fn estimated(parts: &[Part], f: f64, step: f64) -> Option<Line> {
     let common = mean(&phasors).0;
     let amplitude = common.norm();
     // Where the torque balance does not hold in every session alike, a line that none lacks is one, of uncertain size.
-    let nowhere_lacking = phasors.iter().all(|phasor| phasor.evidence > HELD_OUT);
+    let nowhere_lacking = phasors.iter().all(|phasor| phasor.evidence > PRESENT);
     if !(agree && everywhere(parts, f, amplitude, EVERYWHERE)
         || nowhere_lacking && everywhere(parts, f, magnitude(&phasors), ROUGHLY))
     {
@@ -116,18 +117,33 @@ pub fn estimated(parts: &[Part], f: f64, step: f64) -> Option<Line> {
         pieces.iter().zip(&phasors).map(|(piece, phasor)| phasor.evidence * times(piece)[0]).sum::<f64>() / evidence;
     let wander = WANDER / (spread / evidence).sqrt();
     let omega_error = (1.0 / (2.0 * spread).sqrt()).hypot(wander);
-    let held: Vec<&Phasor> =
-        phasors.iter().zip(&pieces).filter(|(_, p)| p.held_out).map(|(phasor, _)| phasor).collect();
-    let power = |left: &dyn Fn(&Phasor) -> f64| -> f64 { held.iter().map(|phasor| left(phasor).powi(2)).sum() };
-    let rest = |phasor: &Phasor| (phasor.a - common).norm();
     Some(Line {
         frequency: Estimate { value: f, std_error: omega_error / TAU },
         amplitude: Estimate { value: amplitude, std_error: amplitude * relative.hypot(SYSTEMATIC) },
         phase: Estimate { value: common.arg(), std_error: relative.hypot(late * omega_error).hypot(PHASE) },
         resolution: 4.0 * step,
-        held_out: held.iter().map(|phasor| phasor.evidence).sum(),
-        gain_percent: 100.0 * (1.0 - (power(&rest) / power(&|p: &Phasor| p.a.norm())).sqrt()).max(0.0),
+        evidence,
+        gain: gain(common, &phasors_of(held_out, f)),
     })
+}
+
+/// 97.5 % quantile of the normal distribution.
+const Z: f64 = 1.959_964;
+
+/// Gain of the amplitude in held-out pieces when the line is taken off.
+///
+/// ```text
+///   P = Σ |A|²/σ²,   D = Σ (|A|² − |A − c|²)/σ²,   g = 1 − √(1 − D/P),   Var D = 2 Σ |c|²/σ²
+/// ```
+/// `D` is linear in the readings `A`, whose real and imaginary parts have the variance `σ²/2` each: that gives its 95 % interval.
+fn gain(c: Complex<f64>, held_out: &[Phasor]) -> Gain {
+    let sum = |of: &dyn Fn(&Phasor) -> f64| -> f64 { held_out.iter().map(|phasor| of(phasor) / phasor.variance).sum() };
+    let power = sum(&|phasor| phasor.a.norm_sqr()).max(1e-300);
+    let less = power - sum(&|phasor| (phasor.a - c).norm_sqr());
+    let scatter = Z * (2.0 * sum(&|_| c.norm_sqr())).sqrt();
+    let percent = |less: f64| 100.0 * (1.0 - (1.0 - (less / power).min(1.0)).sqrt());
+    let interval_percent = [percent(less - scatter), percent(less + scatter)];
+    Gain { gain_percent: percent(less), interval_percent, shown: !held_out.is_empty() && interval_percent[0] > 0.0 }
 }
 
 /// Mean with the weights of the errors, and its `|A|²/σ²`.

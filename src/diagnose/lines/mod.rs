@@ -3,8 +3,8 @@
 //! The torque `d` that moves a rotor and that its motor does not make is reckoned from position and current ([`balance`]), unsmoothed,
 //! where the joint moves on ([`piece`]). A line of amplitude `a` stands in its transform `E = Σ w d e^{−iωt}` with `a W/2`, `W = Σ w`, above noise
 //! of the level of its neighbours ([`spectrum`]), which is exponential there, so that sums over sessions are of a gamma distribution.
-//! A line is named where the training sessions together show it beyond chance, the held-out one shows it again with that amplitude,
-//! and slow and fast motion alike: what belongs to an angle changes its frequency with speed, and a limit cycle of the loop its amplitude.
+//! A line is named where the training sessions together show it beyond chance, in slow and fast motion alike, and where it gains on what is
+//! held out: what belongs to an angle changes its frequency with speed, and a limit cycle of the loop its amplitude.
 //! It is then taken off the recorded torque, so that all other stages see a machine without it.
 //! Left out: joints that hardly move; lines above [`HIGHEST`], where loops have their own.
 //! Reference: P. D. Welch (1967), The use of fast Fourier transform for the estimation of power spectra; S. M. Kay (1993), Fundamentals
@@ -19,8 +19,10 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
+use super::confirm;
+use super::division::Division;
 use super::probability::calibrated;
-use super::result::{FoundEffect, Measured};
+use super::result::{EffectGain, FoundEffect, Measured, Withdrawn};
 use super::side_by_side::side_by_side;
 use super::{Options, observe};
 use crate::drive::Sensing;
@@ -37,8 +39,8 @@ const LOWEST: f64 = 10.0;
 const HIGHEST: f64 = 160.0;
 /// Chance that noise shows a line in the training sessions of a machine.
 const CHANCE: f64 = 1e-4;
-/// [nats] `|E|²` over its level that a held-out piece needs at the frequency of the training: chance of one in a thousand.
-const HELD_OUT: f64 = 7.0;
+/// [nats] `|E|²` over its level that a piece has at a frequency by chance once in a thousand.
+const PRESENT: f64 = 7.0;
 /// [1] Standard errors that an amplitude has to exceed: one in a hundred does by chance. That there is a line is surer than that, how
 /// strong it is may not be, and a cause without a size is none.
 const SURE: f64 = 2.6;
@@ -56,19 +58,20 @@ const OTHER_JOINT: f64 = 0.3;
 
 /// Lines that were found, and what is left without them.
 pub struct Lines {
-    effects: Vec<FoundEffect>,
+    /// The effects that they are.
+    pub effects: Vec<FoundEffect>,
+    /// Those without a gain on what is held out; they were not taken off.
+    pub withdrawn: Vec<Withdrawn>,
     /// The sessions without the torque of the lines.
     pub mended: Vec<TimeSeries>,
 }
 
-/// Looks for lines; the first `trained` sessions are for training.
-pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Option<Lines> {
-    let effects: Vec<&dyn Diagnosable> =
-        options.catalogue.diagnosable().map(|effect| effect as &dyn Diagnosable).collect();
-    let effect = effects.into_iter().find(|effect| effect.of_line(1.0, 0.0, 0.0).is_some())?;
+/// Looks for lines in what is trained on.
+pub fn find(model: &Model, sessions: &[&TimeSeries], division: Division, options: &Options) -> Option<Lines> {
+    let effect = options.catalogue.diagnosable().find(|effect| effect.of_line(1.0, 0.0, 0.0).is_some())?;
     let of_joint = |joint: usize| {
-        let motor = MotorTorque::new(model, joint, sessions);
-        lines_of(model, joint, &pieces(model, joint, sessions, trained, options), &motor)
+        let motor = MotorTorque::new(model, joint, sessions, division);
+        lines_of(model, joint, &pieces(model, joint, sessions, division), &motor)
     };
     let joints: Vec<usize> = (0..model.joints.len()).collect();
     let samples = sessions.iter().map(|session| session.len()).sum::<usize>();
@@ -84,46 +87,46 @@ pub fn find(model: &Model, sessions: &[&TimeSeries], trained: usize, options: &O
         };
         all.iter().any(of_other)
     };
-    let lines: Vec<&(usize, Line)> = all.iter().filter(|line| !shakes(line)).collect();
-    if lines.is_empty() {
-        return None;
-    }
-    let mended = sessions.iter().map(|session| without(model, &lines, session)).collect();
-    Some(Lines {
-        effects: lines.iter().filter_map(|(joint, line)| found(model, *joint, line, effect)).collect(),
-        mended,
-    })
-}
-
-/// The sessions, or where none is held out, both parts of each.
-fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], trained: usize, options: &Options) -> Vec<Piece> {
-    let cut = 1.0 - options.held_out_share;
-    let parts = |number: usize| {
-        if trained < sessions.len() {
-            vec![([0.0, 1.0], number >= trained)]
-        } else {
-            vec![([0.0, cut], false), ([cut, 1.0], true)]
-        }
+    let own: Vec<&(usize, Line)> = all.iter().filter(|line| !shakes(line)).collect();
+    let entries = |lines: &[&(usize, Line)]| -> Vec<FoundEffect> {
+        lines.iter().filter_map(|(joint, line)| found(model, *joint, line, effect)).collect()
     };
-    let all = sessions.iter().enumerate().flat_map(|(number, session)| {
-        parts(number).into_iter().filter_map(move |(part, held)| Piece::new(model, joint, session, part, held))
-    });
-    all.collect()
+    let (lines, without_gain): (Vec<_>, Vec<_>) = own.into_iter().partition(|(_, line)| line.gain.shown);
+    let (_, withdrawn) = confirm::part(entries(&without_gain), &options.catalogue);
+    let mended = if lines.is_empty() {
+        Vec::new()
+    } else {
+        sessions.iter().map(|session| without(model, &lines, session)).collect()
+    };
+    Some(Lines { effects: entries(&lines), withdrawn, mended })
 }
 
-/// What the motor of a joint makes in each session.
+/// The sessions, or where none is held out, both parts of each; what is trained on comes first.
+fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Vec<Piece> {
+    let all = sessions.iter().enumerate().flat_map(|(number, session)| {
+        division.parts(number).into_iter().filter_map(move |(part, held)| Piece::new(model, joint, session, part, held))
+    });
+    let mut all: Vec<Piece> = all.collect();
+    all.sort_by_key(|piece| piece.held_out);
+    all
+}
+
+/// What the motor of a joint makes in the part of each session that is trained on.
 struct MotorTorque<'s>(Vec<(&'s [f64], Vec<f64>)>);
 
 impl<'s> MotorTorque<'s> {
-    fn new(model: &Model, joint: usize, sessions: &[&'s TimeSeries]) -> Self {
-        let of_session = |session: &&'s TimeSeries| {
+    fn new(model: &Model, joint: usize, sessions: &[&'s TimeSeries], division: Division) -> Self {
+        let of_session = |(number, session): (usize, &&'s TimeSeries)| {
             let series = session.joint(&model.joints[joint].name)?;
-            Some((session.time.as_slice(), observe::motor_torque(model, joint, series, None)?.0))
+            let part = division.training(number)?;
+            let [first, last] = part.map(|place| (place * session.len() as f64) as usize);
+            let torque = observe::motor_torque(model, joint, series, None)?.0;
+            Some((&session.time[first..last], torque[first..last].to_vec()))
         };
-        Self(sessions.iter().filter_map(of_session).collect())
+        Self(sessions.iter().enumerate().filter_map(of_session).collect())
     }
 
-    /// [N·m or N] RMS over all sessions.
+    /// [N·m or N] RMS over all of them.
     fn root_mean_square(&self) -> f64 {
         observe::root_mean_square(&self.0.iter().flat_map(|(_, torque)| torque).copied().collect::<Vec<f64>>())
     }
@@ -162,6 +165,8 @@ const fn transform_bytes(length: usize) -> usize {
 
 /// The lines of one joint, strongest first.
 fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) -> Vec<Line> {
+    // Estimates are made with the pieces that are trained on; those held out come behind them.
+    let trained = pieces.iter().take_while(|piece| !piece.held_out).count();
     let (Some(longest), Some(dt)) =
         (pieces.iter().map(|piece| piece.weight.len()).max(), pieces.iter().map(|piece| piece.dt).reduce(f64::max))
     else {
@@ -183,17 +188,13 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     let spectra: Vec<Spectrum> = side_by_side(&pairs, transform_bytes(length), |(piece, stiffness)| {
         spectrum(stiffness, piece, length, first, last)
     });
-    let evidence = |k: usize, held_out: bool| -> f64 {
-        let of = pieces.iter().zip(&spectra).filter(|(piece, _)| piece.held_out == held_out);
-        of.map(|(_, spectrum)| spectrum.power[k] / spectrum.level[k]).sum()
-    };
-    let sums: Vec<f64> = (0..last - first).map(|k| evidence(k, false)).collect();
-    let [training, held_out] = [false, true].map(|held| pieces.iter().filter(|piece| piece.held_out == held).count());
-    if training == 0 || held_out == 0 {
+    if trained == 0 || trained == pieces.len() {
         return Vec::new();
     }
-    let asked = beyond_chance(training, CHANCE / (sums.len() * model.joints.len()) as f64);
-    let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked && evidence(*k, true) > HELD_OUT).collect();
+    let evidence = |k: usize| spectra[..trained].iter().map(|spectrum| spectrum.power[k] / spectrum.level[k]).sum();
+    let sums: Vec<f64> = (0..last - first).map(evidence).collect();
+    let asked = beyond_chance(trained, CHANCE / (sums.len() * model.joints.len()) as f64);
+    let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked).collect();
     peaks.sort_by(|a, b| sums[*b].total_cmp(&sums[*a]));
     let mut lines: Vec<Line> = Vec::new();
     let mut tried: Vec<f64> = Vec::new();
@@ -207,7 +208,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
         let levels: Vec<f64> = spectra.iter().map(|spectrum| spectrum.level[k]).collect();
         let parts: Vec<Part> =
             (0..pieces.len()).map(|i| Part { piece: &pieces[i], stiffness: &stiffness[i], level: levels[i] }).collect();
-        lines.extend(estimated(&parts, f, step).filter(|line| motor.is_disturbed_by(line)));
+        lines.extend(estimated(parts.split_at(trained), f, step).filter(|line| motor.is_disturbed_by(line)));
         if lines.len() == MOST || tried.len() == MOST_TRIED {
             break;
         }
@@ -250,8 +251,9 @@ fn found(model: &Model, joint: usize, line: &Line, effect: &dyn Diagnosable) -> 
         joints: vec![joint.name.clone()],
         kind: about.kind,
         parameters: parameters.collect(),
-        probability: calibrated(CHANCE.max((-line.held_out).exp())),
-        gain_percent: line.gain_percent,
+        probability: calibrated(CHANCE),
+        evidence_nats: line.evidence,
+        gain: EffectGain::of(line.gain, &format!("amplitude at {:.1} Hz", line.frequency.value)),
         confusable_with: Vec::new(),
         separate_by: about.separate_by.to_owned(),
     })
@@ -274,16 +276,6 @@ fn without(model: &Model, lines: &[&(usize, Line)], session: &TimeSeries) -> Tim
         }
     }
     mended
-}
-
-impl Lines {
-    /// Puts the effects first into a diagnosis of the sessions without them.
-    pub fn add_to(self, diagnosis: &mut super::Diagnosis, model: &Model, options: &Options) {
-        diagnosis.extended_model =
-            super::extend::with_effects(model, &diagnosis.extended_model, &self.effects, &options.catalogue);
-        diagnosis.effects.splice(0..0, self.effects);
-        diagnosis.verdict = super::Verdict::EffectsFound;
-    }
 }
 
 #[cfg(test)]

@@ -17,8 +17,6 @@ const RIDGE: f64 = 1e-10;
 pub struct Prediction {
     /// On each fold of the training rows, its parameters moved to suit the others.
     pub folds: f64,
-    /// On what is held out.
-    pub held_out: f64,
     /// Scale of the training error.
     pub scale: f64,
     /// Independent samples per row.
@@ -39,9 +37,7 @@ impl Channel<'_, '_> {
             folds += elsewhere(&solution, Part::Fold(fold));
         }
         let solution = self.fit(Part::Train, &fit.lack, &fit.columns)?;
-        let held_out = elsewhere(&solution, Part::HeldOut);
-        let prediction =
-            Prediction { folds, held_out, scale: solution.scale[0], independence: self.independence(&solution) };
+        let prediction = Prediction { folds, scale: solution.scale[0], independence: self.independence(&solution) };
         Some((prediction, solution))
     }
 

@@ -8,10 +8,12 @@ use super::channel::Channel;
 use super::judge::Prediction;
 use super::path::Path;
 use super::{Rules, rests};
+use crate::diagnose::gains;
 use crate::diagnose::problem::{Part, Problem};
 use crate::diagnose::regression::Solution;
 use crate::diagnose::side_by_side::side_by_side;
 use crate::effects::{AtTurns, Turns};
+use crate::replay::Gain;
 use crate::timeseries::TimeSeries;
 
 /// Gaps that a search without a first idea begins with, in counts of the encoder.
@@ -42,24 +44,20 @@ pub struct Candidate {
     pub values: Vec<[f64; 2]>,
     /// [nats] Gain of likelihood by cross-validation within the training data, starting points paid for.
     pub folds: f64,
-    /// [nats] Gain of likelihood on what is held out.
-    pub held_out: f64,
     /// Logarithm of the ratio of error scales, without over with.
     pub log_scale: f64,
-    /// [N²·m² or N²] Sum of squares over held-out rows, without and with.
-    pub power: [f64; 2],
+    /// Gain of the torque error on held-out rows around turns.
+    pub gain: Gain,
 }
 
 impl Candidate {
-    /// [nats] Both parts, what the effect has to bring beyond others taken off.
+    /// [nats] What the effect has to bring beyond others taken off.
     pub fn total(&self) -> f64 {
-        self.folds + self.held_out - self.effect.reserve()
+        self.folds - self.effect.reserve()
     }
 
     fn accepted(&self, rules: &Rules) -> bool {
-        self.total() > rules.nats
-            && self.log_scale > rules.log_scale.max(self.effect.least_fall())
-            && self.held_out > rules.held_out
+        self.total() > rules.nats && self.log_scale > rules.log_scale.max(self.effect.least_fall())
     }
 }
 
@@ -181,18 +179,19 @@ fn judged(
         .zip(&planted.scales)
         .enumerate()
         .map(|(k, (value, scale))| [*value, variances[2 + k].max(0.0).sqrt().hypot(Rules::SYSTEMATIC * scale)]);
-    let power = |fit: &Fit, solution: &Solution| {
-        let system = channel.system(&channel.part(Part::HeldOut), &fit.lack, &fit.columns);
-        system.blocks[0].residual(&solution.coefficients).iter().map(|e| e * e).sum::<f64>()
+    let held_out = channel.part(Part::HeldOut);
+    let errors = |fit: &Fit, solution: &Solution| {
+        channel.system(&held_out, &fit.lack, &fit.columns).blocks[0].residual(&solution.coefficients)
     };
+    let rows: Vec<usize> = held_out.iter().map(|index| channel.rows[*index]).collect();
+    let gain = gains::of_rows(&channel.problem.motion, &rows, [&errors(nominal, without), &errors(fit, &solution)]);
     Some(Candidate {
         effect: planted.effect,
         joint: channel.joint,
         values: values.collect(),
         folds: independence * (after.folds - before.folds) - (tried as f64).ln(),
-        held_out: independence * (after.held_out - before.held_out),
         log_scale: (before.scale / after.scale).ln(),
-        power: [power(nominal, without), power(fit, &solution)],
+        gain,
     })
 }
 

@@ -28,9 +28,10 @@ use super::Options;
 use super::observe::root_mean_square;
 use super::probability::{calibrated, odds_against};
 use super::problem::Problem;
-use super::result::{FitError, FoundEffect, Measured, Split, TwoEncoders, Unexplained};
+use super::result::{EffectGain, FitError, FoundEffect, Measured, Split, TwoEncoders, Unexplained};
 use super::views::{self, Residual};
 use crate::effects::About;
+use crate::replay::Gain;
 use crate::timeseries::{Estimate, TimeSeries};
 use crate::units::JointKind;
 use difference::{Difference, difference};
@@ -43,6 +44,8 @@ const NOTICEABLE: f64 = 2e-4;
 const SURELY: f64 = 4.0;
 /// Wind-up over that of the model's stiffness from which on a gear is soft.
 const SOFT: f64 = 1.5;
+/// What the gains here are of.
+const LINK_POSITION: &str = "link position";
 
 /// What the second encoders say of the machine.
 #[derive(Debug, Default)]
@@ -181,12 +184,23 @@ fn compared(problem: &Problem, sessions: &[&TimeSeries], fit: &AxisFit, lag: f64
     [of(Split::Train, false), of(Split::HeldOut, true)].into_iter().flatten().collect()
 }
 
-/// [%] by which the error on what is held out is lower.
-fn gain(errors: &[FitError]) -> f64 {
-    let sum = |of: fn(&FitError) -> f64| -> f64 {
-        errors.iter().filter(|error| error.split == Split::HeldOut).map(|error| of(error).powi(2)).sum()
+/// By how much the error on what is held out is lower. The ends of the interval of several joints are those of all of them at once: that is
+/// wider than it would be if they were independent.
+fn gain(errors: &[FitError]) -> EffectGain {
+    let held_out: Vec<&FitError> = errors.iter().filter(|error| error.split == Split::HeldOut).collect();
+    let before: f64 = held_out.iter().map(|error| error.before.powi(2)).sum();
+    let percent = |of: &dyn Fn(&Gain) -> f64| {
+        let left = held_out.iter().map(|error| (error.before * (1.0 - 0.01 * of(&error.gain))).powi(2)).sum::<f64>();
+        100.0 * (1.0 - (left / before.max(1e-300)).sqrt())
     };
-    100.0 * (1.0 - (sum(|error| error.after) / sum(|error| error.before).max(1e-300)).sqrt())
+    let interval_percent = [percent(&|gain| gain.interval_percent[0]), percent(&|gain| gain.interval_percent[1])];
+    let shown = interval_percent[0] > 0.0;
+    EffectGain::of(Gain { gain_percent: percent(&|gain| gain.gain_percent), interval_percent, shown }, LINK_POSITION)
+}
+
+/// [nats] Of a value this many standard errors from what the model says.
+fn evidence(value: f64, std_error: f64) -> f64 {
+    0.5 * (value / std_error.max(1e-300)).powi(2)
 }
 
 fn effect(
@@ -195,7 +209,8 @@ fn effect(
     kind: JointKind,
     values: &[Estimate],
     probability: f64,
-    gain_percent: f64,
+    evidence_nats: f64,
+    gain: EffectGain,
 ) -> FoundEffect {
     let parameters = about.parameters.iter().zip(values).filter(|(_, estimate)| estimate.value != 0.0);
     FoundEffect {
@@ -208,7 +223,8 @@ fn effect(
             })
             .collect(),
         probability,
-        gain_percent,
+        evidence_nats,
+        gain,
         confusable_with: Vec::new(),
         separate_by: about.separate_by.to_owned(),
     }
@@ -226,7 +242,8 @@ fn delay(
     let joints = fits.iter().map(|fit| problem.motion.model.joints[fit.joint].name.clone()).collect();
     let values: Vec<Estimate> = values.iter().map(|value| Estimate { value: *value, ..lag }).collect();
     let probability = calibrated(odds_against(lag.value.abs(), NOTICEABLE, lag.std_error));
-    Some(effect(known.about(), joints, JointKind::Revolute, &values, probability, gain(errors)))
+    let nats = evidence(lag.value, lag.std_error);
+    Some(effect(known.about(), joints, JointKind::Revolute, &values, probability, nats, gain(errors)))
 }
 
 fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError], options: &Options) -> Option<FoundEffect> {
@@ -240,7 +257,8 @@ fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError], options: &Options
     let std_error = c.std_error / c.value.powi(2);
     let values: Vec<Estimate> = values.iter().map(|value| Estimate { value: *value, std_error }).collect();
     let probability = calibrated(odds_against(c.value, soft, c.std_error));
-    Some(effect(known.about(), vec![model.name.clone()], model.kind, &values, probability, gain(errors)))
+    let nats = evidence(c.value - soft, c.std_error);
+    Some(effect(known.about(), vec![model.name.clone()], model.kind, &values, probability, nats, gain(errors)))
 }
 
 /// The effect that a gap is which varies with the angle.
@@ -249,5 +267,6 @@ fn varies(problem: &Problem, uneven: &Varying, options: &Options) -> Option<Foun
     let waves = [uneven.wave.amplitude, uneven.wave.order, uneven.wave.phase];
     let known = options.catalogue.iter().find(|effect| effect.is_uneven_gap())?;
     let probability = calibrated((-uneven.log_odds).exp());
-    Some(effect(known.about(), vec![model.name.clone()], model.kind, &waves, probability, uneven.gain_percent))
+    let gain = EffectGain::of(uneven.gain, LINK_POSITION);
+    Some(effect(known.about(), vec![model.name.clone()], model.kind, &waves, probability, uneven.log_odds, gain))
 }

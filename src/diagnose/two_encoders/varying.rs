@@ -6,7 +6,7 @@
 //! `L` is the robust likelihood of all that is fitted, of as many rows as are independent; links that float now and then make most of the
 //! square of the error, and plain least squares take another order. The order is scanned, then refined.
 //! What the rows of one flank show on the other too, as an error of transmission or of an encoder does, is not of this kind:
-//! `cos nq`, `sin nq` of the same sign on both flanks compete, each at its own best order. What is held out has to confirm it.
+//! `cos nq`, `sin nq` of the same sign on both flanks compete, each at its own best order.
 //! Left out: joints without turns; machines whose masses are a guess, where nobody knows which flank carries.
 
 use rayon::prelude::*;
@@ -16,10 +16,10 @@ use super::difference::{Difference, difference};
 use super::fit::{AxisFit, Lag, Solved, fit, solve, trained};
 use super::wave::{Wave, wave};
 use crate::diagnose::Rules;
+use crate::diagnose::gains;
 use crate::diagnose::golden::golden_section;
-use crate::diagnose::observe::root_mean_square;
 use crate::diagnose::problem::{Problem, independence};
-use crate::diagnose::regression::{NU, profile_likelihood};
+use crate::replay::Gain;
 use crate::timeseries::{Estimate, TimeSeries};
 use crate::units::JointKind;
 
@@ -39,8 +39,8 @@ pub struct Varying {
     pub wave: Wave,
     /// Logarithm of the odds for it.
     pub log_odds: f64,
-    /// [%] by which the RMS of what is held out is lower than with a constant gap.
-    pub gain_percent: f64,
+    /// Gain on what is held out over a constant gap.
+    pub gain: Gain,
 }
 
 /// How the gap of a joint varies, where it does; `constant` is the fit of a constant gap at the same `lag`.
@@ -79,14 +79,13 @@ pub fn varying(
     let held_out = difference(problem, sessions, joint, lag)?.filtered(|row| problem.held_out[row]);
     let [without, with] = [constant, &fit].map(|fit| fit.residual(problem, &held_out));
     let (without, with) = (without?, with?);
-    let confirmed = independent * (profile_likelihood(&with, NU) - profile_likelihood(&without, NU));
     // A gap is nowhere less than none.
     let possible = wave.amplitude.value - gap.value < SURELY * wave.amplitude.std_error;
     let sure = wave.amplitude.value > SURELY * wave.amplitude.std_error;
-    (possible && sure && rival < best && confirmed > rules.nats).then(|| Varying {
+    (possible && sure && rival < best).then(|| Varying {
         wave: Wave { amplitude: Estimate { value: wave.amplitude.value.min(gap.value), ..wave.amplitude }, ..wave },
-        log_odds: log_odds.min(confirmed),
-        gain_percent: 100.0 * (1.0 - root_mean_square(&with) / root_mean_square(&without).max(1e-300)),
+        log_odds,
+        gain: gains::of_rows(&problem.motion, &held_out.rows, [&without, &with]),
         fit,
     })
 }

@@ -1,0 +1,150 @@
+//! What could be wrong with data or model, as what undoes it.
+
+use super::balance;
+use super::rows::Rows;
+use crate::robot::Model;
+
+/// One thing that is undone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// The torque of a joint has the other sign.
+    TorqueSign(usize),
+    /// Position and velocity of a joint have the other sign.
+    MotionSign(usize),
+    /// Position, velocity and torque of a joint have the other sign: its axis points the other way.
+    AxisSign(usize),
+    /// Torques of two joints are exchanged.
+    SwapTorque(usize, usize),
+    /// Positions of two joints are exchanged.
+    SwapMotion(usize, usize),
+    /// All channels of two joints are exchanged.
+    SwapJoints(usize, usize),
+    /// The torque of a joint, or of all, is to be multiplied.
+    TorqueScale(Option<usize>, f64),
+    /// Position and velocity of a joint, or of all, are to be multiplied.
+    MotionScale(Option<usize>, f64),
+    /// Time is to be multiplied.
+    TimeScale(f64),
+    /// Gravity points the other way.
+    Gravity,
+    /// The gear ratio of a joint is to be multiplied: torque from a current, and the rotor's inertia by its square.
+    Ratio(usize, f64),
+    /// The torque of a joint, or of all, is to be read later [s].
+    TorqueLag(Option<usize>, f64),
+    /// The torque of a joint, or of all, is a magnitude: its sign is taken to be that of what links, rotor and Coulomb friction need.
+    Unsigned(Option<usize>),
+}
+
+impl Change {
+    /// The two joints whose channels are exchanged.
+    pub const fn exchanged(self) -> Option<[usize; 2]> {
+        match self {
+            Self::SwapTorque(i, j) | Self::SwapMotion(i, j) | Self::SwapJoints(i, j) => Some([i, j]),
+            _ => None,
+        }
+    }
+
+    /// Model and rows with it undone.
+    pub fn undone(self, model: &Model, rows: &[Rows]) -> (Model, Vec<Rows>) {
+        let (mut model, mut rows) = (model.clone(), rows.to_vec());
+        let dof = model.joints.len();
+        let joints = |which: Option<usize>| which.map_or((0..dof).collect::<Vec<_>>(), |joint| vec![joint]);
+        match self {
+            Self::TorqueSign(joint) => scale_torque(&mut rows, &[joint], -1.0),
+            Self::MotionSign(joint) => scale_motion(&mut rows, &[joint], [-1.0; 3]),
+            Self::AxisSign(joint) => {
+                scale_motion(&mut rows, &[joint], [-1.0; 3]);
+                scale_torque(&mut rows, &[joint], -1.0);
+            }
+            Self::SwapTorque(i, j) => swap(&model, &mut rows, [i, j], [false, true]),
+            Self::SwapMotion(i, j) => swap(&model, &mut rows, [i, j], [true, false]),
+            Self::SwapJoints(i, j) => swap(&model, &mut rows, [i, j], [true, true]),
+            Self::TorqueScale(which, factor) => scale_torque(&mut rows, &joints(which), factor),
+            Self::MotionScale(which, factor) => scale_motion(&mut rows, &joints(which), [factor; 3]),
+            Self::TimeScale(factor) => {
+                scale_motion(&mut rows, &joints(None), [1.0, 1.0 / factor, 1.0 / (factor * factor)]);
+            }
+            Self::Gravity => model.robot.gravity = -model.robot.gravity,
+            Self::Ratio(joint, factor) => {
+                model.joints[joint].gear_ratio *= factor;
+                scale_torque(&mut rows, &[joint], factor);
+            }
+            Self::TorqueLag(which, lag) => {
+                for session in &mut rows {
+                    for joint in joints(which) {
+                        session.joints[joint].tau = session.torque_after(joint, lag);
+                    }
+                }
+            }
+            Self::Unsigned(which) => joints(which).into_iter().for_each(|joint| sign(&model, &mut rows, joint)),
+        }
+        (model, rows)
+    }
+}
+
+fn scale_torque(rows: &mut [Rows], joints: &[usize], factor: f64) {
+    for session in rows {
+        for joint in joints {
+            session.joints[*joint].tau.iter_mut().for_each(|tau| *tau *= factor);
+        }
+    }
+}
+
+fn scale_motion(rows: &mut [Rows], joints: &[usize], factors: [f64; 3]) {
+    for session in rows {
+        for joint in joints {
+            let own = &mut session.joints[*joint];
+            for (values, factor) in [&mut own.q, &mut own.v, &mut own.a].into_iter().zip(factors) {
+                values.iter_mut().for_each(|value| *value *= factor);
+            }
+        }
+    }
+}
+
+/// Exchanges motion, torque or both of two joints; a current of one that was read as that of the other passes the other's gear.
+fn swap(model: &Model, rows: &mut [Rows], [i, j]: [usize; 2], [motion, torque]: [bool; 2]) {
+    let gain = model.joints[i].torque_per_ampere() / model.joints[j].torque_per_ampere();
+    for session in rows {
+        let (mut one, mut other) = (session.joints[i].clone(), session.joints[j].clone());
+        if motion {
+            for (a, b) in [(&mut one.q, &mut other.q), (&mut one.v, &mut other.v), (&mut one.a, &mut other.a)] {
+                std::mem::swap(a, b);
+            }
+        }
+        if torque {
+            std::mem::swap(&mut one.tau, &mut other.tau);
+            if session.from_current {
+                one.tau.iter_mut().for_each(|tau| *tau *= gain);
+                other.tau.iter_mut().for_each(|tau| *tau /= gain);
+            }
+        }
+        (session.joints[i], session.joints[j]) = (one, other);
+    }
+}
+
+/// Sizes of Coulomb friction that are tried, from none to the largest torque.
+const FRICTIONS: usize = 40;
+
+/// Gives the torque of a joint the sign of `I + G + F_C sgn v`, with the `F_C` whose magnitude fits best.
+fn sign(model: &Model, rows: &mut [Rows], joint: usize) {
+    let rigid = balance::rigid(model, rows, joint);
+    let largest =
+        rows.iter().flat_map(|session| &session.joints[joint].tau).fold(0.0_f64, |most, tau| most.max(tau.abs()));
+    let needed = |session: usize, row: usize, v: f64, coulomb: f64| rigid[session][row] + coulomb * v.signum();
+    let error = |coulomb: f64| -> f64 {
+        let of_session = |(number, session): (usize, &Rows)| -> f64 {
+            let own = &session.joints[joint];
+            let moving = own.tau.iter().enumerate().filter(|(row, _)| own.moves[*row]);
+            moving.map(|(row, tau)| (tau.abs() - needed(number, row, own.v[row], coulomb).abs()).powi(2)).sum()
+        };
+        rows.iter().enumerate().map(of_session).sum()
+    };
+    let frictions = (0..FRICTIONS).map(|k| largest * k as f64 / FRICTIONS as f64);
+    let coulomb = frictions.min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(0.0);
+    for (number, session) in rows.iter_mut().enumerate() {
+        let own = &mut session.joints[joint];
+        for (row, tau) in own.tau.iter_mut().enumerate() {
+            *tau = tau.abs().copysign(needed(number, row, own.v[row], coulomb));
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Channels that say nothing: constant, or frozen, while another channel of the same joint shows that it should not be.
+//!
+//! Position: constant in a session in which the velocity channel moves the joint by more than it has ever been seen to. Velocity: constant while the
+//! position covers a way. Current or torque: constant while the joint moves both ways, so that friction alone would turn its sign; a joint that
+//! is switched off reads zero in part of a session, and swings, so only whole sessions count, or a value other than zero that stays to the end.
+
+use crate::robot::Model;
+use crate::timeseries::{Channel, JointSeries, TimeSeries};
+
+/// Way in both directions, in shares of the joint's largest range, that a frozen torque would have had to answer to.
+const WAY: f64 = 0.1;
+/// [rad or m] Way of a velocity channel that a frozen position would have had to follow.
+const LEAST: f64 = 0.1;
+/// Samples that a channel has to be frozen for.
+const SAMPLES: usize = 50;
+
+/// A dead channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dead {
+    /// The joint's index in the model.
+    pub joint: usize,
+    /// The channel.
+    pub channel: &'static str,
+    /// The session.
+    pub session: String,
+    /// The value that it stays at.
+    pub value: f64,
+    /// [s] since when.
+    pub since: f64,
+    /// What moved meanwhile [rad or m].
+    pub way: f64,
+}
+
+/// All of them.
+pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Dead> {
+    let mut found = Vec::new();
+    for (index, joint) in model.joints.iter().enumerate() {
+        let series: Vec<(&TimeSeries, &JointSeries)> =
+            sessions.iter().filter_map(|session| Some((*session, session.joint(&joint.name)?))).collect();
+        let most = series.iter().filter_map(|(_, one)| one.get(Channel::Position)).map(range).fold(0.0, f64::max);
+        for (session, one) in series {
+            let dead = |(channel, since, way): (Channel, usize, f64)| {
+                let (name, values) = (name(channel), one.get(channel)?);
+                let (session_name, time) = (session.name.clone(), session.time[since] - session.time[0]);
+                Some(Dead {
+                    joint: index,
+                    channel: name,
+                    session: session_name,
+                    value: values[since],
+                    since: time,
+                    way,
+                })
+            };
+            found.extend(in_session(session, one, most).into_iter().filter_map(dead));
+        }
+    }
+    found
+}
+
+const fn name(channel: Channel) -> &'static str {
+    match channel {
+        Channel::Position => "position",
+        Channel::Velocity => "velocity",
+        Channel::Torque => "torque",
+        _ => "current",
+    }
+}
+
+/// Channel, first frozen sample, and the way meanwhile.
+fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Channel, usize, f64)> {
+    let mut dead = Vec::new();
+    let Some(position) = series.get(Channel::Position) else { return dead };
+    let end = position.len();
+    if let Some(velocity) = series.get(Channel::Velocity) {
+        let since = frozen_since(position);
+        let path = path(&session.time[since..], &velocity[since..]);
+        let way = range(&path);
+        // A joint that is held reads one value too, and its velocity hums: what stops in the middle must miss a large motion.
+        let least = if since == 0 { WAY * most } else { most };
+        if end - since > SAMPLES && way > LEAST && way > least {
+            dead.push((Channel::Position, since, way));
+        }
+        let since = frozen_since(velocity);
+        let way = if since < end { range(&position[since..]) } else { 0.0 };
+        if end - since > SAMPLES && most > 0.0 && way > WAY * most {
+            dead.push((Channel::Velocity, since, way));
+        }
+    }
+    for channel in [Channel::Current, Channel::Torque] {
+        let Some(values) = series.get(channel) else { continue };
+        let since = frozen_since(values);
+        if end - since <= SAMPLES || (since > 0 && values[since] == 0.0) {
+            continue;
+        }
+        let (up, down) = ways(&position[since..]);
+        let way = up.min(down);
+        if most > 0.0 && way > WAY * most {
+            dead.push((channel, since, way));
+        }
+    }
+    dead
+}
+
+/// Integral of a velocity, less its mean slope: an offset is no motion.
+fn path(time: &[f64], velocity: &[f64]) -> Vec<f64> {
+    let mut path = vec![0.0; time.len()];
+    for k in 1..time.len() {
+        path[k] = path[k - 1] + 0.5 * (velocity[k] + velocity[k - 1]) * (time[k] - time[k - 1]);
+    }
+    let slope = path.last().copied().unwrap_or(0.0) / (time.len().max(2) - 1) as f64;
+    path.iter().enumerate().map(|(k, x)| x - slope * k as f64).collect()
+}
+
+/// First sample from which on a signal keeps its last value.
+fn frozen_since(values: &[f64]) -> usize {
+    let last = values.last();
+    values.len() - values.iter().rev().take_while(|value| Some(*value) == last).count()
+}
+
+fn range(values: &[f64]) -> f64 {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    if high > low { high - low } else { 0.0 }
+}
+
+/// Way upwards and downwards.
+fn ways(position: &[f64]) -> (f64, f64) {
+    position.windows(2).fold((0.0, 0.0), |(up, down), pair| {
+        let step = pair[1] - pair[0];
+        (up + step.max(0.0), down - step.min(0.0))
+    })
+}

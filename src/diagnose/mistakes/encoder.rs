@@ -1,0 +1,64 @@
+//! Steps of the position against the model's encoder: a count is `2π / (counts_per_turn · gear_ratio)` at the joint.
+//!
+//! A recorded encoder moves by whole counts, so the size of a count can be read off the data to a share of a percent; a gear ratio of another
+//! stage, an angle of the motor or degrees change it by just that factor. Positions that were rounded to a decimal place or filtered have no such steps,
+//! or steps of a round size, and say nothing.
+
+use std::f64::consts::PI;
+
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+use crate::units::DEG;
+
+/// Steps that are looked at: up to so many counts, beyond which the error of one count adds up.
+const MOST_COUNTS: f64 = 6.0;
+/// Part of a count by which a step may miss a whole number of them.
+const OFF: f64 = 0.12;
+/// Share of the steps that have to be whole counts.
+const WHOLE: f64 = 0.98;
+/// Steps needed.
+const FEWEST: usize = 200;
+/// Relative difference of two sizes that are the same.
+pub const SAME: f64 = 0.02;
+
+/// Size of a count in the data over that of the model; `None` where the data show no counts or the model has no encoder.
+pub fn count_ratio(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Option<f64> {
+    let expected = model.joints[joint].encoder_step();
+    if expected <= 0.0 {
+        return None;
+    }
+    let name = &model.joints[joint].name;
+    let mut steps: Vec<f64> = Vec::new();
+    for session in sessions {
+        let position = session.joint(name)?.get(Channel::Position)?;
+        // The last digits of a number of that size are not steps.
+        let digits = 1e-12 * position.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
+        steps.extend(position.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > digits));
+    }
+    let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    steps.retain(|step| *step < (MOST_COUNTS + 0.5) * smallest);
+    if steps.len() < FEWEST || is_round(smallest) {
+        return None;
+    }
+    let mut count = smallest;
+    for _ in 0..3 {
+        let (sum, squares) = steps.iter().fold((0.0, 0.0), |(sum, squares), step| {
+            let whole = (step / count).round();
+            (sum + whole * step, squares + whole * whole)
+        });
+        count = sum / squares;
+    }
+    let whole = steps.iter().filter(|step| (*step / count - (*step / count).round()).abs() < OFF).count();
+    let clear = whole as f64 >= WHOLE * steps.len() as f64 && !is_round(count);
+    clear.then_some(count / expected)
+}
+
+/// Whether a step is 1, 2 or 5 times a power of ten, in radians, degrees or parts of a turn in bits: a choice of who wrote the file.
+fn is_round(step: f64) -> bool {
+    let decimal = |step: f64| {
+        let mantissa = step / 10.0_f64.powf(step.log10().floor());
+        [1.0, 2.0, 2.5, 5.0, 10.0].iter().any(|round| (mantissa / round - 1.0).abs() < SAME)
+    };
+    let bits = (2.0 * PI / step).log2();
+    decimal(step) || decimal(step / DEG) || (bits - bits.round()).abs() < 0.01
+}

@@ -1,0 +1,113 @@
+//! Position against velocity: over a stretch of time the position changes by the integral of the velocity, `Δq = b ∫ v dt`, `b = 1`.
+//!
+//! Low-pass, quantisation and noise of either channel leave `b` within some percent of one; a unit, a sign or a time base that is not what it is
+//! said to be makes it −1, π/180, π/30, the gear ratio or a power of ten: far away in logarithm. `b = √(Σ Δq² / Σ (∫ v dt)²)` with the sign of their
+//! correlation, so that noise of neither biases it alone. A channel that is late against the other has the peak of its correlation there.
+
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// Stretches of a session.
+const STRETCHES: usize = 200;
+/// Samples of a stretch at least.
+const SHORTEST: usize = 10;
+/// Correlation of `Δq` and `∫ v dt` below which nothing is said about their ratio: they share 64 % of their squares.
+const CORRELATED: f64 = 0.8;
+/// A ratio beyond this factor, or its inverse, is none that a filter makes.
+pub const FAR: f64 = 1.5;
+/// [s] Lag of one channel against the other beyond which it is no filter and no transport delay: `sensor_delay` ends at 0.1 s.
+pub const LATE: f64 = 0.14;
+/// [s] Largest lag that is looked for.
+const LONGEST: f64 = 0.5;
+
+/// What velocity and position of a joint say of each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ratio {
+    /// `b`, with its sign.
+    pub ratio: f64,
+    /// [1] correlation of both, with its sign.
+    pub correlation: f64,
+    /// [s] how late the velocity is against the position.
+    pub lag: f64,
+    /// Correlation at that lag.
+    pub at_lag: f64,
+}
+
+impl Ratio {
+    /// Whether the two agree.
+    pub fn agrees(&self) -> bool {
+        self.at_lag > CORRELATED && self.ratio.abs().ln().abs() < FAR.ln()
+    }
+}
+
+/// Ratio of a joint over all sessions, by a channel of velocity; `None` where they have nothing in common.
+pub fn ratio(model: &Model, joint: usize, sessions: &[&TimeSeries], channel: Channel) -> Option<Ratio> {
+    let name = &model.joints[joint].name;
+    let stretches: Vec<Stretches> = sessions
+        .iter()
+        .filter_map(|session| {
+            let series = session.joint(name)?;
+            Stretches::new(&session.time, series.get(Channel::Position)?, series.get(channel)?)
+        })
+        .collect();
+    let sums = |lag: f64| {
+        let mut sums = [0.0; 3];
+        stretches.iter().for_each(|one| one.add(&mut sums, lag));
+        sums
+    };
+    let correlation = |[qq, qv, vv]: [f64; 3]| if qq > 0.0 && vv > 0.0 { qv / (qq * vv).sqrt() } else { 0.0 };
+    let here = sums(0.0);
+    let step = LONGEST / 20.0;
+    let (lag, at_lag) = (-20..=20)
+        .map(|k| f64::from(k) * step)
+        .map(|lag| (lag, correlation(sums(lag))))
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(b.0.abs().total_cmp(&a.0.abs())))?;
+    let best = if at_lag.abs() > correlation(here).abs() { sums(lag) } else { here };
+    (at_lag.abs() > CORRELATED).then(|| Ratio {
+        ratio: (best[0] / best[2]).sqrt().copysign(at_lag),
+        correlation: correlation(here),
+        lag,
+        at_lag,
+    })
+}
+
+/// Position and integral of the velocity of one session.
+struct Stretches<'a> {
+    time: &'a [f64],
+    q: &'a [f64],
+    integral: Vec<f64>,
+    length: usize,
+}
+
+impl<'a> Stretches<'a> {
+    /// `None` where the session is too short.
+    fn new(time: &'a [f64], q: &'a [f64], v: &[f64]) -> Option<Self> {
+        let length = (time.len() / STRETCHES).max(SHORTEST);
+        if time.len() < 4 * length {
+            return None;
+        }
+        let mut integral = vec![0.0; time.len()];
+        for k in 1..time.len() {
+            integral[k] = integral[k - 1] + 0.5 * (v[k] + v[k - 1]) * (time[k] - time[k - 1]);
+        }
+        Some(Self { time, q, integral, length })
+    }
+
+    /// Adds `Σ Δq²`, `Σ Δq V`, `Σ V²` of the stretches, the velocity read `lag` [s] later.
+    fn add(&self, sums: &mut [f64; 3], lag: f64) {
+        let (n, last) = (self.time.len(), self.time.len() - 1);
+        let at = |k: usize| {
+            let t = self.time[k] + lag;
+            let inside = (self.time[0]..=self.time[last]).contains(&t);
+            inside.then(|| self.integral[self.time.partition_point(|x| *x < t).min(last)])
+        };
+        for start in (0..n - self.length).step_by(self.length) {
+            if let (Some(from), Some(to)) = (at(start), at(start + self.length)) {
+                let (dq, dv) = (self.q[start + self.length] - self.q[start], to - from);
+                sums[0] += dq * dq;
+                sums[1] += dq * dv;
+                sums[2] += dv * dv;
+            }
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The last of the mistakes: more than half of the torque is left over when every effect has been tried.
+//!
+//! An effect, a tilted base for instance, may be most of what a nominal model lacks; so this is judged at the end. Two things have to say the same: the
+//! error of the finished diagnosis on data held out is above half of the torque and well above the sensor's floor, and the torque balance, which is free to
+//! take masses, a tilt, a payload and a spring as it likes, leaves more than a quarter of the squares.
+
+use super::Mistake;
+use super::balance;
+use super::rows;
+use super::search::EXPLAINED;
+use crate::diagnose::result::{Diagnosis, Split, Verdict};
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+
+/// [%] of the RMS torque.
+const HALF: f64 = 50.0;
+/// Errors below this many floors are the sensor's.
+const FLOORS: f64 = 3.0;
+
+/// Turns a diagnosis that leaves more than half of a joint's torque into a suspicion.
+pub fn judge(diagnosis: &mut Diagnosis, model: &Model, sessions: &[&TimeSeries]) {
+    let large = |name: &str| {
+        diagnosis.fit.iter().find(|fit| {
+            let torque =
+                fit.joint == name && ["torque", "force"].contains(&fit.quantity) && fit.split == Split::HeldOut;
+            torque && fit.after_percent > HALF && fit.after > FLOORS * fit.floor
+        })
+    };
+    if model.joints.iter().all(|joint| large(&joint.name).is_none()) {
+        return;
+    }
+    let rows = rows::rows(model, sessions);
+    let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
+    let balances = balance::balances(model, &rows, &moves);
+    let of_joint = |(joint, left): (&crate::robot::JointModel, &Option<balance::Balance>)| {
+        let fit = large(&joint.name)?;
+        let left = (*left)?.left;
+        (left > EXPLAINED).then(|| Mistake {
+            mistake: "baseline_error",
+            joints: vec![joint.name.clone()],
+            factor: None,
+            evidence: format!(
+                "{}: {:.0} % of the torque on data held out is left after every effect was tried, and {:.0} % of it with masses, tilt, payload and a spring free.",
+                joint.name,
+                fit.after_percent,
+                100.0 * left.sqrt()
+            ),
+            remedy: "compare the manifest's columns, units and signs with the recording, and gear ratio, torque constant, masses and axes of the model with the machine".to_owned(),
+            alternatives: Vec::new(),
+        })
+    };
+    let mistakes: Vec<Mistake> = model.joints.iter().zip(&balances).filter_map(of_joint).collect();
+    if !mistakes.is_empty() {
+        diagnosis.verdict = Verdict::MistakeSuspected;
+        diagnosis.mistakes = mistakes;
+        diagnosis.effects.clear();
+        diagnosis.changes = diagnosis.changes.as_ref().map(|_| Vec::new());
+        diagnosis.extended_model = diagnosis.baseline_model.clone();
+    }
+}

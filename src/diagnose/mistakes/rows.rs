@@ -1,0 +1,165 @@
+//! Smooth motion and torque of every joint at evenly spaced rows: what the torque balance of a suspicion is made of.
+//!
+//! The kernel is one width for all, coarser than that of a diagnosis: a mistake changes a sign or a factor, not a tenth.
+
+use crate::diagnose::kernel::Kernel;
+use crate::diagnose::observe::motor_torque;
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// [s] Half width of the kernel: a coarse encoder (0.6 mrad at 1 kHz) passes it as 0.03 rad/s² of acceleration.
+const HALF_WIDTH: f64 = 0.06;
+/// [s] Shortest distance of rows.
+const SPACING: f64 = 0.02;
+/// Rows of all sessions together, about.
+const MOST_ROWS: f64 = 900.0;
+/// A joint moves in a session in which it covers this share of the most that it covers in one.
+const MOVES: f64 = 0.02;
+/// A joint rests below this share of its fastest speed in the session.
+const REST: f64 = 0.04;
+/// [1] Counts in the kernel's width below which the direction of motion is not known.
+const FEW_COUNTS: f64 = 3.0;
+
+/// Rows of one session.
+#[derive(Debug, Clone)]
+pub struct Rows {
+    /// Name of the session.
+    pub session: String,
+    /// One a joint of the model.
+    pub joints: Vec<JointRows>,
+    /// Sample in the middle of each row.
+    centres: Vec<usize>,
+    kernel: Kernel,
+    /// Torque of each joint as it was sampled.
+    torque: Vec<Vec<f64>>,
+    /// [s]
+    interval: f64,
+    /// Whether torques come from currents.
+    pub from_current: bool,
+}
+
+/// Rows of one joint; empty torque where none was recorded.
+#[derive(Debug, Clone, Default)]
+pub struct JointRows {
+    /// [rad or m]
+    pub q: Vec<f64>,
+    /// [rad/s or m/s]
+    pub v: Vec<f64>,
+    /// [rad/s² or m/s²]
+    pub a: Vec<f64>,
+    /// [N·m or N] motor torque on the joint side.
+    pub tau: Vec<f64>,
+    /// Whether the joint moves, so that friction has a direction.
+    pub moves: Vec<bool>,
+}
+
+impl Rows {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.centres.len()
+    }
+
+    /// Torque of a joint read `lag` [s] later [N·m or N]; held at the ends.
+    pub fn torque_after(&self, joint: usize, lag: f64) -> Vec<f64> {
+        let torque = &self.torque[joint];
+        let (first, last) = (self.kernel.reach, torque.len().saturating_sub(self.kernel.reach + 1));
+        let shift = (lag / self.interval).round() as isize;
+        let at = |centre: &usize| {
+            let centre = centre.saturating_add_signed(shift).clamp(first, last.max(first));
+            self.kernel.averages(torque, centre).value
+        };
+        if torque.is_empty() { Vec::new() } else { self.centres.iter().map(at).collect() }
+    }
+}
+
+/// Rows of every session in which each joint of the model has a position and at least one a torque; sessions that are too short are left out.
+pub fn rows(model: &Model, sessions: &[&TimeSeries]) -> Vec<Rows> {
+    let total: f64 = sessions.iter().filter_map(|s| Some(s.time.last()? - s.time.first()?)).sum();
+    let spacing = SPACING.max(total / MOST_ROWS);
+    let mut rows: Vec<Rows> = sessions.iter().filter_map(|session| of_session(model, session, spacing)).collect();
+    for joint in 0..model.joints.len() {
+        mark_motion(model, &mut rows, joint);
+    }
+    rows
+}
+
+fn of_session(model: &Model, session: &TimeSeries, spacing: f64) -> Option<Rows> {
+    let interval = session.sample_interval();
+    if interval.is_nan() || interval <= 0.0 {
+        return None;
+    }
+    let reach = ((HALF_WIDTH / interval).round() as usize).max(3);
+    let grid = grid(&session.time, interval)?;
+    if grid.len() < 8 * reach {
+        return None;
+    }
+    let kernel = Kernel::new(reach, interval);
+    let step = ((spacing / interval).round() as usize).max(1);
+    let centres: Vec<usize> = (reach..grid.len() - reach).step_by(step).collect();
+    let mut joints = Vec::with_capacity(model.joints.len());
+    let mut torques = Vec::with_capacity(model.joints.len());
+    let mut from_current = true;
+    for (index, joint) in model.joints.iter().enumerate() {
+        let series = session.joint(&joint.name)?;
+        let position = resampled(&session.time, series.get(Channel::Position)?, &grid);
+        let direction = series.get(Channel::Velocity).or_else(|| series.get(Channel::ReferenceVelocity));
+        let torque = motor_torque(model, index, series, direction).map_or(Vec::new(), |(torque, current)| {
+            from_current &= current;
+            resampled(&session.time, &torque, &grid)
+        });
+        let mut rows = JointRows::default();
+        for centre in &centres {
+            let motion = kernel.averages(&position, *centre);
+            rows.q.push(motion.value);
+            rows.v.push(motion.rate);
+            rows.a.push(motion.curvature);
+        }
+        if !torque.is_empty() {
+            rows.tau = centres.iter().map(|centre| kernel.averages(&torque, *centre).value).collect();
+        }
+        joints.push(rows);
+        torques.push(torque);
+    }
+    Some(Rows { session: session.name.clone(), joints, centres, kernel, torque: torques, interval, from_current })
+}
+
+/// Evenly spaced times over a session.
+fn grid(time: &[f64], interval: f64) -> Option<Vec<f64>> {
+    let (first, last) = (*time.first()?, *time.last()?);
+    let count = (last - first) / interval;
+    // A session of which most samples are missing is no signal.
+    (count.is_finite() && count < 4.0 * time.len() as f64)
+        .then(|| (0..=count as usize).map(|k| first + k as f64 * interval).collect())
+}
+
+/// A signal at other times, straight between its samples.
+fn resampled(time: &[f64], values: &[f64], grid: &[f64]) -> Vec<f64> {
+    let mut next = 1;
+    let at = |t: &f64| {
+        while next + 1 < time.len() && time[next] < *t {
+            next += 1;
+        }
+        let part = ((t - time[next - 1]) / (time[next] - time[next - 1])).clamp(0.0, 1.0);
+        values[next - 1] + part * (values[next] - values[next - 1])
+    };
+    if values.len() < 2 { vec![0.0; grid.len()] } else { grid.iter().map(at).collect() }
+}
+
+/// Marks the rows in which a joint moves.
+fn mark_motion(model: &Model, rows: &mut [Rows], joint: usize) {
+    let covers = |rows: &Rows| {
+        let q = &rows.joints[joint].q;
+        q.iter().copied().fold(f64::NEG_INFINITY, f64::max) - q.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    let most = rows.iter().map(covers).fold(0.0, f64::max);
+    let count = model.joints[joint].encoder_step();
+    for session in rows {
+        let here = covers(session);
+        let width = 2.0 * session.kernel.half_width;
+        let own = &mut session.joints[joint];
+        let fastest = own.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let rest = (REST * fastest).max(FEW_COUNTS * count / width);
+        let moves = here > 0.0 && here >= MOVES * most;
+        own.moves = own.v.iter().map(|v| moves && v.abs() > rest).collect();
+    }
+}

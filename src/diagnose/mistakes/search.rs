@@ -1,0 +1,255 @@
+//! Mistakes that the torque balance shows: which single change of data or model makes it add up.
+//!
+//! The share `u` of the squared torque that the balance leaves (see [`balance`](super::balance)) is 0.000 to 0.06 on sound recordings and up to 0.1 on simulated
+//! machines with an effect of full strength; with a sign exchanged it is 0.1 to 1. Where some joint leaves more than [`SUSPICIOUS`], every change is undone in
+//! turn: on sound data each makes the balance worse, or leaves it as it is. One is named where `Σ ln(u_before/u_after)` over the joints exceeds
+//! `ln` [`FACTOR`] and its joints are left with less than [`EXPLAINED`]; what does nearly as well is named beside it. Then the next one is looked for, with
+//! this one undone.
+
+use rayon::prelude::*;
+
+use super::balance::{self, Balance, Mask, Normal};
+use super::change::Change;
+use super::limits::Outside;
+use super::overload::Overload;
+use super::rows::Rows;
+use crate::robot::{Masses, Model};
+use crate::units::{DEG, JointKind};
+
+/// Share of the squared torque above which changes are tried: what most sound balances stay below, so that most recordings cost no search.
+pub const SUSPICIOUS: f64 = 0.02;
+/// Share below which a joint is explained, and less tells nothing more: 7 % in RMS.
+const FLOOR: f64 = 0.005;
+/// Factor by which undoing a mistake lowers what is left, the joints' factors multiplied.
+const FACTOR: f64 = 4.0;
+/// Share that the joints of a mistake leave at most, once it is undone: half the torque in RMS.
+pub const EXPLAINED: f64 = 0.25;
+/// Factor by which an alternative may be worse.
+const NEARLY: f64 = 1.5;
+/// [1] Weight of a coefficient that is not one, in the score of a change.
+const UNLIKELY: f64 = 0.5;
+/// [s] Lags that are tried: more than a sensor or a filter has, see `sensor_delay`.
+const LAGS: [f64; 8] = [-0.4, -0.3, -0.2, -0.15, 0.15, 0.2, 0.3, 0.4];
+
+/// A change that makes the balance add up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The best.
+    pub change: Change,
+    /// Others that do nearly as well.
+    pub alternatives: Vec<Change>,
+    /// RMS that the balance leaves of the torque of the worst of its joints before [%].
+    pub before: f64,
+    /// The same joint after [%].
+    pub after: f64,
+    /// That joint.
+    pub joint: usize,
+}
+
+/// One change tried.
+struct Trial {
+    change: Change,
+    score: f64,
+    before: Vec<Option<Balance>>,
+    after: Vec<Option<Balance>>,
+}
+
+/// All changes that are needed, the strongest first. `timed`: whether a velocity channel confirms the time base.
+/// `limits`: what leaves the limits of the model, which speaks for a factor that brings it back.
+pub fn found(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Vec<Found> {
+    let (mut model, mut rows) = (model.clone(), rows.to_vec());
+    let mut found: Vec<Found> = Vec::new();
+    while found.len() <= model.joints.len() {
+        let Some(best) = best(&model, &rows, timed, limits) else { break };
+        if found.iter().any(|one| one.change == best.change) {
+            break;
+        }
+        (model, rows) = best.change.undone(&model, &rows);
+        found.push(best);
+    }
+    found
+}
+
+fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Option<Found> {
+    let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
+    let bounds = balance::bounds(model);
+    let normals = balance::normals(model, rows, &moves);
+    let before: Vec<Option<Balance>> = normals.iter().map(|normal| normal.solve(&bounds)).collect();
+    let suspicious: Vec<usize> =
+        (0..before.len()).filter(|joint| before[*joint].is_some_and(|one| one.left > SUSPICIOUS)).collect();
+    if suspicious.is_empty() {
+        return None;
+    }
+    let tried = |change: Change| {
+        let trial = trial(model, rows, change, &normals, &before);
+        Trial { score: trial.score + FACTOR.ln() * brought_back(model, change, limits), ..trial }
+    };
+    let mut trials: Vec<Trial> = changes(model, rows, &suspicious, &before, timed).into_par_iter().map(tried).collect();
+    trials.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let first = trials.first()?;
+    let joint = worst(first)?;
+    let (was, is) = (first.before[joint]?.left, first.after[joint]?.left);
+    if first.score < FACTOR.ln() || is > EXPLAINED || was < SUSPICIOUS {
+        return None;
+    }
+    let alternatives = trials[1..]
+        .iter()
+        .take_while(|other| other.score > first.score - NEARLY.ln())
+        .map(|other| other.change)
+        .collect();
+    let percent = |left: f64| 100.0 * left.sqrt();
+    Some(Found { change: first.change, alternatives, before: percent(was), after: percent(is), joint })
+}
+
+/// What leaves the limits of the model.
+#[derive(Debug)]
+pub struct Limits<'a> {
+    /// Positions.
+    pub outside: &'a [Outside],
+    /// Torques.
+    pub overloads: &'a [Overload],
+}
+
+/// Number of joints that a change brings back into their limits.
+fn brought_back(model: &Model, change: Change, limits: &Limits<'_>) -> f64 {
+    let one_of = |which: Option<usize>, joint: usize| which.is_none_or(|only| only == joint);
+    let torque = |which: Option<usize>, factor: f64| {
+        limits.overloads.iter().filter(|one| one_of(which, one.joint) && one.explained_by(factor)).count()
+    };
+    let count = match change {
+        Change::MotionScale(which, factor) => {
+            limits.outside.iter().filter(|one| one_of(which, one.joint) && one.explained_by(factor)).count()
+        }
+        Change::TorqueScale(which, factor) => torque(which, factor),
+        // The limit of the drive is the ratio's too.
+        Change::Ratio(joint, factor) if model.robot.bodies[joint].joint.limits.effort.is_finite() => {
+            torque(Some(joint), factor)
+        }
+        _ => 0,
+    };
+    count as f64
+}
+
+/// The joint that a change helps most.
+fn worst(trial: &Trial) -> Option<usize> {
+    let gain = |joint: &usize| match (trial.before[*joint], trial.after[*joint]) {
+        (Some(before), Some(after)) => before.left.max(FLOOR).ln() - after.left.max(FLOOR).ln(),
+        _ => f64::NEG_INFINITY,
+    };
+    (0..trial.before.len()).max_by(|a, b| gain(a).total_cmp(&gain(b)))
+}
+
+fn trial(model: &Model, rows: &[Rows], change: Change, normals: &[Normal], before: &[Option<Balance>]) -> Trial {
+    let bounds = balance::bounds(model);
+    if let Change::TorqueScale(which, factor) = change {
+        // The motion is as it was.
+        let of_joint = |(joint, normal): (usize, &Normal)| match which {
+            Some(only) if only != joint => before[joint],
+            _ => normal.scaled(factor).solve(&bounds),
+        };
+        let after: Vec<_> = normals.iter().enumerate().map(of_joint).collect();
+        return Trial { change, score: score(before, &after), before: before.to_vec(), after };
+    }
+    let exchanged = change.exchanged();
+    let both = |session: usize, joint: usize, row: usize| {
+        let moves = |joint: usize| rows[session].joints[joint].moves[row];
+        exchanged.filter(|pair| pair.contains(&joint)).map_or_else(|| moves(joint), |[i, j]| moves(i) && moves(j))
+    };
+    let mask: &Mask<'_> = &both;
+    let before = if exchanged.is_some() { balance::balances(model, rows, mask) } else { before.to_vec() };
+    let (changed, undone) = change.undone(model, rows);
+    let after = balance::balances(&changed, &undone, mask);
+    Trial { change, score: score(&before, &after), before, after }
+}
+
+/// `Σ ln(u_before/u_after)`, less what makes the coefficients after it unlikely.
+fn score(before: &[Option<Balance>], after: &[Option<Balance>]) -> f64 {
+    let of_joint = |(before, after): (&Option<Balance>, &Option<Balance>)| match (before, after) {
+        (Some(before), Some(after)) => {
+            let gain = before.left.max(FLOOR).ln() - after.left.max(FLOOR).ln();
+            gain - UNLIKELY * (after.oddness() - before.oddness())
+        }
+        _ => 0.0,
+    };
+    before.iter().zip(after).map(of_joint).sum()
+}
+
+/// Everything that is tried.
+fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<Balance>], timed: bool) -> Vec<Change> {
+    let dof = model.joints.len();
+    let mut changes = Vec::new();
+    for &i in suspicious {
+        changes.extend([Change::TorqueSign(i), Change::MotionSign(i)]);
+        if never_negative(rows, i) {
+            changes.push(Change::Unsigned(Some(i)));
+        }
+        changes.extend(LAGS.map(|lag| Change::TorqueLag(Some(i), lag)));
+    }
+    if model.masses == Masses::Estimated {
+        // Friction has a sign of its own; the rest of the balance is as good as the guess.
+        changes.retain(|change| matches!(change, Change::TorqueSign(_) | Change::MotionSign(_) | Change::Unsigned(_)));
+    }
+    if dof > 1 && (0..dof).all(|joint| never_negative(rows, joint)) {
+        changes.push(Change::Unsigned(None));
+    }
+    for i in 0..dof {
+        for j in i + 1..dof {
+            if suspicious.contains(&i) && suspicious.contains(&j) {
+                changes.extend([Change::SwapTorque(i, j), Change::SwapMotion(i, j), Change::SwapJoints(i, j)]);
+            }
+        }
+    }
+    if model.masses == Masses::Estimated {
+        changes.push(Change::TorqueScale(None, -1.0));
+        return changes;
+    }
+    changes.extend((0..dof).map(Change::AxisSign));
+    changes.push(Change::Gravity);
+    for &i in suspicious {
+        changes.extend(scales(model, rows, i));
+        changes.extend(before[i].and_then(|one| one.needed_scale()).map(|f| Change::TorqueScale(Some(i), f)));
+    }
+    if dof > 1 {
+        changes.extend(LAGS.map(|lag| Change::TorqueLag(None, lag)));
+        changes.extend([-1.0, 1e-3, 1e3].map(|factor| Change::TorqueScale(None, factor)));
+        changes.extend([DEG, 1.0 / DEG].map(|factor| Change::MotionScale(None, factor)));
+    }
+    if !timed {
+        changes.extend([1e-3, 0.1, 1.0 / 3.0, 0.5, 2.0, 3.0, 10.0, 1e3].map(Change::TimeScale));
+    }
+    changes
+}
+
+/// Whether the torque of a joint lies nowhere further below zero than an offset of a hundredth of its largest does.
+pub fn never_negative(rows: &[Rows], joint: usize) -> bool {
+    rows.iter().all(|session| {
+        let torque = &session.joints[joint].tau;
+        let largest = torque.iter().fold(0.0_f64, |most, tau| most.max(tau.abs()));
+        torque.iter().all(|tau| *tau >= -0.01 * largest)
+    })
+}
+
+/// Factors of one joint with a name.
+fn scales(model: &Model, rows: &[Rows], i: usize) -> Vec<Change> {
+    let joint = &model.joints[i];
+    let (n, constant) = (joint.gear_ratio, joint.motor.torque_constant);
+    let torque: &[f64] = if rows.iter().all(|session| session.from_current) {
+        &[1e-3, 1e3, 1.0 / (n * constant), 1.0 / constant]
+    } else {
+        &[1e-3, 1e3, n * constant, n]
+    };
+    let motion: &[f64] = match joint.kind {
+        JointKind::Revolute => &[DEG, 1.0 / DEG, 1.0 / n, DEG / n],
+        JointKind::Prismatic => &[1e-3, 1e3, 1.0 / n, DEG / n],
+    };
+    let others = model.joints.iter().map(|other| other.gear_ratio / n).filter(|f| (f.ln()).abs() > 0.2);
+    let ratios = others.chain([1.0 / (n * n), 1.0 / n]);
+    let distinct = |factor: &&f64| factor.ln().abs() > 0.2;
+    torque
+        .iter()
+        .filter(distinct)
+        .map(|f| Change::TorqueScale(Some(i), *f))
+        .chain(motion.iter().filter(distinct).map(|f| Change::MotionScale(Some(i), *f)))
+        .chain(ratios.map(|f| Change::Ratio(i, f)))
+        .collect()
+}

@@ -1,0 +1,135 @@
+//! What the ratio of position and velocity means: a unit, a sign, an angle of the motor, a time base, a late channel.
+
+use std::f64::consts::PI;
+
+use super::balance;
+use super::change::Change;
+use super::kinematics::{self, FAR, LATE, Ratio};
+use super::{Mistake, rows, words};
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+use crate::units::{DEG, JointKind, RPM};
+
+/// Relative difference of two factors that are the same: low-pass and quantisation leave some percent.
+const SAME: f64 = 0.1;
+/// A late channel explains this much of what is left without the lag.
+const BETTER: f64 = 0.5;
+
+/// The velocity to judge by: as measured, or the reference, which a controlled joint follows.
+pub fn of(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Option<(Channel, Ratio)> {
+    [Channel::Velocity, Channel::ReferenceVelocity]
+        .into_iter()
+        .find_map(|channel| Some((channel, kinematics::ratio(model, joint, sessions, channel)?)))
+}
+
+/// Whether a velocity channel agrees with the position on some joint, so that time is what it says.
+pub fn confirms_time(model: &Model, sessions: &[&TimeSeries]) -> bool {
+    (0..model.joints.len()).any(|joint| of(model, joint, sessions).is_some_and(|(_, ratio)| ratio.agrees()))
+}
+
+/// What a factor between position and velocity is called.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Meaning {
+    /// One of the two has the other sign.
+    Sign,
+    /// Position in this unit: `degrees_for_radians` and the like.
+    Position(&'static str),
+    /// Velocity in this unit.
+    Velocity(&'static str),
+    /// No factor with a name.
+    Unknown,
+}
+
+/// All mistakes between position and velocity.
+pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
+    let ratios: Vec<Option<(Channel, Ratio)>> =
+        (0..model.joints.len()).map(|joint| of(model, joint, sessions)).collect();
+    let wrong: Vec<(usize, Channel, Ratio)> = ratios
+        .iter()
+        .enumerate()
+        .filter_map(|(joint, found)| found.map(|(channel, ratio)| (joint, channel, ratio)))
+        .filter(|(.., ratio)| ratio.at_lag < 0.0 || ratio.ratio.abs().ln().abs() > FAR.ln())
+        .collect();
+    if wrong.is_empty() {
+        return late(model, sessions, &ratios);
+    }
+    if let Some(factor) = of_time(model, sessions, &ratios) {
+        return vec![words::time_base(model, &wrong, factor)];
+    }
+    wrong.iter().map(|one| of_joint(model, sessions, *one)).collect()
+}
+
+/// The factor of time, where all joints have one and it is no unit of all their channels.
+fn of_time(model: &Model, sessions: &[&TimeSeries], ratios: &[Option<(Channel, Ratio)>]) -> Option<f64> {
+    let all: Vec<(usize, f64)> =
+        ratios.iter().enumerate().filter_map(|(joint, found)| Some((joint, found.as_ref()?.1.ratio))).collect();
+    let first = all.first()?.1;
+    let alike = first > 0.0 && all.iter().all(|(_, ratio)| *ratio > 0.0 && (ratio / first).ln().abs() < SAME);
+    let named = all.iter().all(|(joint, ratio)| meaning(model, *joint, *ratio) != Meaning::Unknown);
+    // One joint and one velocity: the reference says whether it is the velocity's own factor.
+    let reference = |joint: usize| kinematics::ratio(model, joint, sessions, Channel::ReferenceVelocity);
+    let by_reference = all.iter().all(|(joint, ratio)| {
+        reference(*joint).is_none_or(|other| other.ratio > 0.0 && (other.ratio / ratio).ln().abs() < 2.0 * SAME)
+    });
+    (alike && !named && by_reference).then_some(first)
+}
+
+/// The name of a factor `b` of a joint.
+pub fn meaning(model: &Model, joint: usize, b: f64) -> Meaning {
+    let (n, kind) = (model.joints[joint].gear_ratio, model.joints[joint].kind);
+    if (b.abs() - 1.0).abs() < 1.0 - 1.0 / FAR && b < 0.0 {
+        return Meaning::Sign;
+    }
+    let mut names = vec![
+        (n, Meaning::Position("motor_angle_for_joint_angle")),
+        (n / DEG, Meaning::Position("motor_degrees_for_joint_angle")),
+        (n / (2.0 * PI), Meaning::Position("motor_turns_for_joint_angle")),
+        (1.0 / n, Meaning::Velocity("motor_velocity_for_joint_velocity")),
+        (RPM / n, Meaning::Velocity("motor_rpm_for_joint_velocity")),
+        (DEG / n, Meaning::Velocity("motor_degrees_for_joint_velocity")),
+    ];
+    match kind {
+        JointKind::Revolute => names.extend([
+            (1.0 / DEG, Meaning::Position("degrees_for_radians")),
+            (DEG, Meaning::Velocity("degrees_for_radians")),
+            (RPM, Meaning::Velocity("rpm_for_radians_per_second")),
+        ]),
+        JointKind::Prismatic => names.extend([
+            (1e3, Meaning::Position("millimetres_for_metres")),
+            (1e-3, Meaning::Velocity("millimetres_for_metres")),
+        ]),
+    }
+    let off = |factor: f64| (b / factor).abs().ln().abs();
+    names
+        .into_iter()
+        .rev()
+        .filter(|(factor, _)| b > 0.0 && factor.ln().abs() > FAR.ln() && off(*factor) < SAME)
+        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)))
+        .map_or(Meaning::Unknown, |found| found.1)
+}
+
+/// The mistake of one joint whose velocity and position differ.
+fn of_joint(model: &Model, sessions: &[&TimeSeries], (joint, channel, ratio): (usize, Channel, Ratio)) -> Mistake {
+    let meaning = meaning(model, joint, ratio.ratio);
+    let turned = meaning == Meaning::Sign && {
+        let rows = rows::rows(model, sessions);
+        let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
+        let left = |model: &Model, rows: &[rows::Rows]| {
+            balance::balances(model, rows, &moves)[joint].map_or(1.0, |one| one.left)
+        };
+        let (other, undone) = Change::MotionSign(joint).undone(model, &rows);
+        left(&other, &undone) < left(model, &rows)
+    };
+    words::velocity(model, joint, channel, &ratio, meaning, turned)
+}
+
+/// Channels that come late.
+fn late(model: &Model, _sessions: &[&TimeSeries], ratios: &[Option<(Channel, Ratio)>]) -> Vec<Mistake> {
+    let of_joint = |(joint, found): (usize, &Option<(Channel, Ratio)>)| {
+        let (channel, ratio) = (*found)?;
+        let left = |correlation: f64| 1.0 - correlation * correlation;
+        let clear = channel == Channel::Velocity && left(ratio.at_lag) < BETTER * left(ratio.correlation);
+        (clear && ratio.lag.abs() >= LATE).then(|| words::late_velocity(model, joint, &ratio))
+    };
+    ratios.iter().enumerate().filter_map(of_joint).collect()
+}

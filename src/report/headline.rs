@@ -1,0 +1,68 @@
+//! What the extended model gains, joint by joint: in torque along the measured motion, and in simulation.
+
+use super::display::shown;
+use super::number::significant;
+use super::table::Table;
+use crate::diagnose::{Diagnosis, FitError, ReplayError, Split};
+use crate::replay::Gain;
+
+/// One sentence for each joint on which an effect acts: both gains on data held out.
+pub fn gains(diagnosis: &Diagnosis) -> Vec<String> {
+    let named = |joint: &str| diagnosis.effects.iter().any(|found| found.joints.iter().any(|own| own == joint));
+    let judged =
+        diagnosis.fit.iter().filter(|error| error.split == Split::HeldOut && error.quantity != "link_position");
+    judged.filter(|error| named(&error.joint)).map(|error| sentence(error, &diagnosis.replay)).collect()
+}
+
+fn sentence(error: &FitError, replay: &[ReplayError]) -> String {
+    let own = replay.iter().filter(|one| one.joint == error.joint && one.split == Split::HeldOut);
+    let simulated: Vec<String> = own.map(in_simulation).collect();
+    let simulation = if simulated.is_empty() {
+        "not simulated".to_owned()
+    } else {
+        format!("in simulation {}", simulated.join(", "))
+    };
+    format!(
+        "{} on data held out: {} error along the motion {} to {} {} ({}); {simulation}.",
+        error.joint,
+        error.quantity,
+        significant(error.before, 3),
+        significant(error.after, 3),
+        error.unit,
+        change(error.gain)
+    )
+}
+
+fn in_simulation(error: &ReplayError) -> String {
+    let (unit, factor) = shown(error.unit);
+    let [before, after] = [error.before, error.after].map(|value| significant(value * factor, 3));
+    format!("{} {before} to {after} {unit} ({})", error.quantity, change(error.gain))
+}
+
+/// A gain in a few words; one whose interval holds zero is none.
+fn change(gain: Gain) -> String {
+    let [_, high] = gain.interval_percent;
+    if gain.shown {
+        format!("{:.0} % less", gain.gain_percent)
+    } else if high < 0.0 {
+        format!("{:.0} % more", -gain.gain_percent)
+    } else {
+        "no gain shown".to_owned()
+    }
+}
+
+/// Which part of the nominal torque error each effect takes away, joint by joint; empty with fewer than two effects.
+pub fn by_effect(diagnosis: &Diagnosis) -> Table {
+    let mut table =
+        Table::new("Torque error on data held out, by effect", &["joint", "effect", "of the nominal error"]);
+    if diagnosis.effects.len() < 2 {
+        return table;
+    }
+    for found in &diagnosis.effects {
+        for (joint, percent) in &found.gain.gain_by_joint {
+            table.row([joint.clone(), found.effect.clone(), format!("{percent:.1} %")]);
+        }
+    }
+    table.rows.sort();
+    table
+}

@@ -1,0 +1,173 @@
+//! Sound recordings: simulated machines, and recorded ones where `LOSTMOTION_DATA` is set.
+
+use std::path::{Path, PathBuf};
+
+use lostmotion::dataset;
+use lostmotion::robot::Model;
+use lostmotion::scenario::{Scenario, simulate};
+use lostmotion::timeseries::TimeSeries;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::hidden::{self, Order};
+use super::machine::Machine;
+use super::{motion, record};
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+/// A machine with its nominal model and what was recorded of it.
+pub struct Set {
+    pub name: String,
+    pub model: Model,
+    pub sessions: Vec<TimeSeries>,
+}
+
+fn stream(seed: u64, number: u64) -> ChaCha8Rng {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(number);
+    rng
+}
+
+/// A planar arm of the blind generator with an effect in it, on one fast run.
+pub fn planar(order: &Order) -> Set {
+    let mut machine = Machine::draw(&mut stream(order.seed, 0));
+    let entries = hidden::draw(&mut stream(order.seed, 1), order, &mut machine);
+    let model = |text: &str| Model::from_texts(text, &machine.urdf(), Path::new("model.toml")).expect("a good model");
+    let moves = motion::fast(&mut stream(order.seed, 2));
+    let session = record::record("fast", &model(&machine.truth(&entries)), &moves, order.seed);
+    Set { name: order.name(), model: model(&machine.nominal()), sessions: vec![session] }
+}
+
+/// The six-axis arm of the catalogue under gravity, all joints moving, friction unknown to the nominal model.
+pub fn six_axis(seed: u64) -> Set {
+    let mut text = format!(
+        "schema = \"lostmotion/scenario/1\"\nname = \"six\"\nquestion = \"\"\nrobot = \"{ROOT}/robots/sixaxis/model.toml\"\n\
+         sensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"none\"\n[[session]]\nname = \"fast\"\nkind = \"fast\"\n\
+         rest = 1.0\nduration = 16.0\nlongest_rest = 0.2\nseed = {seed}\n"
+    );
+    // The middle, half the range [rad], speed [rad/s], acceleration [rad/s²], inertia [kg·m²] of each joint.
+    let joints = [
+        (0.0, 1.2, 1.5, 4.0, 6.0),
+        (0.3, 0.6, 1.0, 3.0, 7.0),
+        (-0.5, 0.6, 1.2, 4.0, 2.5),
+        (0.0, 1.2, 2.0, 8.0, 0.15),
+        (0.2, 1.0, 2.0, 8.0, 0.15),
+        (0.0, 1.5, 3.0, 12.0, 0.03),
+    ];
+    for (index, (middle, ..)) in joints.iter().enumerate() {
+        text += &format!("start.joint{} = {middle}\n", index + 1);
+    }
+    for (index, (middle, half, speed, acceleration, _)) in joints.iter().enumerate() {
+        text += &format!(
+            "[session.joints.joint{}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}\n",
+            index + 1,
+            middle - half,
+            middle + half
+        );
+    }
+    text += "\n[controller]\nlaw = \"pi\"\nvelocity = \"sensor\"\n";
+    for (index, (.., inertia)) in joints.iter().enumerate() {
+        text += &format!(
+            "[controller.joints.joint{}]\nproportional = {}\nintegral = {}\n",
+            index + 1,
+            30.0 * inertia,
+            300.0 * inertia
+        );
+    }
+    let scenario = Scenario::from_text(&text, Path::new("scenario.toml"), &[]).expect("a good scenario");
+    let sessions = simulate(&scenario, seed, &|_, _| {}).expect("a run").measured();
+    let mut model = scenario.model;
+    model.joints.iter_mut().for_each(|joint| (joint.friction, joint.backlash) = (None, None));
+    Set { name: format!("sixaxis_{seed}"), model, sessions }
+}
+
+/// The folder of recordings, or `None` with a word that the test is skipped.
+pub fn data() -> Option<PathBuf> {
+    let data = std::env::var_os("LOSTMOTION_DATA").map(PathBuf::from);
+    if data.is_none() {
+        println!("skipped: LOSTMOTION_DATA is not set");
+    }
+    data
+}
+
+/// A recorded set; gears whose stiffness a model file leaves out are stiff.
+pub fn recorded(name: &str, model: &Path, files: &[PathBuf]) -> Set {
+    let text = std::fs::read_to_string(model).expect("a model");
+    let model = if text.contains("gear_stiffness") {
+        Model::load(model).expect("a model")
+    } else {
+        let stiff = |line: &str| {
+            format!("{line}\n{}", if line.starts_with("gear_ratio") { "gear_stiffness = 1e5\n" } else { "" })
+        };
+        let urdf = std::fs::read_to_string(model.with_file_name("robot.urdf")).expect("a robot");
+        Model::from_texts(&text.lines().map(stiff).collect::<String>(), &urdf, model).expect("a model")
+    };
+    let joints = dataset::joints_of(&model);
+    let load = |file: &PathBuf| dataset::load(file, &joints).expect("a recording").series;
+    let sessions = files.iter().map(load).collect();
+    Set { name: name.to_owned(), model, sessions }
+}
+
+fn in_folder(folder: &Path, model: &str, files: &[&str]) -> Set {
+    let name = format!("{} {model}", folder.file_name().unwrap_or_default().to_string_lossy());
+    recorded(
+        &name,
+        &folder.join(model),
+        &files.iter().map(|file| folder.join(file).with_extension("csv")).collect::<Vec<_>>(),
+    )
+}
+
+/// A robot of the catalogue with its recordings.
+fn of_catalogue(robot: &str, datasets: &[&str]) -> Set {
+    let folder = Path::new(ROOT).join("robots").join(robot);
+    let files: Vec<PathBuf> =
+        datasets.iter().map(|name| folder.join("datasets").join(name).with_extension("toml")).collect();
+    recorded(robot, &folder.join("model.toml"), &files)
+}
+
+/// Recordings in which mistakes are planted: each machine once.
+pub fn some_recorded(data: &Path) -> Vec<Set> {
+    vec![
+        in_folder(&data.join("practice/none"), "model.toml", &["fast_1"]),
+        in_folder(&data.join("arms/six_axis_none"), "model_rough_15.toml", &["fast_1"]),
+        in_folder(&data.join("arms/ur10e"), "model.toml", &["reference_3"]),
+        of_catalogue("emps", &["train"]),
+    ]
+}
+
+/// Every sound recording at hand.
+pub fn all_recorded(data: &Path) -> Vec<Set> {
+    let arms = data.join("arms");
+    let mut sets =
+        vec![of_catalogue("emps", &["train", "pulses"]), of_catalogue("kr300", &["trajectory_a", "trajectory_b"])];
+    for name in ["none", "base_tilt", "load_dependent_friction"] {
+        let files = ["staircase", "fast_1", "fast_2", "fast_3"];
+        sets.push(in_folder(&data.join("practice").join(name), "model.toml", &files));
+        sets.push(in_folder(&data.join("practice").join(name), "model.toml", &files[..1]));
+    }
+    for name in ["six_axis_none", "six_axis_payload"] {
+        for model in ["model.toml", "model_rough_05.toml", "model_rough_15.toml"] {
+            sets.push(in_folder(&arms.join(name), model, &["fast_1", "fast_2", "fast_3"]));
+        }
+        sets.push(in_folder(&arms.join(name), "model.toml", &["slow"]));
+    }
+    for name in ["reference_1", "reference_2", "reference_3", "now_1", "now_2", "now_3"] {
+        sets.push(in_folder(&arms.join("ur10e"), "model.toml", &[name]));
+    }
+    sets.push(in_folder(&arms.join("tx40"), "model.toml", &["session_1"]));
+    let pendulum: Vec<String> = ["kp100", "kp200", "kp400", "kp800"]
+        .into_iter()
+        .flat_map(|gain| {
+            ["lift_and_drop", "sin_sin", "sin_time_square", "up_and_down"].map(|run| format!("{gain}_{run}"))
+        })
+        .collect();
+    sets.push(in_folder(
+        &arms.join("bam_xl330"),
+        "model.toml",
+        &pendulum.iter().map(String::as_str).collect::<Vec<_>>(),
+    ));
+    for run in &pendulum {
+        sets.push(in_folder(&arms.join("bam_xl330"), "model.toml", &[run]));
+    }
+    sets
+}

@@ -1,0 +1,188 @@
+//! Mistakes planted in sound recordings and models.
+
+use lostmotion::robot::Model;
+use lostmotion::timeseries::{Channel, TimeSeries};
+use lostmotion::units::{DEG, JointKind, RPM};
+
+/// A mistake: its name here, and the names under which it may be told. Those that data cannot separate stand beside each other.
+pub struct Planted {
+    pub name: &'static str,
+    pub told: &'static [&'static str],
+    /// Planted in one joint at a time; else in all at once.
+    pub of_joint: bool,
+}
+
+const fn planted(name: &'static str, told: &'static [&'static str], of_joint: bool) -> Planted {
+    Planted { name, told, of_joint }
+}
+
+/// Everything that is planted.
+pub const MISTAKES: [Planted; 33] = [
+    planted("current turned", &["sign_of_current", "sign_of_torque", "sign_of_joint"], true),
+    planted("position and velocity turned", &["sign_of_joint", "sign_of_current", "sign_of_torque"], true),
+    planted("position turned", &["sign_of_joint"], true),
+    planted("velocity turned", &["sign_of_velocity"], true),
+    planted("axis turned", &["sign_of_joint"], true),
+    planted("all currents turned", &["sign_of_current", "sign_of_torque", "sign_of_joint"], false),
+    planted("position and velocity in degrees", &["degrees_for_radians", "millimetres_for_metres"], true),
+    planted("all in degrees", &["degrees_for_radians", "millimetres_for_metres"], false),
+    planted("position in degrees", &["degrees_for_radians", "millimetres_for_metres"], true),
+    planted("velocity in degrees", &["degrees_for_radians", "millimetres_for_metres"], true),
+    planted("velocity in rpm", &["rpm_for_radians_per_second"], true),
+    planted("currents exchanged", &["joints_swapped"], true),
+    planted("positions exchanged", &["joints_swapped"], true),
+    planted("joints exchanged", &["joints_swapped"], true),
+    planted("torque as current", &["torque_recorded_as_current", "torque_scale"], true),
+    planted("current as torque", &["current_recorded_as_torque", "torque_scale"], true),
+    planted("gear ratio of another stage", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
+    planted("gear ratio inverse", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
+    planted("motor angle", &["motor_angle_for_joint_angle", "gear_ratio", "degrees_for_radians"], true),
+    planted("time in ms", &["time_unit"], false),
+    planted("time in µs", &["time_unit"], false),
+    planted("time in ns", &["time_unit"], false),
+    planted("time doubled", &["time_base", "torque_scale"], false),
+    planted("time halved", &["time_base", "torque_scale"], false),
+    planted("gravity upside down", &["gravity_upside_down"], false),
+    planted("current unsigned", &["unsigned_current"], true),
+    planted("all currents unsigned", &["unsigned_current"], false),
+    planted("current in mA", &["milliampere_for_ampere", "torque_scale"], true),
+    planted("all currents in mA", &["milliampere_for_ampere", "torque_scale"], false),
+    planted("currents late", &["late_channel"], false),
+    planted("position and velocity late", &["late_channel"], true),
+    planted("current dead", &["dead_channel"], true),
+    planted("position dead", &["dead_channel"], true),
+];
+
+/// Model and recordings with a mistake in them; `None` where it is none for this machine.
+pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -> Option<(Model, Vec<TimeSeries>)> {
+    let (mut model, mut sessions) = (model.clone(), sessions.to_vec());
+    let dof = model.joints.len();
+    let next = (joint + 1) % dof;
+    let n = model.joints[joint].gear_ratio;
+    let gain = model.joints[joint].torque_per_ampere();
+    let slides = model.joints[joint].kind == JointKind::Prismatic;
+    let degrees = if slides { 1e3 } else { 1.0 / DEG };
+    let torque = [Channel::Current, Channel::Torque, Channel::CommandCurrent];
+    let motion = [Channel::Position, Channel::Velocity];
+    let reference = [Channel::ReferencePosition, Channel::ReferenceVelocity];
+    let names: Vec<String> = model.joints.iter().map(|joint| joint.name.clone()).collect();
+    let has = |sessions: &[TimeSeries], channel| {
+        sessions.iter().all(|one| one.joint(&names[joint]).is_some_and(|one| one.get(channel).is_some()))
+    };
+    let velocity = has(&sessions, Channel::Velocity);
+    let current = has(&sessions, Channel::Current);
+    let scaled = |sessions: &mut [TimeSeries], joint: usize, channels: &[Channel], factor: f64| {
+        each(sessions, &names[joint], channels, &|values| values.iter_mut().for_each(|value| *value *= factor));
+    };
+    let both: Vec<Channel> = motion.into_iter().chain(reference).collect();
+    match name {
+        "current turned" => scaled(&mut sessions, joint, &torque, -1.0),
+        "position and velocity turned" => scaled(&mut sessions, joint, &both, -1.0),
+        "position turned" if velocity => scaled(&mut sessions, joint, &[Channel::Position], -1.0),
+        "velocity turned" if velocity => scaled(&mut sessions, joint, &[Channel::Velocity], -1.0),
+        "axis turned" => {
+            scaled(&mut sessions, joint, &both, -1.0);
+            scaled(&mut sessions, joint, &torque, -1.0);
+        }
+        "all currents turned" => (0..dof).for_each(|joint| scaled(&mut sessions, joint, &torque, -1.0)),
+        "position and velocity in degrees" => scaled(&mut sessions, joint, &both, degrees),
+        "all in degrees" if !slides => (0..dof).for_each(|joint| scaled(&mut sessions, joint, &both, degrees)),
+        "position in degrees" if velocity => scaled(&mut sessions, joint, &[Channel::Position], degrees),
+        "velocity in degrees" if velocity => scaled(&mut sessions, joint, &[Channel::Velocity], degrees),
+        "velocity in rpm" if velocity && !slides => scaled(&mut sessions, joint, &[Channel::Velocity], 1.0 / RPM),
+        "currents exchanged" if dof > 1 => exchange(&mut sessions, [&names[joint], &names[next]], &torque),
+        "positions exchanged" if dof > 1 => exchange(&mut sessions, [&names[joint], &names[next]], &both),
+        "joints exchanged" if dof > 1 => {
+            exchange(&mut sessions, [&names[joint], &names[next]], &both);
+            exchange(&mut sessions, [&names[joint], &names[next]], &torque);
+        }
+        // A gain of the order of one is no mistake.
+        "torque as current" if current && gain.ln().abs() > 1.2 => scaled(&mut sessions, joint, &torque, gain),
+        "current as torque" if current && gain.ln().abs() > 1.2 => {
+            for session in &mut sessions {
+                let one = session.joints.iter_mut().find(|one| one.name == names[joint])?;
+                let values = one.channels.remove(&Channel::Current)?;
+                one.channels.insert(Channel::Torque, values);
+            }
+        }
+        "gear ratio of another stage" => model.joints[joint].gear_ratio *= if n > 20.0 { 0.1 } else { 3.0 },
+        "gear ratio inverse" if n > 1.5 => model.joints[joint].gear_ratio = 1.0 / n,
+        "motor angle" if n > 1.5 => scaled(&mut sessions, joint, &both, n),
+        "time in ms" => stretch(&mut sessions, 1e3),
+        "time in µs" => stretch(&mut sessions, 1e6),
+        "time in ns" => stretch(&mut sessions, 1e9),
+        "time doubled" => stretch(&mut sessions, 2.0),
+        "time halved" => stretch(&mut sessions, 0.5),
+        "gravity upside down" if weighs(&model) => model.robot.gravity = -model.robot.gravity,
+        "current unsigned" => unsigned(&mut sessions, &names[joint], &torque),
+        "all currents unsigned" => names.iter().for_each(|name| unsigned(&mut sessions, name, &torque)),
+        "current in mA" if current => scaled(&mut sessions, joint, &torque, 1e3),
+        "all currents in mA" if current => (0..dof).for_each(|joint| scaled(&mut sessions, joint, &torque, 1e3)),
+        "currents late" => names.iter().for_each(|name| late(&mut sessions, name, &torque, 0.2)),
+        "position and velocity late" => late(&mut sessions, &names[joint], &both, 0.2),
+        "current dead" => each(&mut sessions, &names[joint], &torque, &|values| values.fill(0.0)),
+        "position dead" if velocity => {
+            each(&mut sessions, &names[joint], &[Channel::Position], &|values| {
+                let first = values[0];
+                values.fill(first);
+            });
+        }
+        _ => return None,
+    }
+    Some((model, sessions))
+}
+
+fn each(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], change: &dyn Fn(&mut Vec<f64>)) {
+    for session in sessions {
+        for one in session.joints.iter_mut().filter(|one| one.name == joint) {
+            one.channels
+                .iter_mut()
+                .filter(|(channel, _)| channels.contains(channel))
+                .for_each(|(_, values)| change(values));
+        }
+    }
+}
+
+fn exchange(sessions: &mut [TimeSeries], [one, other]: [&str; 2], channels: &[Channel]) {
+    for session in sessions {
+        let at = |name: &str| session.joints.iter().position(|joint| joint.name == name).expect("the joint");
+        let (i, j) = (at(one), at(other));
+        for channel in channels {
+            let (first, second) =
+                (session.joints[i].channels.remove(channel), session.joints[j].channels.remove(channel));
+            second.into_iter().for_each(|values| drop(session.joints[i].channels.insert(*channel, values)));
+            first.into_iter().for_each(|values| drop(session.joints[j].channels.insert(*channel, values)));
+        }
+    }
+}
+
+fn stretch(sessions: &mut [TimeSeries], factor: f64) {
+    sessions.iter_mut().for_each(|session| session.time.iter_mut().for_each(|time| *time *= factor));
+}
+
+fn unsigned(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel]) {
+    each(sessions, joint, channels, &|values| values.iter_mut().for_each(|value| *value = value.abs()));
+}
+
+/// Reads a channel as it was some time ago.
+fn late(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], by: f64) {
+    for session in sessions {
+        let shift = (by / session.sample_interval()).round() as usize;
+        each(std::slice::from_mut(session), joint, channels, &|values| {
+            let first = values[0];
+            let kept = values.len().saturating_sub(shift);
+            *values = std::iter::repeat_n(first, values.len() - kept).chain(values[..kept].iter().copied()).collect();
+        });
+    }
+}
+
+/// Whether gravity acts on a joint.
+fn weighs(model: &Model) -> bool {
+    let dof = model.joints.len();
+    let mut dynamics = lostmotion::dynamics::Dynamics::new(&model.robot);
+    let mut tau = vec![0.0; dof];
+    [0.0, 0.5].into_iter().any(|q| {
+        dynamics.gravity(&vec![q; dof], &mut tau);
+        tau.iter().any(|tau| tau.abs() > 1e-6)
+    })
+}
