@@ -196,7 +196,9 @@ fn analytic_what_remains_of_the_growth_at_constant_speed() {
 fn property_a_joint_has_one_memory() {
     let both = with(resting(), "presliding", &[("stiffness", 1000.0), ("damping", 1.0)]);
     match Plant::new(&both, &Options::default()) {
-        Err(Error::Input(error)) => assert_eq!((error.key.as_str(), error.value.as_str()), ("effects[2].effect", "presliding")),
+        Err(Error::Input(error)) => {
+            assert_eq!((error.key.as_str(), error.value.as_str()), ("effects[2].effect", "presliding"))
+        }
         _ => panic!("two memories were taken"),
     }
     assert!(find("presliding").is_some_and(|effect| effect.can_be_told()));

@@ -14,8 +14,9 @@ use crate::robot::Model;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 
 use super::division::Division;
+use super::gains;
 use super::regression::{NU, log_density};
-use crate::replay::{Gain, Pairs};
+use crate::replay::Gain;
 
 /// [s] Longest delay of the current that is looked for.
 const LONGEST: f64 = 0.03;
@@ -228,7 +229,7 @@ fn gain(sessions: &[Samples], u0: f64) -> Gain {
         ]
     };
     let errors: Vec<[Vec<f64>; 3]> = sessions.iter().map(errors).collect();
-    Gain::of(&errors.iter().map(|[time, before, after]| Pairs { time, before, after }).collect::<Vec<_>>())
+    gains::gain(&errors)
 }
 
 /// Median; 0 of nothing.

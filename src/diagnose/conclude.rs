@@ -222,7 +222,7 @@ pub fn found(
                 parameters: estimate::parameters(problem, term, position, &selection.fitted, uncertainty),
                 probability,
                 evidence_nats: confirmed.strength[position],
-                gain: confirmed.gains[position].step.clone(),
+                gain: confirmed.gains[position].clone(),
                 separate_by: separate_by(about.separate_by, &confusable_with),
                 confusable_with: confusable_with.clone(),
             });
@@ -319,7 +319,7 @@ fn records(
             withdrawn.reason.clone()
         } else if !candidate.sensible {
             "its parameters would lie outside their ranges".to_owned()
-        } else if total <= rules.nats || log_scale <= rules.log_scale {
+        } else if !rules.support(total, log_scale) {
             format!("evidence {total:.1} nats, {:.1} % of the error: below what is asked", 100.0 * log_scale)
         } else {
             format!("evidence {total:.0} nats alone, superfluous beside what was named")

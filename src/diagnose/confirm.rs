@@ -3,17 +3,16 @@
 //! The effects are chosen on the training data alone. Here the data held out are read, once, for the gain of each. What gains no more than
 //! chance is withdrawn, the least first, and the rest is fitted again; so is what a later fit has carried outside the range of a parameter.
 
-use super::gains::{self, TermGain};
+use super::gains;
 use super::problem::{Problem, Term};
 use super::result::{EffectGain, FoundEffect, Withdrawn};
 use super::selection::{Selection, evidence_beside, resettle};
 use crate::effects::{About, Catalogue};
-use crate::replay::Gain;
 
 /// What is named, and what is not.
 pub struct Confirmed {
     /// Gain of each term of the selection.
-    pub gains: Vec<TermGain>,
+    pub gains: Vec<EffectGain>,
     /// [nats] Evidence of each term beside the others.
     pub strength: Vec<f64>,
     /// What was withdrawn.
@@ -39,8 +38,8 @@ pub fn confirm(
             judged().find_map(|index| Some((index, outside_of_range(problem, terms[index], selection, index)?)));
         let least = judged()
             .filter(|index| !gains[*index].shown())
-            .min_by(|a, b| lowest(&gains[*a]).total_cmp(&lowest(&gains[*b])));
-        let without_gain = least.map(|index| (index, no_gain(&gains[index])));
+            .min_by(|a, b| lower_end(&gains[*a]).total_cmp(&lower_end(&gains[*b])));
+        let without_gain = least.map(|index| (index, of_gain(&gains[index])));
         let Some((index, reason)) = outside.or(without_gain) else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
@@ -80,18 +79,9 @@ fn strength(problem: &Problem, selection: &Selection) -> Vec<f64> {
     (0..selection.taken.len()).flat_map(of_taken).collect()
 }
 
-/// [%] Lower end of the interval of both gains.
-fn lowest(gain: &TermGain) -> f64 {
-    gain.step.gain_interval_percent[0].min(gain.beside_others.interval_percent[0])
-}
-
-fn no_gain(gain: &TermGain) -> String {
-    if gain.step.shown() {
-        let Gain { gain_percent, interval_percent, .. } = gain.beside_others;
-        let [low, high] = interval_percent;
-        return format!("no gain beside the others on data held out: {gain_percent:.1} % ({low:.1} to {high:.1})");
-    }
-    of_gain(&gain.step)
+/// [%] Lower end of the interval.
+const fn lower_end(gain: &EffectGain) -> f64 {
+    gain.gain_interval_percent[0]
 }
 
 fn of_gain(gain: &EffectGain) -> String {

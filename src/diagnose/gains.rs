@@ -1,17 +1,18 @@
-//! What effects gain on data held out, step by step from the nominal to the extended model.
+//! What effects gain on data held out.
 //!
 //! ```text
-//!   E_k: RMS torque error of the joints of effect k with effects 1 … k in the model, the strongest first;  E_0: of the nominal model
-//!   gain_k = (E_{k−1} − E_k)/E_0
+//!   own gain of effect k:  the fall of the error from all effects but k to all of them
+//!   steps:  gain_k = (E_{k−1} − E_k)/E_0      E_k: RMS torque error with effects 1 … k, the strongest first;  E_0: of the nominal model
 //! ```
-//! The gains of one joint's effects add up to the joint's own gain. Errors of joints are taken relative to the RMS torque of each joint
+//! An effect is judged by its own gain: by what the model would lose without it. The steps of one joint's effects add up to the joint's
+//! gain. Errors of joints are taken relative to the RMS torque of each joint
 //! where several are judged together. Rows far out (a link that floats, a knock) are clipped at [`CLIPPED`] robust standard deviations of the
 //! nominal error, before and after alike: single rows of most of the squared error would say how they are explained, and nothing of the
-//! rest. The interval is that of [`Gain`]. An effect also has to gain beside all others, wherever it stands in
-//! the order: with its columns against a fit without them.
+//! rest. The interval is that of [`gain_interval`].
 
 use std::collections::BTreeMap;
 
+use super::gain_interval;
 use super::problem::{Part, Problem, Term};
 use super::regression::NU;
 use super::result::EffectGain;
@@ -26,51 +27,25 @@ pub const TORQUE: &str = "torque";
 /// Residuals of one stage: `residuals[joint][row]`.
 type Residuals = Vec<Vec<f64>>;
 
-/// What a term gains.
-#[derive(Debug, Clone)]
-pub struct TermGain {
-    /// Its step from the nominal to the extended model.
-    pub step: EffectGain,
-    /// Its gain beside all other terms.
-    pub beside_others: Gain,
-}
-
-impl TermGain {
-    /// Whether both gains exceed chance.
-    pub fn shown(&self) -> bool {
-        self.step.shown() && self.beside_others.shown
-    }
-}
-
 /// Gains of the terms of a selection, in the order of [`Selection::terms`]; `strength` puts them in order, and the first `given` of them
 /// belong to the nominal model. `None` where a part of the terms cannot be fitted.
-pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength: &[f64]) -> Option<Vec<TermGain>> {
+pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength: &[f64]) -> Option<Vec<EffectGain>> {
     let terms = selection.terms();
     let judge = Judge::new(problem, &selection.as_recorded);
     let mut order: Vec<usize> = (given..terms.len()).collect();
     order.sort_by(|a, b| strength[*b].total_cmp(&strength[*a]));
     let all = residuals_with(problem, &terms, &selection.fitted);
-    let mut gains: Vec<TermGain> = terms.iter().map(|_| TermGain::none()).collect();
+    let mut gains: Vec<EffectGain> = terms.iter().map(|_| EffectGain::of(Gain::default(), TORQUE)).collect();
     let mut before: Residuals = selection.nominal.residuals.clone();
     for (position, index) in order.iter().enumerate() {
         let joints = &terms[*index].joints;
         let so_far = |other: usize| other < given || order[..=position].contains(&other);
         let after = if position + 1 == order.len() { all.clone() } else { fitted_with(problem, &terms, &so_far)? };
         let without = fitted_with(problem, &terms, &|other| other != *index)?;
-        gains[*index] = TermGain {
-            step: judge.step(joints, [&before, &after]),
-            beside_others: judge.compared(joints, [&without, &all]),
-        };
+        gains[*index] = judge.effect(joints, [&without, &all], [&before, &after]);
         before = after;
     }
     Some(gains)
-}
-
-impl TermGain {
-    /// Of what belongs to the nominal model.
-    fn none() -> Self {
-        Self { step: EffectGain::of(Gain::default(), TORQUE), beside_others: Gain::default() }
-    }
 }
 
 fn residuals_with(problem: &Problem, terms: &[&Term], fitted: &super::problem::Fitted) -> Residuals {
@@ -113,59 +88,65 @@ impl<'p, 'm> Judge<'p, 'm> {
         Self { problem, nominal, torque, limit }
     }
 
-    /// The gain of one step on some joints, in parts of the error of the nominal model.
-    pub fn step(&self, joints: &[usize], [before, after]: [&Residuals; 2]) -> EffectGain {
-        let gain = self.compared(joints, [before, after]);
-        let error = |residuals: &Residuals, joints: &[usize]| {
-            self.pooled(joints, residuals).iter().map(|e| e * e).sum::<f64>().sqrt()
-        };
-        let share = |joints: &[usize]| error(before, joints) / error(self.nominal, joints).max(1e-300);
+    /// The gain of an effect: its own, and its step.
+    pub fn effect(&self, joints: &[usize], own: [&Residuals; 2], step: [&Residuals; 2]) -> EffectGain {
+        EffectGain { gain_by_joint: self.steps(joints, step), ..EffectGain::of(self.compared(joints, own), TORQUE) }
+    }
+
+    /// [%] Fall of the error of each of these joints from one set of residuals to the next, in parts of the error of the nominal model.
+    fn steps(&self, joints: &[usize], [before, after]: [&Residuals; 2]) -> BTreeMap<String, f64> {
         let of_joint = |joint: &usize| {
-            let own = self.compared(&[*joint], [before, after]).gain_percent * share(&[*joint]);
-            (self.problem.motion.model.joints[*joint].name.clone(), own)
+            let error = |residuals: &Residuals| self.error(*joint, residuals);
+            let step = (error(before) - error(after)) / error(self.nominal).max(1e-300);
+            (self.problem.motion.model.joints[*joint].name.clone(), 100.0 * step)
         };
-        let part = share(joints);
-        EffectGain {
-            gain_percent: part * gain.gain_percent,
-            gain_interval_percent: gain.interval_percent.map(|end| part * end),
-            gain_of: TORQUE.to_owned(),
-            gain_by_joint: joints.iter().map(of_joint).collect::<BTreeMap<_, _>>(),
-        }
+        joints.iter().map(of_joint).collect()
     }
 
     /// The gain of one set of residuals over another on some joints.
     pub fn compared(&self, joints: &[usize], [before, after]: [&Residuals; 2]) -> Gain {
-        let rows = self.rows(joints);
-        of_rows(&self.problem.motion, &rows, [&self.pooled(joints, before), &self.pooled(joints, after)])
-    }
-
-    /// Held-out rows in which a joint of these is judged.
-    fn rows(&self, joints: &[usize]) -> Vec<usize> {
-        let Problem { held_out, judged, .. } = self.problem;
-        let picked = |row: &usize| held_out[*row] && joints.iter().any(|joint| judged[*joint][*row]);
-        (0..self.problem.motion.rows()).filter(picked).collect()
-    }
-
-    /// `√Σ (e/s)²` of each held-out row over the joints that are judged there, `s` the RMS torque of the joint.
-    fn pooled(&self, joints: &[usize], residuals: &Residuals) -> Vec<f64> {
-        let of_row = |row: &usize| {
-            let judged = joints.iter().filter(|joint| self.problem.judged[**joint][*row]);
-            let size = |joint: &usize| residuals[*joint][*row].abs().min(self.limit[*joint]) / self.torque[*joint];
-            judged.map(|joint| size(joint).powi(2)).sum::<f64>().sqrt()
+        let motion = &self.problem.motion;
+        let of_joint = |joint: &usize| {
+            let rows = self.problem.judged_rows(*joint, Part::HeldOut);
+            let relative = |residuals: &Residuals| -> Vec<f64> {
+                rows.iter().map(|row| self.relative(*joint, residuals[*joint][*row])).collect()
+            };
+            by_session(motion, &rows, [&relative(before), &relative(after)])
         };
-        self.rows(joints).iter().map(of_row).collect()
+        gain(&joints.iter().flat_map(of_joint).collect::<Vec<_>>())
+    }
+
+    /// An error in parts of the RMS torque of its joint, clipped.
+    fn relative(&self, joint: usize, error: f64) -> f64 {
+        error.clamp(-self.limit[joint], self.limit[joint]) / self.torque[joint]
+    }
+
+    /// `√Σ e²` of the held-out errors of a joint.
+    fn error(&self, joint: usize, residuals: &Residuals) -> f64 {
+        let rows = self.problem.judged_rows(joint, Part::HeldOut).into_iter();
+        rows.map(|row| self.relative(joint, residuals[joint][row]).powi(2)).sum::<f64>().sqrt()
     }
 }
 
 /// The gain over rows of a motion, from the errors without and with an effect, one each a row.
-pub fn of_rows(motion: &Motion, rows: &[usize], [before, after]: [&[f64]; 2]) -> Gain {
-    let mut sessions: Vec<[Vec<f64>; 3]> = vec![<[Vec<f64>; 3]>::default(); motion.sessions];
+pub fn of_rows(motion: &Motion, rows: &[usize], errors: [&[f64]; 2]) -> Gain {
+    gain(&by_session(motion, rows, errors))
+}
+
+/// Time, error before and error after of each session.
+fn by_session(motion: &Motion, rows: &[usize], [before, after]: [&[f64]; 2]) -> Vec<[Vec<f64>; 3]> {
+    let mut sessions = vec![<[Vec<f64>; 3]>::default(); motion.sessions];
     for ((row, before), after) in rows.iter().zip(before).zip(after) {
         let [time, befores, afters] = &mut sessions[motion.session[*row]];
         time.push(motion.time[*row]);
         befores.push(*before);
         afters.push(*after);
     }
+    sessions
+}
+
+/// The gain of sessions of time, error before and error after.
+pub fn gain(sessions: &[[Vec<f64>; 3]]) -> Gain {
     let pairs: Vec<Pairs> = sessions.iter().map(|[time, before, after]| Pairs { time, before, after }).collect();
-    Gain::of(&pairs)
+    gain_interval::gain(&pairs)
 }

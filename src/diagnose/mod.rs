@@ -34,6 +34,7 @@ mod division;
 mod estimate;
 mod extend;
 mod floor;
+mod gain_interval;
 mod gains;
 mod gaps;
 mod golden;

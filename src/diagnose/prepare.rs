@@ -153,7 +153,7 @@ pub fn align(
     let mut problem = pose(model, &aligned.iter().collect::<Vec<_>>(), division, options)?;
     let after = nominal(&mut problem).ok_or_else(|| nothing_moves(model))?.residuals;
     let before = as_recorded.at_rows_of(&problem);
-    let gain = gains::Judge::new(&problem, &before).step(&problem.joints(), [&before, &after]);
+    let gain = gains::Judge::new(&problem, &before).effect(&problem.joints(), [&before, &after], [&before, &after]);
     let sessions = if gain.shown() { aligned } else { Vec::new() };
     let told = told(model, late, gain, options);
     Ok(Some(Aligned { late, told, sessions, as_recorded }))

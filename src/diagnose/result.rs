@@ -133,14 +133,13 @@ pub struct FoundEffect {
 /// By how much an effect lowers an error on data held out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectGain {
-    /// [%] of the nominal model's RMS error that goes when the effect is added to stronger ones; of torque errors the gains of a joint's
-    /// effects add up to the joint's own gain.
+    /// [%] by which the RMS error is lower with all effects than without this one.
     pub gain_percent: f64,
     /// [%] ends of its 95 % interval.
     pub gain_interval_percent: [f64; 2],
     /// Which error: `torque` along the measured motion, or that in which the effect is seen.
     pub gain_of: String,
-    /// [%] the same joint by joint, where it is of torque.
+    /// [%] of each joint's nominal RMS torque error that goes when the effect is added to the stronger ones: these add up to the gain of the joint.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub gain_by_joint: BTreeMap<String, f64>,
 }

@@ -5,8 +5,8 @@
 pub mod catalogue;
 mod name;
 
-use std::path::Path;
 use std::io;
+use std::path::Path;
 
 pub use name::{FIT_NAME, is_fit_name};
 

@@ -122,7 +122,6 @@ fn recover_which_of_cable_and_tilt_it_is() {
 
 /// The same motions without the known mass: a payload makes the arm heavier, a weaker motor makes it look so.
 #[test]
-#[ignore = "the training data of a minute hold too little evidence for a payload: no experiment decides it"]
 fn recover_which_of_payload_and_torque_constant_it_is() {
     let open = separates("payload|torque_constant_error", 910_200, |experiment, _| {
         let mut bare = experiment.clone();

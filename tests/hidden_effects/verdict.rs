@@ -30,6 +30,8 @@ pub struct Verdict {
     pub found: Vec<FoundEffect>,
     /// Patterns that no effect explains.
     pub unexplained: Vec<String>,
+    /// What was chosen and withdrawn again, with the reason.
+    pub withdrawn: Vec<String>,
     /// Torque errors of nominal and extended model.
     pub fit: Vec<FitError>,
     /// [s] that the diagnosis took.
@@ -145,8 +147,13 @@ impl Verdict {
         } else {
             format!("; something unexplained ({})", self.unexplained.join("; "))
         };
+        let withdrawn = if self.withdrawn.is_empty() {
+            String::new()
+        } else {
+            format!("; withdrawn ({})", self.withdrawn.join("; "))
+        };
         format!(
-            "{mark} {}: hidden {}; named {}{unexplained}; {}; {}; {:.1} s",
+            "{mark} {}: hidden {}; named {}{unexplained}{withdrawn}; {}; {}; {:.1} s",
             self.name,
             or_nothing(hidden),
             or_nothing(named),
@@ -160,11 +167,13 @@ impl Verdict {
 /// Diagnoses a set. The program is given nothing but the nominal model and the data.
 pub fn verdict(name: &str, set: &Set, options: &Options) -> Verdict {
     let start = Instant::now();
-    let Diagnosis { effects: found, unexplained, fit, .. } = diagnosed(set, options);
+    let Diagnosis { effects: found, unexplained, withdrawn, mistakes, fit, .. } = diagnosed(set, options);
     let seconds = start.elapsed().as_secs_f64();
     let unexplained = unexplained.into_iter().map(|one| format!("{}: {}", one.joint, one.pattern)).collect();
+    let withdrawn = withdrawn.into_iter().map(|one| format!("{} {}: {}", one.effect, one.joints.join("+"), one.reason));
+    let withdrawn = withdrawn.chain(mistakes.iter().map(|one| one.sentence())).collect();
     let (effects, hidden) = truth(&set.truth);
-    Verdict { name: name.to_owned(), effects, hidden, found, unexplained, fit, seconds }
+    Verdict { name: name.to_owned(), effects, hidden, found, unexplained, withdrawn, fit, seconds }
 }
 
 fn diagnosed(set: &Set, options: &Options) -> Diagnosis {
