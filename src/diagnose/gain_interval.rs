@@ -144,3 +144,6 @@ fn correlation_time(sessions: &[Pairs], scores: &[Vec<f64>]) -> f64 {
     }
     sum * step
 }
+
+#[cfg(test)]
+mod tests;
