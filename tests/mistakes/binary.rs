@@ -27,8 +27,7 @@ fn turned(folder: &Path) -> (String, String) {
     (file.to_string_lossy().into_owned(), data.to_string_lossy().into_owned())
 }
 
-#[test]
-fn regress_a_turned_current_ends_a_diagnosis_with_3_and_no_effect() {
+pub fn a_turned_current_ends_a_diagnosis_with_3_and_no_effect() {
     let folder = tempfile::tempdir().expect("a folder");
     let (model, data) = turned(folder.path());
     let out = folder.path().join("out");
@@ -52,8 +51,7 @@ fn regress_a_turned_current_ends_a_diagnosis_with_3_and_no_effect() {
     assert!(page.contains("sign_of_current") && page.contains("What looks mistaken"));
 }
 
-#[test]
-fn regress_a_replay_warns_of_a_turned_current_and_ends_with_3() {
+pub fn a_replay_warns_of_a_turned_current_and_ends_with_3() {
     let folder = tempfile::tempdir().expect("a folder");
     let (model, data) = turned(folder.path());
     let out = folder.path().join("out");

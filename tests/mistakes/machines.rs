@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use lostmotion::dataset;
 use lostmotion::robot::Model;
-use lostmotion::scenario::{Scenario, simulate};
+use lostmotion::scenario::{Procedure, Recorded, Scenario, simulate};
 use lostmotion::timeseries::TimeSeries;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use super::hidden::{self, Order};
 use super::machine::Machine;
@@ -35,59 +36,108 @@ pub fn planar(order: &Order) -> Set {
     let model = |text: &str| Model::from_texts(text, &machine.urdf(), Path::new("model.toml")).expect("a good model");
     let moves = motion::fast(&mut stream(order.seed, 2));
     let session = record::record("fast", &model(&machine.truth(&entries)), &moves, order.seed);
-    Set { name: order.name(), model: model(&machine.nominal()), sessions: vec![session] }
+    let name = format!("{} of strength {}", order.name(), order.strength);
+    Set { name, model: model(&machine.nominal()), sessions: vec![session] }
 }
 
-/// The six-axis arm of the catalogue under gravity, all joints moving, friction unknown to the nominal model.
-pub fn six_axis(seed: u64) -> Set {
+/// A joint of a run: middle and half of its range [rad], speed [rad/s], acceleration [rad/s²], inertia that its controller is tuned for [kg·m²].
+type Range = [f64; 5];
+
+/// A robot of the catalogue under gravity, all joints moving, friction and gaps unknown to its nominal model. `hidden`: effects of the
+/// truth as TOML, or nothing.
+fn moving(robot: &str, ranges: &[Range], duration: f64, hidden: &str, seed: u64) -> Set {
     let mut text = format!(
-        "schema = \"lostmotion/scenario/1\"\nname = \"six\"\nquestion = \"\"\nrobot = \"{ROOT}/robots/sixaxis/model.toml\"\n\
+        "schema = \"lostmotion/scenario/1\"\nname = \"{robot}\"\nquestion = \"\"\nrobot = \"{ROOT}/robots/{robot}/model.toml\"\n\
          sensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"none\"\n[[session]]\nname = \"fast\"\nkind = \"fast\"\n\
-         rest = 1.0\nduration = 16.0\nlongest_rest = 0.2\nseed = {seed}\n"
+         rest = 1.0\nduration = {duration:?}\nlongest_rest = 0.2\nseed = {seed}\n"
     );
-    // The middle, half the range [rad], speed [rad/s], acceleration [rad/s²], inertia [kg·m²] of each joint.
-    let joints = [
-        (0.0, 1.2, 1.5, 4.0, 6.0),
-        (0.3, 0.6, 1.0, 3.0, 7.0),
-        (-0.5, 0.6, 1.2, 4.0, 2.5),
-        (0.0, 1.2, 2.0, 8.0, 0.15),
-        (0.2, 1.0, 2.0, 8.0, 0.15),
-        (0.0, 1.5, 3.0, 12.0, 0.03),
-    ];
-    for (index, (middle, ..)) in joints.iter().enumerate() {
-        text += &format!("start.joint{} = {middle}\n", index + 1);
+    for (index, [middle, ..]) in ranges.iter().enumerate() {
+        text += &format!("start.joint{} = {middle:?}\n", index + 1);
     }
-    for (index, (middle, half, speed, acceleration, _)) in joints.iter().enumerate() {
+    for (index, [middle, half, speed, acceleration, _]) in ranges.iter().enumerate() {
         text += &format!(
-            "[session.joints.joint{}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}\n",
+            "[session.joints.joint{}]\nlowest = {:?}\nhighest = {:?}\nspeed = {speed:?}\nacceleration = {acceleration:?}\n",
             index + 1,
             middle - half,
             middle + half
         );
     }
     text += "\n[controller]\nlaw = \"pi\"\nvelocity = \"sensor\"\n";
-    for (index, (.., inertia)) in joints.iter().enumerate() {
+    for (index, [.., inertia]) in ranges.iter().enumerate() {
         text += &format!(
-            "[controller.joints.joint{}]\nproportional = {}\nintegral = {}\n",
+            "[controller.joints.joint{}]\nproportional = {:?}\nintegral = {:?}\n",
             index + 1,
             30.0 * inertia,
             300.0 * inertia
         );
     }
-    let scenario = Scenario::from_text(&text, Path::new("scenario.toml"), &[]).expect("a good scenario");
+    let assignments: Vec<String> =
+        (!hidden.is_empty()).then(|| format!("model.effects={hidden}")).into_iter().collect();
+    let scenario = Scenario::from_text(&text, Path::new("scenario.toml"), &assignments).expect("a good scenario");
     let sessions = simulate(&scenario, seed, &|_, _| {}).expect("a run").measured();
     let mut model = scenario.model;
     model.joints.iter_mut().for_each(|joint| (joint.friction, joint.backlash) = (None, None));
-    Set { name: format!("sixaxis_{seed}"), model, sessions }
+    Set { name: format!("{robot}_{seed} {hidden}"), model, sessions }
 }
 
-/// The folder of recordings, or `None` with a word that the test is skipped.
-pub fn data() -> Option<PathBuf> {
-    let data = std::env::var_os("LOSTMOTION_DATA").map(PathBuf::from);
-    if data.is_none() {
-        println!("skipped: LOSTMOTION_DATA is not set");
-    }
-    data
+/// The six-axis arm of the catalogue.
+pub fn six_axis(hidden: &str, seed: u64) -> Set {
+    let ranges = [
+        [0.0, 1.2, 1.5, 4.0, 6.0],
+        [0.3, 0.6, 1.0, 3.0, 7.0],
+        [-0.5, 0.6, 1.2, 4.0, 2.5],
+        [0.0, 1.2, 2.0, 8.0, 0.15],
+        [0.2, 1.0, 2.0, 8.0, 0.15],
+        [0.0, 1.5, 3.0, 12.0, 0.03],
+    ];
+    moving("sixaxis", &ranges, 16.0, hidden, seed)
+}
+
+/// The chain of twelve joints of the catalogue.
+pub fn chain(seed: u64) -> Set {
+    moving("chain12", &[[0.0, 0.3, 0.4, 1.0, 3.0]; 12], 8.0, "", seed)
+}
+
+/// The scenarios of the project that identify or diagnose what they simulate, as they stand.
+pub fn scenarios() -> Vec<Set> {
+    let of_folder = |folder: PathBuf| {
+        let file = folder.join("scenario.toml");
+        if !matches!(Recorded::load(&file, &[]), Ok(None)) {
+            return None;
+        }
+        let scenario = Scenario::load(&file, &[]).expect("a scenario");
+        let sessions = || simulate(&scenario, scenario.seed, &|_, _| {}).expect("a run").measured();
+        (scenario.procedure != Procedure::None).then(|| Set {
+            name: scenario.name.clone(),
+            sessions: sessions(),
+            model: scenario.model.clone(),
+        })
+    };
+    folders().into_par_iter().filter_map(of_folder).collect()
+}
+
+/// The scenarios of the project that diagnose recordings.
+pub fn recorded_scenarios() -> Vec<Set> {
+    let of_folder = |folder: PathBuf| {
+        let scenario = Recorded::load(&folder.join("scenario.toml"), &[]).expect("a scenario and its recordings")?;
+        let files: Vec<PathBuf> = scenario.data.iter().chain(&scenario.hold_out).cloned().collect();
+        Some(recorded(&scenario.name, &scenario.robot, &files))
+    };
+    folders().into_iter().filter_map(of_folder).collect()
+}
+
+fn folders() -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(Path::new(ROOT).join("scenarios")).expect("scenarios");
+    let folders = entries.map(|entry| entry.expect("an entry").path());
+    folders.filter(|folder| folder.join("scenario.toml").is_file()).collect()
+}
+
+/// The folder of recordings, or what is missing of it.
+pub fn data() -> Result<PathBuf, String> {
+    let data = std::env::var_os("LOSTMOTION_DATA").map(PathBuf::from).ok_or("LOSTMOTION_DATA")?;
+    let missing =
+        ["practice", "arms", "emps", "kuka_kr300"].iter().map(|name| data.join(name)).find(|one| !one.is_dir());
+    missing.map_or(Ok(data), |folder| Err(folder.display().to_string()))
 }
 
 /// A recorded set; gears whose stiffness a model file leaves out are stiff.

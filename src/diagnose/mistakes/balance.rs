@@ -1,11 +1,15 @@
 //! The torque balance of a recording under a nominal model that may be a good deal off:
 //!
 //! ```text
-//!   τ = α I(q, v, a) + γ G(q) + δ₁ G₁(q) + δ₂ G₂(q) + Σ μ_k P_k(q, v, a) + F_C sgn v + F_V v + k q + c
+//!   τ = α I(q, v, a) + κ L(q, v, a) + γ G(q) + δ₁ G₁(q) + δ₂ G₂(q) + Σ μ_k P_k(q, v, a)
+//!     + F_C sgn v + F_V v + F_S sgn v exp(−|v|/v_S) + k q + c
 //! ```
-//! `I`: inertia of links and rotor with their velocity terms; `G`: weight; `G₁ G₂`: weight with gravity across its nominal direction,
-//! for a base that is not level; `P_k`: 1 kg at six points around the last body's centre of mass, for a payload; then friction, a spring, an offset. Every
-//! coefficient has the bounds of what is physics: friction takes energy out of the motion (`F_C, F_V ≥ 0`), a spring pulls back,
+//! `I`: inertia of links and rotor with their velocity terms, the links with their slow acceleration; `L`: what the motor's full acceleration adds to the
+//! links. Within a gap, on a soft gear or on an eccentric encoder the motor accelerates and its link does not, so `κ` may be anything from none to all of it;
+//! the slow acceleration is common to both. `G`: weight; `G₁ G₂`: weight with gravity across its nominal direction, for a base that is not level;
+//! `P_k`: 1 kg at six points around the last body's centre of mass, for a payload; then friction with a falling part, a spring, an offset.
+//!
+//! Every coefficient has the bounds of what is physics: friction takes energy out of the motion (`F_C, F_V, F_S ≥ 0`), a spring pulls back,
 //! masses are positive and known within a factor. What the balance leaves under these bounds, as a share of the torque's square, is small
 //! where the data and the model are what they say they are, whatever effect is at work; an exchanged sign makes it one or more.
 
@@ -17,12 +21,14 @@ use rayon::prelude::*;
 use crate::dynamics::Dynamics;
 use crate::robot::{Inertia, JointModel, Masses, Model, STANDARD_GRAVITY};
 
-use super::rows::Rows;
+use super::rows::{JointRows, Rows};
 
 /// Number of columns.
-const COLUMNS: usize = 14;
-/// Columns of the rigid body.
-const RIGID: usize = 10;
+const COLUMNS: usize = 16;
+/// Columns of links, rotor and payload.
+const RIGID: usize = 11;
+/// Column of what only the motor's full acceleration shows.
+const FULL: usize = 10;
 /// Factor by which inertia and weight may differ from the model's: what accuracy (20 % of masses, 10 % of torque constants), effects and a
 /// kernel that is too wide leave of 1, with a margin of 2.
 pub const MODEL_FACTOR: f64 = 2.5;
@@ -32,6 +38,9 @@ const ACROSS: f64 = 0.3;
 const PAYLOAD: f64 = 0.1;
 /// [m] Distance of those points from the last body's centre of mass.
 const AWAY: f64 = 0.15;
+/// `v_S` in fastest speeds of the session: slow enough that friction falls, and rises again with viscous friction; in the range of
+/// measured speeds whatever their unit.
+const SLOW: f64 = 0.1;
 /// Rows that a joint needs in each direction of motion.
 pub const FEWEST_ROWS: usize = 25;
 /// Sweeps of the coordinate descent.
@@ -46,7 +55,7 @@ pub struct Balance {
     pub parts: [f64; 2],
     /// Factor of the torque that inertia and weight ask for, were their size free.
     pub free: f64,
-    /// `α γ δ₁ δ₂ μ₁ … μ₆ F_C F_V k c`.
+    /// `α γ δ₁ δ₂ μ₁ … μ₆ κ F_C F_V F_S k c`.
     pub coefficients: [f64; COLUMNS],
 }
 
@@ -102,12 +111,15 @@ impl Machine {
         }
     }
 
-    /// `I G G₁ G₂ P₁ … P₆` of every joint.
-    fn columns(&mut self, q: &[f64], v: &[f64], a: &[f64], out: &mut [[f64; RIGID]]) {
+    /// `I G G₁ G₂ P₁ … P₆ L` of every joint; `slow`: accelerations of the wide kernel.
+    fn columns(&mut self, q: &[f64], v: &[f64], [a, slow]: [&[f64]; 2], out: &mut [[f64; RIGID]]) {
         let mut tau = vec![0.0; q.len()];
         self.links.inverse(q, v, a, &mut tau);
+        out.iter_mut().zip(&tau).for_each(|(out, tau)| out[FULL] = *tau);
+        self.links.inverse(q, v, slow, &mut tau);
         for (joint, out) in out.iter_mut().enumerate() {
             out[0] = tau[joint] + self.rotors[joint] * a[joint];
+            out[FULL] -= tau[joint];
         }
         for (k, gravity) in self.gravity.into_iter().enumerate() {
             self.weight.set_gravity(gravity);
@@ -115,7 +127,7 @@ impl Machine {
             out.iter_mut().zip(&tau).for_each(|(out, tau)| out[1 + k] = *tau);
         }
         self.weight.set_gravity(self.gravity[0]);
-        self.weight.regressor(q, v, a, &mut self.regressor);
+        self.weight.regressor(q, v, slow, &mut self.regressor);
         let last = 10 * (q.len() - 1);
         for (joint, out) in out.iter_mut().enumerate() {
             for (k, point) in self.points.iter().enumerate() {
@@ -150,19 +162,6 @@ impl Normal {
         self.rows[usize::from(forwards)] += 1;
     }
 
-    /// Those of two parts of the rows.
-    fn joined(mut self, other: &Self) -> Self {
-        for i in 0..COLUMNS {
-            for j in 0..COLUMNS {
-                self.a[i][j] += other.a[i][j];
-            }
-            self.b[i] += other.b[i];
-        }
-        self.power += other.power;
-        self.rows = [self.rows[0] + other.rows[0], self.rows[1] + other.rows[1]];
-        self
-    }
-
     /// The same rows with their torque multiplied.
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
@@ -188,8 +187,8 @@ impl Normal {
     /// Scale of inertia and weight together where nothing bounds it: that of the one that matters more.
     fn free_scale(&self, bounds: &[[f64; 2]; COLUMNS]) -> f64 {
         let mut free = *bounds;
-        (free[0], free[1]) = ([0.0, f64::INFINITY], [0.0, f64::INFINITY]);
-        free[2..RIGID].fill([0.0, 0.0]);
+        free[..FULL].fill([0.0, 0.0]);
+        [0, 1, FULL].into_iter().for_each(|k| free[k] = [0.0, f64::INFINITY]);
         let x = self.minimum(&free);
         let weight = [self.a[0][0] * x[0], self.a[1][1] * x[1]];
         if weight[0] >= weight[1] { x[0] } else { x[1] }
@@ -218,62 +217,61 @@ impl Normal {
 /// Which rows take part, by session, joint and row.
 pub type Mask<'a> = dyn Fn(usize, usize, usize) -> bool + Sync + 'a;
 
-/// Normal equations of all joints.
-pub fn normals(model: &Model, rows: &[Rows], mask: &Mask<'_>) -> Vec<Normal> {
-    let dof = model.joints.len();
-    let of_session = |(number, session): (usize, &Rows)| {
+/// Columns of the balance by session, row and joint.
+#[derive(Debug)]
+pub struct Columns(Vec<Vec<Vec<[f64; RIGID]>>>);
+
+impl Columns {
+    /// Those of a model along the motion of the rows.
+    pub fn new(model: &Model, rows: &[Rows]) -> Self {
+        let dof = model.joints.len();
+        let of_session = |session: &Rows| {
+            let mut machine = Machine::new(model, &session.session);
+            let of_row = |row: usize| {
+                let of = |pick: fn(&JointRows) -> &Vec<f64>| -> Vec<f64> {
+                    session.joints.iter().map(|own| pick(own)[row]).collect()
+                };
+                let mut columns = vec![[0.0; RIGID]; dof];
+                let accelerations = [&*of(|own| &own.a), &*of(|own| &own.slow)];
+                machine.columns(&of(|own| &own.q), &of(|own| &own.v), accelerations, &mut columns);
+                columns
+            };
+            (0..session.len()).map(of_row).collect()
+        };
+        Self(rows.par_iter().map(of_session).collect())
+    }
+
+    /// Normal equations of all joints.
+    pub fn normals(&self, rows: &[Rows], mask: &Mask<'_>) -> Vec<Normal> {
+        let dof = rows.first().map_or(0, |session| session.joints.len());
         let mut normals = vec![Normal::new(); dof];
-        let mut machine = Machine::new(model, &session.session);
-        let mut columns = vec![[0.0; RIGID]; dof];
-        let (mut q, mut v, mut a) = (vec![0.0; dof], vec![0.0; dof], vec![0.0; dof]);
-        for row in 0..session.len() {
-            if (0..dof).all(|joint| !mask(number, joint, row)) {
-                continue;
-            }
-            for (joint, own) in session.joints.iter().enumerate() {
-                (q[joint], v[joint], a[joint]) = (own.q[row], own.v[row], own.a[row]);
-            }
-            machine.columns(&q, &v, &a, &mut columns);
-            for (joint, own) in session.joints.iter().enumerate() {
-                if own.tau.is_empty() || !mask(number, joint, row) {
-                    continue;
+        for (number, (session, columns)) in rows.iter().zip(&self.0).enumerate() {
+            for (joint, own) in session.joints.iter().enumerate().filter(|(_, own)| !own.tau.is_empty()) {
+                let fastest = own.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+                for row in (0..session.len()).filter(|row| mask(number, joint, *row)) {
+                    let (q, v) = (own.q[row], own.v[row]);
+                    let mut all = [0.0; COLUMNS];
+                    all[..RIGID].copy_from_slice(&columns[row][joint]);
+                    let falling = (-v.abs() / (SLOW * fastest)).exp() * v.signum();
+                    all[RIGID..].copy_from_slice(&[v.signum(), v, falling, q, 1.0]);
+                    normals[joint].add(&all, own.tau[row], v > 0.0);
                 }
-                let mut all = [0.0; COLUMNS];
-                all[..RIGID].copy_from_slice(&columns[joint]);
-                all[RIGID..].copy_from_slice(&[own.v[row].signum(), own.v[row], own.q[row], 1.0]);
-                normals[joint].add(&all, own.tau[row], own.v[row] > 0.0);
             }
         }
         normals
-    };
-    let parts: Vec<Vec<Normal>> = rows.par_iter().enumerate().map(of_session).collect();
-    parts.into_iter().fold(vec![Normal::new(); dof], |sum, part| {
-        sum.into_iter().zip(&part).map(|(sum, part)| sum.joined(part)).collect()
-    })
-}
+    }
 
-/// `I + G` of one joint [N·m or N], session by session and row by row.
-pub fn rigid(model: &Model, rows: &[Rows], joint: usize) -> Vec<Vec<f64>> {
-    let dof = model.joints.len();
-    let of_session = |session: &Rows| {
-        let mut machine = Machine::new(model, &session.session);
-        let mut columns = vec![[0.0; RIGID]; dof];
-        let of_row = |row: usize| {
-            let of = |pick: fn(&super::rows::JointRows) -> &Vec<f64>| -> Vec<f64> {
-                session.joints.iter().map(|own| pick(own)[row]).collect()
-            };
-            machine.columns(&of(|own| &own.q), &of(|own| &own.v), &of(|own| &own.a), &mut columns);
-            columns[joint][0] + columns[joint][1]
-        };
-        (0..session.len()).map(of_row).collect()
-    };
-    rows.iter().map(of_session).collect()
+    /// `I + L + G` of one joint [N·m or N], session by session and row by row.
+    pub fn rigid(&self, joint: usize) -> Vec<Vec<f64>> {
+        let of_row = |columns: &Vec<[f64; RIGID]>| columns[joint][0] + columns[joint][FULL] + columns[joint][1];
+        self.0.iter().map(|session| session.iter().map(of_row).collect()).collect()
+    }
 }
 
 /// Balances of all joints; `None` where a joint has no torque or too few rows of motion.
 pub fn balances(model: &Model, rows: &[Rows], mask: &Mask<'_>) -> Vec<Option<Balance>> {
     let bounds = bounds(model);
-    normals(model, rows, mask).iter().map(|normal| normal.solve(&bounds)).collect()
+    Columns::new(model, rows).normals(rows, mask).iter().map(|normal| normal.solve(&bounds)).collect()
 }
 
 /// What the coefficients may be.
@@ -287,6 +285,7 @@ pub fn bounds(model: &Model) -> [[f64; 2]; COLUMNS] {
     let (across, any, positive) = ([-ACROSS, ACROSS], [f64::NEG_INFINITY, f64::INFINITY], [0.0, f64::INFINITY]);
     let mut bounds = [[0.0, PAYLOAD * mass]; COLUMNS];
     bounds[..4].copy_from_slice(&[factor, factor, across, across]);
-    bounds[RIGID..].copy_from_slice(&[positive, positive, positive, any]);
+    bounds[FULL] = [0.0, factor[1]];
+    bounds[RIGID..].copy_from_slice(&[positive, positive, positive, positive, any]);
     bounds
 }

@@ -44,6 +44,18 @@ impl Change {
         }
     }
 
+    /// Whether model and motion stay as they are, so that only the torque of the balance changes.
+    pub const fn of_torque(self) -> bool {
+        matches!(
+            self,
+            Self::TorqueSign(_)
+                | Self::TorqueScale(..)
+                | Self::TorqueLag(..)
+                | Self::Unsigned(_)
+                | Self::SwapTorque(..)
+        )
+    }
+
     /// Model and rows with it undone.
     pub fn undone(self, model: &Model, rows: &[Rows]) -> (Model, Vec<Rows>) {
         let (mut model, mut rows) = (model.clone(), rows.to_vec());
@@ -51,18 +63,19 @@ impl Change {
         let joints = |which: Option<usize>| which.map_or((0..dof).collect::<Vec<_>>(), |joint| vec![joint]);
         match self {
             Self::TorqueSign(joint) => scale_torque(&mut rows, &[joint], -1.0),
-            Self::MotionSign(joint) => scale_motion(&mut rows, &[joint], [-1.0; 3]),
+            Self::MotionSign(joint) => scale_motion(&mut rows, &[joint], [-1.0; 4]),
             Self::AxisSign(joint) => {
-                scale_motion(&mut rows, &[joint], [-1.0; 3]);
+                scale_motion(&mut rows, &[joint], [-1.0; 4]);
                 scale_torque(&mut rows, &[joint], -1.0);
             }
             Self::SwapTorque(i, j) => swap(&model, &mut rows, [i, j], [false, true]),
             Self::SwapMotion(i, j) => swap(&model, &mut rows, [i, j], [true, false]),
             Self::SwapJoints(i, j) => swap(&model, &mut rows, [i, j], [true, true]),
             Self::TorqueScale(which, factor) => scale_torque(&mut rows, &joints(which), factor),
-            Self::MotionScale(which, factor) => scale_motion(&mut rows, &joints(which), [factor; 3]),
+            Self::MotionScale(which, factor) => scale_motion(&mut rows, &joints(which), [factor; 4]),
             Self::TimeScale(factor) => {
-                scale_motion(&mut rows, &joints(None), [1.0, 1.0 / factor, 1.0 / (factor * factor)]);
+                let (rate, curvature) = (1.0 / factor, 1.0 / (factor * factor));
+                scale_motion(&mut rows, &joints(None), [1.0, rate, curvature, curvature]);
             }
             Self::Gravity => model.robot.gravity = -model.robot.gravity,
             Self::Ratio(joint, factor) => {
@@ -90,11 +103,11 @@ fn scale_torque(rows: &mut [Rows], joints: &[usize], factor: f64) {
     }
 }
 
-fn scale_motion(rows: &mut [Rows], joints: &[usize], factors: [f64; 3]) {
+fn scale_motion(rows: &mut [Rows], joints: &[usize], factors: [f64; 4]) {
     for session in rows {
         for joint in joints {
             let own = &mut session.joints[*joint];
-            for (values, factor) in [&mut own.q, &mut own.v, &mut own.a].into_iter().zip(factors) {
+            for (values, factor) in [&mut own.q, &mut own.v, &mut own.a, &mut own.slow].into_iter().zip(factors) {
                 values.iter_mut().for_each(|value| *value *= factor);
             }
         }
@@ -107,7 +120,12 @@ fn swap(model: &Model, rows: &mut [Rows], [i, j]: [usize; 2], [motion, torque]: 
     for session in rows {
         let (mut one, mut other) = (session.joints[i].clone(), session.joints[j].clone());
         if motion {
-            for (a, b) in [(&mut one.q, &mut other.q), (&mut one.v, &mut other.v), (&mut one.a, &mut other.a)] {
+            for (a, b) in [
+                (&mut one.q, &mut other.q),
+                (&mut one.v, &mut other.v),
+                (&mut one.a, &mut other.a),
+                (&mut one.slow, &mut other.slow),
+            ] {
                 std::mem::swap(a, b);
             }
         }
@@ -127,7 +145,7 @@ const FRICTIONS: usize = 40;
 
 /// Gives the torque of a joint the sign of `I + G + F_C sgn v`, with the `F_C` whose magnitude fits best.
 fn sign(model: &Model, rows: &mut [Rows], joint: usize) {
-    let rigid = balance::rigid(model, rows, joint);
+    let rigid = balance::Columns::new(model, rows).rigid(joint);
     let largest =
         rows.iter().flat_map(|session| &session.joints[joint].tau).fold(0.0_f64, |most, tau| most.max(tau.abs()));
     let needed = |session: usize, row: usize, v: f64, coulomb: f64| rigid[session][row] + coulomb * v.signum();

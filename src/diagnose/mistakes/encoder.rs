@@ -1,7 +1,8 @@
 //! Steps of the position against the model's encoder: a count is `2π / (counts_per_turn · gear_ratio)` at the joint.
 //!
 //! A recorded encoder moves by whole counts, so the size of a count can be read off the data to a share of a percent; a gear ratio of another
-//! stage, an angle of the motor or degrees change it by just that factor. Positions that were rounded to a decimal place or filtered have no such steps,
+//! stage, an angle of the motor or degrees change it by just that factor. A delay or a resampling reads between two samples, in parts of counts; there
+//! a reading that repeats still lies whole counts from the next one that does. Positions that were rounded to a decimal place or filtered have no such steps,
 //! or steps of a round size, and say nothing.
 
 use std::f64::consts::PI;
@@ -18,6 +19,8 @@ const OFF: f64 = 0.12;
 const WHOLE: f64 = 0.98;
 /// Steps needed.
 const FEWEST: usize = 200;
+/// Steps between readings that repeat, which show that smaller ones are parts of counts: as many by chance have a probability below 2⁻²⁰.
+const FEWEST_LEVELS: usize = 20;
 /// Relative difference of two sizes that are the same.
 pub const SAME: f64 = 0.02;
 
@@ -29,11 +32,15 @@ pub fn count_ratio(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Opt
     }
     let name = &model.joints[joint].name;
     let mut steps: Vec<f64> = Vec::new();
+    let mut levels: Vec<f64> = Vec::new();
     for session in sessions {
         let position = session.joint(name)?.get(Channel::Position)?;
         // The last digits of a number of that size are not steps.
         let digits = 1e-12 * position.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
         steps.extend(position.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > digits));
+        let repeated: Vec<f64> =
+            position.windows(2).filter(|pair| (pair[1] - pair[0]).abs() <= digits).map(|pair| pair[1]).collect();
+        levels.extend(repeated.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > digits));
     }
     let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
     steps.retain(|step| *step < (MOST_COUNTS + 0.5) * smallest);
@@ -48,9 +55,16 @@ pub fn count_ratio(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Opt
         });
         count = sum / squares;
     }
-    let whole = steps.iter().filter(|step| (*step / count - (*step / count).round()).abs() < OFF).count();
-    let clear = whole as f64 >= WHOLE * steps.len() as f64 && !is_round(count);
-    clear.then_some(count / expected)
+    levels.retain(|step| *step < (MOST_COUNTS + 0.5) * expected);
+    let parts = count < (1.0 - SAME) * expected && levels.len() >= FEWEST_LEVELS && are_whole(&levels, expected);
+    (are_whole(&steps, count) && !parts && !is_round(count)).then_some(count / expected)
+}
+
+/// Whether steps are whole counts.
+fn are_whole(steps: &[f64], count: f64) -> bool {
+    let off = |step: &f64| (step / count - (step / count).round()).abs();
+    let whole = steps.iter().filter(|step| off(step) < OFF).count();
+    whole as f64 >= WHOLE * steps.len() as f64
 }
 
 /// Whether a step is 1, 2 or 5 times a power of ten, in radians, degrees or parts of a turn in bits: a choice of who wrote the file.

@@ -12,7 +12,7 @@
 //! | `dead` | a channel with the others of its joint | moves as they do | constant |
 //! | `kinematics` | `Δq` with `∫ v dt` | 1, no lag | −1, π/180, π/30, gear ratio; late |
 //! | `encoder` | steps of the position with a count | 1 | gear ratio, 180/π |
-//! | `balance`, `search` | torque with inertia, weight and friction | leaves some percent of the squares | a single change of data or model lowers what is left to a quarter or less |
+//! | `balance`, `search` | torque with inertia, weight and friction | leaves some percent of the squares | a single change of data or model halves the RMS that is left, to that of sound data |
 //! | `limits` | position with the joint's range | inside | several times its range |
 //! | `overload` | torque with the limits of the drive | below | ten times that or more |
 //! | `remaining` | error of the finished diagnosis with the torque | below half | above |

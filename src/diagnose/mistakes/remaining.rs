@@ -7,7 +7,7 @@
 use super::Mistake;
 use super::balance;
 use super::rows;
-use super::search::EXPLAINED;
+use super::search::UNSOUND;
 use crate::diagnose::result::{Diagnosis, Split, Verdict};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
@@ -35,7 +35,7 @@ pub fn judge(diagnosis: &mut Diagnosis, model: &Model, sessions: &[&TimeSeries])
     let of_joint = |(joint, left): (&crate::robot::JointModel, &Option<balance::Balance>)| {
         let fit = large(&joint.name)?;
         let left = (*left)?.left;
-        (left > EXPLAINED).then(|| Mistake {
+        (left > UNSOUND).then(|| Mistake {
             mistake: "baseline_error",
             joints: vec![joint.name.clone()],
             factor: None,

@@ -3,7 +3,7 @@
 use super::balance;
 use super::kinematics;
 use super::rows;
-use super::search::EXPLAINED;
+use super::search::UNSOUND;
 use super::velocity;
 use super::{Mistake, words};
 use crate::robot::Model;
@@ -33,7 +33,7 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Option<Mistake> {
         let rows = rows::rows(model, &scaled);
         let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
         let balances = balance::balances(model, &rows, &moves);
-        balances.iter().any(Option::is_some) && balances.iter().flatten().all(|one| one.left < EXPLAINED)
+        balances.iter().any(Option::is_some) && balances.iter().flatten().all(|one| one.left < UNSOUND)
     } else {
         agree.iter().all(|agrees| *agrees)
     };
