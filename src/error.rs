@@ -80,15 +80,16 @@ pub enum Error {
         /// The reason that the recorder gives.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// A numerical method did not reach its goal.
-    #[error("{method} did not converge in {iterations} iterations (last change {change:.3e})")]
-    NotConverged {
-        /// The method.
-        method: &'static str,
-        /// Iterations done.
-        iterations: usize,
-        /// Size of the last change, in the method's own measure.
-        change: f64,
+    /// No friction law passes through the measured friction of a joint.
+    #[error(
+        "friction of {joint}: no law fits the {windows} steady windows, in which the torque may even drive the joint; \
+             compare gravity, base tilt, torque constant and signs with the model"
+    )]
+    NoFrictionLaw {
+        /// Name of the joint.
+        joint: String,
+        /// Steady windows that were found.
+        windows: usize,
     },
 }
 

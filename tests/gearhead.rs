@@ -34,6 +34,15 @@ fn analytic_dead_zone_is_a_spring_outside_its_gap() {
 }
 
 #[test]
+fn analytic_flanks_that_press_against_each_other_add_up() {
+    let gear = DeadZone { backlash: -0.002, stiffness: 2000.0, damping: 3.0 };
+    // Both press, each by 0.001 rad and what the wind-up adds or takes: twice the stiffness and the damping.
+    assert!((gear.of_flanks(0.0005, 0.1) - 2.0 * (2000.0 * 0.0005 + 0.3)).abs() < 1e-12);
+    // Beyond the preload one flank is left.
+    assert!((gear.of_flanks(0.003, 0.1) - (2000.0 * 0.004 + 0.3)).abs() < 1e-12);
+}
+
+#[test]
 fn property_a_tooth_never_pulls_and_both_flanks_are_alike() {
     let gear = DeadZone { backlash: 0.01, stiffness: 2000.0, damping: 3.0 };
     let mut noise = Noise::new(3, 0);

@@ -145,7 +145,7 @@ fn load_with(
 pub fn check_manifest(path: &Path) -> Result<()> {
     match source_file::check(path, source_file::MAX_MANIFEST_BYTES) {
         Err(Error::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(()),
-        checked => checked.map(|_| ()),
+        checked => checked,
     }
 }
 

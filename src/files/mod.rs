@@ -4,6 +4,7 @@
 
 pub mod catalogue;
 mod name;
+pub mod regular;
 
 use std::io;
 use std::path::Path;

@@ -28,8 +28,15 @@ pub struct DeadZone {
 impl DeadZone {
     /// `T(x, ẋ)` [N·m or N], positive when it drives the link positively.
     pub fn torque(&self, x: f64, x_dot: f64) -> f64 {
-        let side = f64::from(self.contact(x, x_dot));
-        if side == 0.0 { 0.0 } else { self.pressed(self.compression(x, side), x_dot) }
+        if self.backlash == 0.0 { self.pressed(x, x_dot) } else { self.of_flanks(x, x_dot) }
+    }
+
+    /// As [`torque`](Self::torque) with both flanks one-sided, whatever the gap: they press against each other where `b < 0`.
+    pub fn of_flanks(&self, x: f64, x_dot: f64) -> f64 {
+        let [p, n] = [1.0, -1.0].map(|side| self.compression(x, side));
+        let positive = if p > 0.0 { self.pressed(p, x_dot).max(0.0) } else { 0.0 };
+        let negative = if n < 0.0 { self.pressed(n, x_dot).min(0.0) } else { 0.0 };
+        positive + negative
     }
 
     /// The flank that touches: +1, 0, −1. A gear without a gap is always in contact.

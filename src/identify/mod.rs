@@ -66,8 +66,6 @@ impl Default for Options {
     }
 }
 
-/// What is said where neither law passes through the points.
-const UNFITTED: &str = "fit of a friction law to the measurement points (friction that drives? compare gravity, torque constant and signs with the model)";
 /// Points that a joint needs in each direction: a law has four coefficients, and one point must be left to judge it.
 const FEWEST_POINTS: usize = 5;
 
@@ -103,7 +101,7 @@ pub fn identify_joint(
     let mut notes = Vec::new();
     let (mut points, tracks) = measurement_points(model, joint, data, options, &mut notes)?;
     let balance = Balance::new(&points, tracks);
-    let laws = balanced(&balance, &mut points, &mut notes)?;
+    let laws = balanced(&model.joints[joint].name, &balance, &mut points, &mut notes)?;
     let (friction, centrifugal) = summary::friction(model.joints[joint].kind, &points, &laws);
     let backlash = if options.backlash {
         let sessions: Vec<&TimeSeries> = data.iter().collect();
@@ -163,7 +161,7 @@ fn measurement_points(
 ///
 /// # Errors
 /// One of them fits neither the balance nor the averages of the windows.
-fn balanced(balance: &Balance, points: &mut [Point], notes: &mut Vec<String>) -> Result<Laws> {
+fn balanced(joint: &str, balance: &Balance, points: &mut [Point], notes: &mut Vec<String>) -> Result<Laws> {
     let averages: Vec<Observation> = points.iter().map(Observation::of).collect();
     let misfit = |found: &Option<Balanced>| found.as_ref().map_or(f64::INFINITY, |found| found.misfit);
     let law_of = |kind: LawKind| law::of(kind, &fit::to(kind, &averages, false)?.fit.parameters);
@@ -194,11 +192,8 @@ fn balanced(balance: &Balance, points: &mut [Point], notes: &mut Vec<String>) ->
         Some(found) => Ok(found.law),
         None => {
             notes.push(format!("{kind:?}: no balance over the motion found, averages of steady windows used"));
-            fit::to(kind, &averages, false).ok_or(Error::NotConverged {
-                method: UNFITTED,
-                iterations: 0,
-                change: f64::NAN,
-            })
+            fit::to(kind, &averages, false)
+                .ok_or_else(|| Error::NoFrictionLaw { joint: joint.to_owned(), windows: averages.len() })
         }
     };
     let lines = law(LawKind::TwoLines, lines)?;

@@ -1,10 +1,10 @@
 //! Text files as people save them: regular files of a bounded size, in UTF-8 or UTF-16.
 
-use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
+use crate::files::regular;
 
 /// Reads a text file of at most `longest` bytes. UTF-16 with a byte order mark, which some Windows editors write, is read as well.
 ///
@@ -23,15 +23,13 @@ pub fn read_bytes(file: &Path, longest: u64) -> Result<Vec<u8>> {
     if let Some(content) = crate::files::embedded(file) {
         return content.map_err(refused);
     }
-    let expected = |what: String| Error::input(file, Place::File, "", "", what);
-    let metadata = std::fs::metadata(file).map_err(refused)?;
-    if !metadata.is_file() {
-        return Err(expected("a regular file, not a folder, device or pipe".to_owned()));
-    }
+    let (open, _) = regular::open(file, longest, "")?;
     let mut bytes = Vec::new();
-    File::open(file).and_then(|open| open.take(longest + 1).read_to_end(&mut bytes)).map_err(refused)?;
+    // What a system shows as a file, as in `/proc`, may hold more than its length says.
+    open.take(longest + 1).read_to_end(&mut bytes).map_err(refused)?;
     if bytes.len() as u64 > longest {
-        return Err(expected(format!("a file of at most {} MB", longest >> 20)));
+        let expected = format!("at most {}", regular::shown(longest));
+        return Err(Error::input(file, Place::File, "size", "more than its length says", expected));
     }
     Ok(bytes)
 }

@@ -77,7 +77,7 @@ fn regress_large_files_are_refused_in_time() {
     let many: String = (0..60_000).map(|k| format!("[joints.a{k}]\ngear_ratio = 1\n")).collect();
     let cases: [(String, &str, &str); 5] = [
         (MODEL.to_owned() + &many, "model.toml", "at most 128 joints"),
-        (format!("{MODEL}\n[x]\n{}", "a = 1\n".repeat(500_000)), "model.toml", "at most 2 MB"),
+        (format!("{MODEL}\n[x]\n{}", "a = 1\n".repeat(500_000)), "model.toml", "at most 2 MiB"),
         (format!("{} = 1\n{MODEL}", "n".repeat(1_000_000)), "model.toml", "unknown key"),
         (format!("x = {}1{}\n{MODEL}", "[".repeat(100_000), "]".repeat(100_000)), "model.toml:1", "TOML"),
         (format!("name2 = \"{}\"\n{MODEL}", "n".repeat(1_000_000)), "model.toml:1: name2", "unknown key"),

@@ -7,7 +7,7 @@
 //! Friction is set-valued: a step that it can stop ends at rest, and rest holds until the torque exceeds breakaway.
 //! In the gap and at rest a whole sample is one step; near and in contact it is [`CONTACT_STEPS`].
 
-use crate::gearhead::{Direction, FrictionLaw};
+use crate::gearhead::{DeadZone, Direction, FrictionLaw};
 
 /// Steps a sample in contact: the rotor on the gear's stiffness turns by 0.1 rad a step at 400 rad/s and 1 ms.
 const CONTACT_STEPS: usize = 5;
@@ -55,17 +55,9 @@ pub(super) struct Member {
 }
 
 impl Transmission {
-    /// `T(x, ẋ)` for a gap `b` of either sign.
-    fn gear_torque(&self, gap: f64, x: f64, x_dot: f64) -> f64 {
-        let half = 0.5 * gap;
-        let mut torque = 0.0;
-        if x > half {
-            torque += (self.stiffness * (x - half) + self.damping * x_dot).max(0.0);
-        }
-        if x < -half {
-            torque += (self.stiffness * (x + half) + self.damping * x_dot).min(0.0);
-        }
-        torque
+    /// The gear with a gap `b` of either sign.
+    fn gear(&self, gap: f64) -> DeadZone {
+        DeadZone { backlash: gap, stiffness: self.stiffness, damping: self.damping }
     }
 
     /// `G(q)`.
@@ -75,12 +67,13 @@ impl Transmission {
 
     /// Steps a member by `dt` [s] under the motor torque `tau` [N·m or N], gap `b`.
     pub fn advance(&self, member: &mut Member, gap: f64, tau: f64, dt: f64) {
+        let gear = self.gear(gap);
         let x = member.theta - member.q;
         let on_link = member.level * member.share;
         let on_rotor = member.level - on_link;
         let gravity = self.gravity_at(member.q);
         if member.v == 0.0 && member.w == 0.0 {
-            let torque = self.gear_torque(gap, x, 0.0);
+            let torque = gear.of_flanks(x, 0.0);
             if self.holds(on_rotor, tau - torque) && self.holds(on_link, torque - gravity) {
                 return;
             }
@@ -93,7 +86,7 @@ impl Transmission {
         // What a torque changes in a step: one division each, not four in every step.
         let [of_rotor, of_link] = [h / self.rotor_inertia, h / self.link_inertia];
         for _ in 0..steps {
-            let torque = self.gear_torque(gap, member.theta - member.q, member.v - member.w);
+            let torque = gear.of_flanks(member.theta - member.q, member.v - member.w);
             let v = dry_step(member.v, of_rotor, tau - torque, rotor);
             let w = dry_step(member.w, of_link, torque - gravity, link);
             if steps == 1 {
