@@ -31,10 +31,16 @@ fn stream(seed: u64, number: u64) -> ChaCha8Rng {
 
 /// A planar arm of the blind generator with an effect in it, on one fast run.
 pub fn planar(order: &Order) -> Set {
+    planar_for(order, f64::INFINITY)
+}
+
+/// The same for so many seconds of the run at most.
+pub fn planar_for(order: &Order, seconds: f64) -> Set {
     let mut machine = Machine::draw(&mut stream(order.seed, 0));
     let entries = hidden::draw(&mut stream(order.seed, 1), order, &mut machine);
     let model = |text: &str| Model::from_texts(text, &machine.urdf(), Path::new("model.toml")).expect("a good model");
-    let moves = motion::fast(&mut stream(order.seed, 2));
+    let mut moves = motion::fast(&mut stream(order.seed, 2));
+    moves.velocity.iter_mut().for_each(|velocity| velocity.truncate((seconds / motion::INTERVAL) as usize));
     let session = record::record("fast", &model(&machine.truth(&entries)), &moves, order.seed);
     let name = format!("{} of strength {}", order.name(), order.strength);
     Set { name, model: model(&machine.nominal()), sessions: vec![session] }

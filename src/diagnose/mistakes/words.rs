@@ -217,8 +217,8 @@ pub fn counts(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
         _ => false,
     };
     let mut mistakes = Vec::new();
-    for i in 0..dof {
-        let Some(ratio) = ratios[i] else { continue };
+    for (i, ratio) in ratios.iter().enumerate() {
+        let Some(ratio) = *ratio else { continue };
         match (0..dof).find(|j| *j != i && exchanged(i, *j)) {
             Some(j) if j > i => mistakes.push(exchanged_counts(model, [i, j], ratio)),
             Some(_) => {}
