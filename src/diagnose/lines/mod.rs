@@ -194,7 +194,9 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     let evidence = |k: usize| spectra[..trained].iter().map(|spectrum| spectrum.power[k] / spectrum.level[k]).sum();
     let sums: Vec<f64> = (0..last - first).map(evidence).collect();
     let asked = beyond_chance(trained, CHANCE / (sums.len() * model.joints.len()) as f64);
-    let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked).collect();
+    // A limit cycle of the loop is strong in one piece, and would take the place of a line among those tried.
+    let seen = |k: usize| spectra[..trained].iter().filter(|one| one.power[k] > PRESENT * one.level[k]).count();
+    let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked && seen(*k) >= trained.min(2)).collect();
     peaks.sort_by(|a, b| sums[*b].total_cmp(&sums[*a]));
     let mut lines: Vec<Line> = Vec::new();
     let mut tried: Vec<f64> = Vec::new();
