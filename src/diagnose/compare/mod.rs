@@ -58,12 +58,15 @@ pub fn compare(
     let mut healthy = pose(model, &own, own.len(), options)?;
     let were = selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))?;
 
+    // Its rows are not needed beside those of both sides.
+    drop(healthy);
     progress("fitting both", 0.3);
     let mut problem = pose(model, &sessions, trained, options)?;
     problem.catalogue = select::catalogue(&options.catalogue, &sides);
     problem.standstill = difference_at_rest(&problem, &sessions, before.len());
     problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
     let shared = shared_terms(&problem, &were);
+    drop(were);
     let mut changes = select::select(&mut problem, shared, &options.catalogue, &options.rules, progress)
         .ok_or_else(|| nothing_moves(model))?;
     progress("judging changes", 0.8);
