@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::robot::Model;
-use crate::timeseries::{Channel, Drawn, TimeSeries};
+use crate::timeseries::{Channel, Drawn, TimeSeries, give_back_memory};
 
-use super::catalogue;
-use super::identity;
+use super::{catalogue, identity};
 
 /// The model of a file, a folder with a `model.toml`, or a robot of the catalogue.
 ///
@@ -68,6 +67,7 @@ fn read(files: &[PathBuf], model: &Model, wanted: &[Channel]) -> Result<(Vec<Ses
         let mut session = dataset::load_for(file, model)?;
         let drawn = Drawn::of(&session.series);
         session.series.keep(wanted);
+        give_back_memory();
         Ok((session, drawn))
     };
     Ok(files.iter().map(one).collect::<Result<Vec<_>>>()?.into_iter().unzip())

@@ -9,7 +9,7 @@ use crate::drive::Sensing;
 use crate::effects::{JointMotion, Motion};
 use crate::error::{Error, Place, Result};
 use crate::robot::Model;
-use crate::timeseries::{Channel, JointSeries, TimeSeries};
+use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory};
 
 /// [s] Narrowest and widest half width.
 const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
@@ -126,6 +126,8 @@ pub fn observe<'a>(
             });
         }
         append(&mut motion, &signals, session, number, inertia, noise_share, total / MOST_ROWS as f64);
+        drop(signals);
+        give_back_memory();
     }
     for (joint, motion) in motion.joints.iter_mut().enumerate() {
         let reflected = model.joints[joint].reflected_inertia();

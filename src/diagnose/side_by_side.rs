@@ -2,13 +2,22 @@
 
 use rayon::prelude::*;
 
-/// [bytes] that are held at a time: beside the recordings of half an hour of six joints at 1 kHz, a quarter of a gigabyte.
-const HELD: usize = 250_000_000;
+use crate::timeseries::give_back_memory;
+
+/// [bytes] that are held at a time: what is left of 1 GB beside two recordings of half an hour of six joints at 1 kHz, 0.75 GB of what a
+/// comparison reads, half for this and half for all else.
+const HELD: usize = 120_000_000;
 
 /// What `of` makes of each item, in their order; `bytes` is what it holds of one meanwhile. Short recordings are worked on all at once.
 pub fn side_by_side<T: Sync, R: Send>(items: &[T], bytes: usize, of: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let together = (HELD / bytes.max(1)).max(1);
-    items.chunks(together).flat_map(|some| some.par_iter().map(&of).collect::<Vec<R>>()).collect()
+    give_back_memory();
+    let of_some = |some: &[T]| {
+        let made: Vec<R> = some.par_iter().map(&of).collect();
+        give_back_memory();
+        made
+    };
+    items.chunks(together).flat_map(of_some).collect()
 }
 
 #[cfg(test)]

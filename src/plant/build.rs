@@ -67,14 +67,13 @@ impl Plant {
             done: Power::default(),
         };
         let mut plant = Self {
-            integrator: Integrator::new(Coupled::new(laws, Barriers::new(barriers, n)), links),
+            integrator: Integrator::new(Coupled::new(laws, Barriers::new(barriers, n)), links, options.most_steps),
             robot: model.robot.clone(),
             step: options.step,
             rate: 0.0,
             fastest: 0.0,
             calm: false,
             every_stage: options.evaluations == Evaluations::EveryStage,
-            most_steps: options.most_steps,
             asked: 0.0,
             saved: state.clone(),
             saved_trackers: sensors.iter().map(|sensors| sensors.tracker).collect(),

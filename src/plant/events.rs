@@ -122,10 +122,12 @@ impl Integrator {
             && !(change == Change::Link && state.modes[i].link == Slip::Stuck)
         {
             // The joint's own laws tell. What holds a link that sticks, and where a barrier is, depends on all of them.
+            self.counts.probes += 1;
             let (law, mode, phase) = (&self.coupled.laws[i], &state.modes[i], self.inside(state, commands, h, i, s));
             let flow = law.flow(time, &phase, mode, commands[i]);
             return law.margins(time, &phase, mode, commands[i], &flow, 0.0).0[change as usize];
         }
+        self.counts.probes += state.joints.len();
         let mut probe = std::mem::take(&mut self.probe);
         for (i, phase) in probe.iter_mut().enumerate() {
             *phase = self.inside(state, commands, h, i, s);

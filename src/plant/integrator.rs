@@ -9,6 +9,7 @@
 
 use nalgebra::DMatrix;
 
+use super::FASTEST_MOTION;
 use super::coupled::Coupled;
 use super::joint::{Phase, Power};
 use super::links::Links;
@@ -86,14 +87,25 @@ pub struct Counts {
     pub steps: usize,
     /// Changes of mode.
     pub events: usize,
+    /// Laws of a joint evaluated inside a step to locate an event.
+    pub probes: usize,
     /// Steps at whose end alone modes were changed, because there were too many events to be located.
     pub crowded: usize,
+}
+
+impl Counts {
+    /// Steps, and the probes as the steps that take as long on a machine of `n` joints: a step evaluates the laws of all joints four times.
+    pub fn work(&self, n: usize) -> usize {
+        self.steps + self.probes / (4 * n).max(1)
+    }
 }
 
 /// The stepper with its room to work.
 pub struct Integrator {
     /// What it has taken so far.
     pub counts: Counts,
+    /// Steps, and probes as steps, after which it ends early.
+    pub most_steps: usize,
     /// The machine's laws.
     pub coupled: Coupled,
     /// The links.
@@ -132,7 +144,7 @@ const MAX_EVENTS_AT_ONCE: usize = 16;
 
 impl Integrator {
     /// For a machine with these laws and links.
-    pub fn new(coupled: Coupled, links: Links) -> Self {
+    pub fn new(coupled: Coupled, links: Links, most_steps: usize) -> Self {
         let n = coupled.laws.len();
         let phases = || vec![Phase::default(); n];
         let margins = || vec![Margins([f64::INFINITY; 4]); n];
@@ -140,6 +152,7 @@ impl Integrator {
         let barriers = || Vec::with_capacity(count);
         Self {
             counts: Counts::default(),
+            most_steps,
             coupled,
             links,
             mobility: Mobility::new(n),
@@ -307,7 +320,15 @@ impl Integrator {
         self.measure_margins(state, commands);
     }
 
-    /// Integrates to a time under a constant command that may have jumped; `watch` sees every stretch between events.
+    /// Whether going on is in vain: the motion has diverged, or has taken more steps than it may.
+    fn is_lost(&self, state: &State) -> bool {
+        let fine = |speed: f64| speed.abs() <= FASTEST_MOTION;
+        self.counts.work(state.joints.len()) > self.most_steps
+            || !state.joints.iter().all(|y| fine(y.omega) && fine(y.v))
+    }
+
+    /// Integrates to a time under a constant command that may have jumped; `watch` sees every stretch between events. Ends early where
+    /// [`is_lost`](Self::is_lost).
     pub fn advance(
         &mut self,
         state: &mut State,
@@ -324,6 +345,9 @@ impl Integrator {
         for k in 1..=substeps {
             let target = if k == substeps { until } else { start + k as f64 * length };
             while state.time < target {
+                if self.is_lost(state) {
+                    return;
+                }
                 let crowded = events >= MAX_EVENTS;
                 if crowded {
                     self.counts.crowded += 1;

@@ -93,7 +93,7 @@ pub struct Options {
     pub seed: u64,
     /// Whether all sensors are exact.
     pub ideal_sensors: bool,
-    /// Runge-Kutta steps after which a motion is given up.
+    /// Runge-Kutta steps after which a motion is given up; what locating events takes counts as well.
     pub most_steps: usize,
     /// What stands in the way; [`Engine::Rapier`] alone knows of it.
     pub obstacles: Vec<Obstacle>,
@@ -141,7 +141,6 @@ pub struct Plant {
     /// Whether the last extrapolation was right.
     calm: bool,
     every_stage: bool,
-    most_steps: usize,
     /// [1/s] Highest rate of steps that an interval has asked for since it was last looked at.
     asked: f64,
     state: State,
@@ -248,9 +247,9 @@ impl Plant {
                 FASTEST_STEPS,
             );
         }
-        let steps = self.integrator.counts.steps;
-        if steps > self.most_steps {
-            return Err(Error::TooManySteps { time: self.state.time, steps, limit: self.most_steps });
+        let (steps, limit) = (self.integrator.counts.work(self.commands.len()), self.integrator.most_steps);
+        if steps > limit {
+            return Err(Error::TooManySteps { time: self.state.time, steps, limit });
         }
         for (i, y) in self.state.joints.iter().enumerate() {
             self.require(i, "motor velocity", y.omega, FASTEST_MOTION)?;

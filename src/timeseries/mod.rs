@@ -1,11 +1,13 @@
 //! Sampled signals of a machine: measured and simulated data travel in the same type.
 
 mod drawn;
+mod memory;
 mod samples;
 
 use std::collections::BTreeMap;
 
 pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
+pub use memory::give_back_memory;
 pub use samples::Samples;
 
 /// What a sampled signal of one joint is. All on the joint side, SI.

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::make::{changed, csv, run_csv};
+use super::support::recordings::{changed, csv, run_csv};
 use super::{Folder, each_is_refused};
 
 fn utf16(text: &str, mark: bool, little_endian: bool) -> Vec<u8> {

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 
 use super::Folder;
-use super::make::run_csv;
+use super::support::recordings::run_csv;
 
 /// Formats of recordings, each with whether this build reads it.
 const FORMATS: [(&str, bool); 4] =

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::Folder;
-use super::make::{changed, csv, run_csv, run_mat, timed};
+use super::support::recordings::{changed, csv, run_csv, run_mat, timed};
 
 fn diagnose(folder: &Folder, rest: &[&str], parts: &[&str]) {
     let arguments = ["diagnose", "--quiet", "--out", "out", "--model", "model.toml", "--data", "run.csv"];

@@ -1,7 +1,7 @@
 //! Manifests.
 
 use super::Folder;
-use super::make::csv;
+use super::support::recordings::csv;
 
 const MANIFEST: &str = r#"schema = "lostmotion/dataset/1"
 file = "raw.csv"

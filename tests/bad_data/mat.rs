@@ -1,6 +1,6 @@
 //! MATLAB 5 files.
 
-use super::make::{array, compressed, doubles, element, mat, positions, run_mat, times, zlib};
+use super::support::recordings::{array, compressed, doubles, element, mat, positions, run_mat, times, zlib};
 use super::{Folder, each_is_refused};
 
 #[test]

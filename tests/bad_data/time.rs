@@ -2,7 +2,7 @@
 
 use lostmotion::dataset;
 
-use super::make::timed;
+use super::support::recordings::timed;
 use super::{Folder, each_is_refused};
 
 const MANIFEST: &str = "schema = 'lostmotion/dataset/1'\nfile = 'run.csv'\n[time]\ncolumn = 'time'\n\

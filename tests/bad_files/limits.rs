@@ -1,9 +1,11 @@
 //! What a run takes: stated before it starts, refused above the limits.
 
 use lostmotion::error::Error;
+use lostmotion::plant::{Options, Plant};
+use lostmotion::robot::Model;
 use lostmotion::scenario::{Limits, Scenario, simulate};
 
-use super::files::{Files, SCENARIO};
+use super::files::{Files, MODEL, SCENARIO};
 
 #[track_caller]
 fn loaded(files: &Files) -> Scenario {
@@ -129,5 +131,23 @@ fn regress_steps_that_were_not_foreseen_are_counted() {
             assert!(taken > limit && taken < 2 * limit, "{taken} {limit}")
         }
         other => panic!("{:?}", other.map(|run| run.sessions.len())),
+    }
+}
+
+/// Friction that changes by six orders of magnitude within a nanosecond asks for a hundred thousand steps in a millisecond: they are counted as
+/// they are taken, not at its end.
+#[test]
+fn regress_no_interval_takes_more_steps_than_are_allowed() {
+    let files = Files::new();
+    files.put("model.toml", MODEL.replace("[0.3, 0.32]", "[0.3, 1e6]").replace("[0.4, 0.42]", "[1e3, 0.42]"));
+    let model = Model::load(&files.path("model.toml")).expect("a model");
+    for current in [-5.0, 5.0] {
+        let options = Options { most_steps: 1000, ..Options::default() };
+        let mut plant = Plant::new(&model, &options).expect("a plant");
+        let end = (0..1000).find_map(|_| plant.advance(&[current], 0.001).err());
+        assert!(end.is_some(), "{:?}", plant.counts());
+        // Of a step that was begun, each of a joint's four margins may be looked for 53 times.
+        let most = 1000 + 2 + 4 * 53 / 4;
+        assert!(plant.counts().work(1) <= most, "{end:?}: {:?}", plant.counts());
     }
 }

@@ -1,7 +1,9 @@
 //! Bad scenario, model and URDF files: each is refused with its place, its key and what was expected, exit code 2, and nothing written.
 
+#[path = "../support/files/mod.rs"]
+mod support;
+
 mod files;
-mod fuzz;
 mod limits;
 mod models;
 mod said;

@@ -2,46 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use tempfile::TempDir;
-
-const URDF: &str = r#"<robot name="turntable">
-  <link name="base"/>
-  <link name="table">
-    <inertial><mass value="2"/><inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.03"/></inertial>
-    <collision><geometry><box size="0.2 0.02 0.02"/></geometry></collision>
-  </link>
-  <joint name="turn" type="revolute">
-    <parent link="base"/><child link="table"/><axis xyz="0 0 1"/>
-    <limit lower="-3" upper="3" effort="5" velocity="4"/>
-  </joint>
-</robot>
-"#;
-
-pub const MODEL: &str = r#"schema = "lostmotion/model/1"
-name = "turntable"
-urdf = "robot.urdf"
-
-[joints.turn]
-gear_ratio = 5.0
-rotor_inertia = 0.0008
-gear_stiffness = 3000.0
-gear_damping = 2.0
-backlash = 0.008
-
-[joints.turn.motor]
-torque_constant = 0.023
-
-[joints.turn.current_sensor]
-noise = 0.01
-
-[joints.turn.friction]
-coulomb = 0.3
-viscous = 0.4
-"#;
+use super::support::Folder;
+pub use super::support::{PLAIN_MODEL as MODEL, refused};
 
 pub const SCENARIO: &str = r#"schema = "lostmotion/scenario/1"
 name = "to_and_fro"
@@ -79,13 +46,19 @@ integral = 20.0
 pub const RESULTS: [&str; 5] = ["report.json", "report.html", "first.csv", "second.csv", "third.csv"];
 
 /// A folder with one good file of every kind.
-pub struct Files(TempDir);
+pub struct Files(Folder);
+
+impl Deref for Files {
+    type Target = Folder;
+
+    fn deref(&self) -> &Folder {
+        &self.0
+    }
+}
 
 impl Files {
     pub fn new() -> Self {
-        let files = Self(tempfile::tempdir().expect("a temporary folder"));
-        files.put("robot.urdf", URDF);
-        files.put("model.toml", MODEL);
+        let files = Self(Folder::plain());
         files.put("scenario.toml", SCENARIO);
         let rows: String = (0..400)
             .map(|row| 0.001 * f64::from(row))
@@ -95,30 +68,8 @@ impl Files {
         files
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    /// Writes a file, and the folders above it.
-    pub fn put(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.path(name);
-        fs::create_dir_all(path.parent().expect("a parent")).expect("folders");
-        fs::write(&path, content).expect("a file in a temporary folder");
-        path
-    }
-
     pub fn text(&self, name: &str) -> String {
         fs::read_to_string(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-    }
-
-    pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lostmotion"));
-        command.args(arguments).current_dir(self.0.path());
-        command
-    }
-
-    pub fn lostmotion(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().expect("the program runs")
     }
 
     /// Starts the program and leaves it running.
@@ -143,13 +94,9 @@ impl Files {
         all
     }
 
-    /// Names of the entries of a folder, sorted.
+    /// Names of the entries of a folder in it, sorted.
     pub fn names(&self, folder: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.path(folder)).expect("the folder");
-        let mut names: Vec<String> =
-            entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
+        super::support::names(&self.path(folder))
     }
 }
 
@@ -174,18 +121,6 @@ fn collect(folder: &Path, all: &mut BTreeMap<PathBuf, Vec<u8>>) {
 pub fn done(output: &Output) {
     let code = output.status.code();
     assert!(matches!(code, Some(0 | 3)), "{code:?}: {}", String::from_utf8_lossy(&output.stderr));
-}
-
-/// Asserts exit code 2, these parts in the message, and nothing on standard output.
-#[track_caller]
-pub fn refused(output: &Output, parts: &[&str]) {
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{message}");
-    assert!(message.starts_with("error: ") && !message.contains("panicked"), "{message}");
-    for part in parts {
-        assert!(message.contains(part), "`{part}` not in: {message}");
-    }
-    assert!(output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stdout));
 }
 
 /// Waits until something holds, without a pause, or fails after two minutes.

@@ -3,6 +3,9 @@
 //! are those of Unix.
 #![cfg(unix)]
 
+#[path = "../support/files/mod.rs"]
+mod support;
+
 mod fixture;
 mod kills;
 mod names;

@@ -74,6 +74,8 @@ pub fn compare(
     let mut healthy = pose(model, &own, of_before, options)?;
     let were = selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))?;
 
+    // Its rows are not needed beside those of both sides.
+    drop(healthy);
     progress("fitting both", 0.3);
     let mut problem = pose(model, &sessions, division, options)?;
     // What wide rows show; and nothing of inertias where masses are a guess.
@@ -82,6 +84,7 @@ pub fn compare(
     problem.standstill = difference_at_rest(&problem, &sessions, before.len());
     problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
     let shared = shared_terms(&problem, &were);
+    drop(were);
     let mut changes =
         select::select(&mut problem, shared, &known, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
     progress("judging changes", 0.8);

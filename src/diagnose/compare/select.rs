@@ -98,7 +98,7 @@ pub fn select(
         let terms: Vec<Term> = all(&shared, &taken).into_iter().cloned().collect();
         let found = candidates(problem, &terms, &|evidence| rules.enough(evidence));
         if round == 0 {
-            first_round.clone_from(&found);
+            first_round = outlines(found.iter());
         }
         let Some(best) = choose(&found, &rules) else { break };
         if round == rules.most {
@@ -107,8 +107,7 @@ pub fn select(
         match always_was(problem, &terms, best, known) {
             Some(before) => shared.extend(before),
             None => {
-                let rivals =
-                    found.iter().filter(|other| other.effect().name() != best.effect().name()).cloned().collect();
+                let rivals = outlines(found.iter().filter(|other| other.effect().name() != best.effect().name()));
                 taken.push(Taken { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals });
             }
         }
@@ -118,6 +117,22 @@ pub fn select(
     prune(problem, &mut shared, &mut taken, &rules)?;
     let estimates = Estimates::new(problem, &all(&shared, &taken))?;
     Some(Changes { shared, taken, first_round, estimates })
+}
+
+/// Candidates as a report speaks of them, without the values of their columns: those of all candidates fill a hundred megabytes.
+fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidate> {
+    let outline = |term: &Term| Term {
+        effect: term.effect,
+        joints: term.joints.clone(),
+        shape: term.shape.clone(),
+        columns: term.columns.iter().map(|of_joint| vec![Vec::new(); of_joint.len()]).collect(),
+    };
+    let of_candidate = |candidate: &Candidate| Candidate {
+        terms: candidate.terms.iter().map(outline).collect(),
+        evidence: candidate.evidence.clone(),
+        sensible: candidate.sensible,
+    };
+    candidates.map(of_candidate).collect()
 }
 
 /// The same effect in all sessions, where that explains the data as well: then it is no change.

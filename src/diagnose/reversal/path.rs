@@ -73,8 +73,10 @@ impl Path {
     /// The path of a joint in sessions, in the order of the motion's.
     pub fn new(motion: &Motion, joint: usize, sessions: &[&TimeSeries]) -> Self {
         let step = step(motion);
-        let (theta, v, load) = (Vec::new(), Vec::new(), Vec::new());
-        let (inertial, inertia, dry, spans) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        // Signals that grew by doubling would be copied from place to place.
+        let room = Self::instants(motion) + motion.sessions;
+        let [theta, v, load, inertial, inertia, dry] = [(); 6].map(|()| Vec::with_capacity(room));
+        let spans = Vec::new();
         let friction = motion.joints[joint].friction;
         let mut path = Self { joint, step, spans, theta, v, load, inertial, inertia, friction, dry };
         let inertia = inertia_at_rows(motion, joint);

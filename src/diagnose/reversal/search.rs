@@ -1,8 +1,6 @@
 //! Which effects the turns of a joint tell of: every effect is tried from all of its starting points, the best is refined, and what
 //! explains rows that it was not fitted on is named.
 
-use rayon::prelude::*;
-
 use super::attempt::{Fit, Planted, Setting};
 use super::channel::Channel;
 use super::judge::Prediction;
@@ -65,11 +63,14 @@ impl Candidate {
 pub fn candidates(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Vec<f64>]) -> Vec<Candidate> {
     let joints: Vec<usize> = (0..residuals.len()).collect();
     let of_joint = |joint: &usize| of_joint(problem, *joint, sessions, &residuals[*joint]);
-    // Six signals of the path, and three of each of two effects that are tried at a time.
-    let bytes = 96 * Path::instants(&problem.motion);
-    let mut found: Vec<Candidate> = side_by_side(&joints, bytes, of_joint).into_iter().flatten().collect();
+    let mut found: Vec<Candidate> = side_by_side(&joints, held(problem), of_joint).into_iter().flatten().collect();
     found.sort_by(|a, b| b.total().total_cmp(&a.total()));
     found
+}
+
+/// [bytes] that a joint holds while one effect is tried: six signals of the path, and three of the gear that is simulated along it.
+fn held(problem: &Problem) -> usize {
+    72 * Path::instants(&problem.motion)
 }
 
 fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual: &[f64]) -> Vec<Candidate> {
@@ -89,19 +90,17 @@ fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual:
         Turns { motion: &problem.motion, joint, gap: nominal.setting.gap, rests: rests(&problem.motion, joint) };
     let effects: Vec<&'static dyn AtTurns> =
         problem.catalogue.at_turns().filter(|effect| effect.applies(&turns)).collect();
-    effects
-        .into_par_iter()
-        .filter_map(|effect| {
-            let (starts, tried) = best_trials(&channel, &nominal, effect, &turns);
-            let fits = starts.iter().filter_map(|setting| channel.fitted(setting));
-            let fit = fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
-            let visible = effect.visible(&turns, &fit.setting.planted.first()?.values);
-            if !visible {
-                return None;
-            }
-            judged(&channel, &nominal, &before, &without, &fit, tried)
-        })
-        .collect()
+    let of_effect = |effect: &&'static dyn AtTurns| {
+        let (starts, tried) = best_trials(&channel, &nominal, *effect, &turns);
+        let fits = starts.iter().filter_map(|setting| channel.fitted(setting));
+        let fit = fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
+        let visible = effect.visible(&turns, &fit.setting.planted.first()?.values);
+        if !visible {
+            return None;
+        }
+        judged(&channel, &nominal, &before, &without, &fit, tried)
+    };
+    side_by_side(&effects, held(problem), of_effect).into_iter().flatten().collect()
 }
 
 /// Gears to start from; a gap that the model file gives stays close to it.

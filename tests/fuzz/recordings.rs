@@ -1,0 +1,88 @@
+//! Recordings.
+
+use std::path::Path;
+
+use lostmotion::dataset;
+
+use super::campaign::{Good, Reached, run};
+use super::support::recordings::{array, compressed, doubles, mat, positions, run_csv, times};
+
+/// Breaks a recording of one format, in all its variants.
+fn survive(format: &str, text: bool, variants: Vec<Vec<u8>>) {
+    let name = format!("run.{format}");
+    let path = Path::new(&name);
+    let corpus: Vec<Good> = variants.into_iter().map(|bytes| Good { path: path.to_owned(), bytes }).collect();
+    for good in &corpus {
+        assert!(dataset::parse_alone(path, &good.bytes).is_ok(), "{:?}", dataset::parse_alone(path, &good.bytes).err());
+    }
+    run(format, text, &corpus, |_, bytes| {
+        let reached = match dataset::parse_alone(path, bytes) {
+            Ok(session) => {
+                check(&session);
+                dataset::survey_session(&session);
+                Reached::Done
+            }
+            Err(error) => {
+                let message = error.to_string();
+                assert!(message.starts_with(&name) && message.len() < 3000, "{message}");
+                assert!(!message.chars().any(char::is_control), "{message}");
+                Reached::Refused
+            }
+        };
+        if let Ok(table) = dataset::parse_table(path, bytes) {
+            dataset::survey(&table);
+            dataset::first_manifest(&table);
+        }
+        reached
+    });
+}
+
+/// What a session promises.
+pub fn check(session: &dataset::Session) {
+    let series = &session.series;
+    assert!(series.time.windows(2).all(|pair| pair[1] > pair[0]), "time that does not rise");
+    for values in series.joints.iter().flat_map(|joint| joint.channels.values()) {
+        assert_eq!(values.len(), series.len());
+        assert!(values.iter().all(|value| value.is_finite()), "a value that is not finite");
+    }
+}
+
+#[test]
+fn property_no_broken_csv_panics_hangs_or_swells() {
+    let of_windows = run_csv().replace('\n', "\r\n");
+    survive("csv", true, vec![run_csv().into_bytes(), of_windows.into_bytes()]);
+}
+
+#[test]
+fn property_no_broken_mat_panics_hangs_or_swells() {
+    let numbers: Vec<u8> = (0..200_i16).flat_map(i16::to_le_bytes).collect();
+    let good = mat(&[
+        doubles("time", &times()),
+        compressed(&doubles("turn.position", &positions())),
+        array(10, &[200, 1], "turn.torque", 3, &numbers),
+        array(4, &[1, 4], "note", 4, &[0; 8]),
+    ]);
+    survive("mat", false, vec![good, super::support::recordings::run_mat()]);
+}
+
+#[cfg(feature = "mcap")]
+#[test]
+fn property_no_broken_mcap_panics_hangs_or_swells() {
+    use mcap::Compression;
+    let compressions = [None, Some(Compression::Zstd), Some(Compression::Lz4)];
+    survive("mcap", false, compressions.map(super::support::mcap::good).to_vec());
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn property_no_broken_parquet_panics_hangs_or_swells() {
+    use parquet::basic::{Compression, ZstdLevel};
+    let compressions = [
+        Compression::UNCOMPRESSED,
+        Compression::SNAPPY,
+        Compression::ZSTD(ZstdLevel::default()),
+        Compression::LZ4,
+        Compression::LZ4_RAW,
+    ];
+    survive("parquet", false, compressions.map(super::support::parquet::good).to_vec());
+}
