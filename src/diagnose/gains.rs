@@ -6,9 +6,14 @@
 //! ```
 //! An effect is judged by its own gain: by what the model would lose without it. The steps of one joint's effects add up to the joint's
 //! gain. Errors of joints are taken relative to the RMS torque of each joint
-//! where several are judged together. Rows far out (a link that floats, a knock) are clipped at [`CLIPPED`] robust standard deviations of the
-//! nominal error, before and after alike: single rows of most of the squared error would say how they are explained, and nothing of the
-//! rest. The interval is that of [`gain_interval`].
+//! where several are judged together.
+//!
+//! The own gain is of the rows that are fitted, each with the weight `√w` of the fit's robust loss:
+//!
+//! ```text
+//!   w = (ν + 1)/(ν + (e/s)²),   e: the smaller of both errors of the row,  s: their robust standard deviation
+//! ```
+//! so that rows that neither model explains (a link that floats, a knock) say little for either. The interval is that of [`gain_interval`].
 
 use std::collections::BTreeMap;
 
@@ -58,34 +63,24 @@ fn fitted_with(problem: &Problem, terms: &[&Term], picked: &dyn Fn(usize) -> boo
     Some(residuals_with(problem, &picked, &fitted))
 }
 
-/// [1] Robust standard deviations at which errors are clipped: a wave peaks at 0.95 of them, and of a normal error 5 % lie beyond.
-const CLIPPED: f64 = 2.0;
-
 /// Judges residuals on held-out rows against those of the nominal model.
 pub struct Judge<'p, 'm> {
     problem: &'p Problem<'m>,
     nominal: &'p Residuals,
     /// [N·m or N] RMS torque of each joint.
     torque: Vec<f64>,
-    /// [N·m or N] at which errors of each joint are clipped.
-    limit: Vec<f64>,
 }
 
 impl<'p, 'm> Judge<'p, 'm> {
     /// Against these residuals of the nominal model.
     pub fn new(problem: &'p Problem<'m>, nominal: &'p Residuals) -> Self {
         let of_joint = |joint: usize| {
-            let rows = problem.judged_rows(joint, Part::HeldOut);
+            let rows = problem.rows(joint, Part::HeldOut);
             let torque = &problem.motion.joints[joint].torque;
             let power: f64 = rows.iter().map(|row| torque[*row].powi(2)).sum();
-            let mut errors: Vec<f64> = rows.iter().map(|row| nominal[joint][*row].abs()).collect();
-            // Of a normal variable the median of the magnitude is 0.6745 of the standard deviation.
-            let middle = errors.len() / 2;
-            let median = if errors.is_empty() { 0.0 } else { *errors.select_nth_unstable_by(middle, f64::total_cmp).1 };
-            ((power / rows.len().max(1) as f64).sqrt().max(1e-300), CLIPPED * median / 0.6745)
+            (power / rows.len().max(1) as f64).sqrt().max(1e-300)
         };
-        let (torque, limit) = (0..problem.baseline.len()).map(of_joint).unzip();
-        Self { problem, nominal, torque, limit }
+        Self { problem, nominal, torque: (0..problem.baseline.len()).map(of_joint).collect() }
     }
 
     /// The gain of an effect: its own, and its step.
@@ -108,24 +103,32 @@ impl<'p, 'm> Judge<'p, 'm> {
         let motion = &self.problem.motion;
         let of_joint = |joint: &usize| {
             let rows = self.problem.rows(*joint, Part::HeldOut);
+            let weights = weights(&rows, &before[*joint], &after[*joint]);
             let relative = |residuals: &Residuals| -> Vec<f64> {
-                rows.iter().map(|row| self.relative(*joint, residuals[*joint][*row])).collect()
+                let weighted = rows.iter().zip(&weights).map(|(row, weight)| weight * residuals[*joint][*row]);
+                weighted.map(|error| error / self.torque[*joint]).collect()
             };
             by_session(motion, &rows, [&relative(before), &relative(after)])
         };
         gain(&joints.iter().flat_map(of_joint).collect::<Vec<_>>())
     }
 
-    /// An error in parts of the RMS torque of its joint, clipped.
-    fn relative(&self, joint: usize, error: f64) -> f64 {
-        error.clamp(-self.limit[joint], self.limit[joint]) / self.torque[joint]
-    }
-
     /// `√Σ e²` of the held-out errors of a joint.
     fn error(&self, joint: usize, residuals: &Residuals) -> f64 {
         let rows = self.problem.judged_rows(joint, Part::HeldOut).into_iter();
-        rows.map(|row| self.relative(joint, residuals[joint][row]).powi(2)).sum::<f64>().sqrt()
+        rows.map(|row| residuals[joint][row].powi(2)).sum::<f64>().sqrt()
     }
+}
+
+/// `√w` of each row.
+fn weights(rows: &[usize], before: &[f64], after: &[f64]) -> Vec<f64> {
+    let smaller: Vec<f64> = rows.iter().map(|row| before[*row].abs().min(after[*row].abs())).collect();
+    let mut sorted = smaller.clone();
+    let middle = sorted.len() / 2;
+    // Of a normal variable the median of the magnitude is 0.6745 of the standard deviation.
+    let median = if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let s = (median / 0.6745).max(1e-300);
+    smaller.iter().map(|e| ((NU + 1.0) / (NU + (e / s).powi(2))).sqrt()).collect()
 }
 
 /// The gain over rows of a motion, from the errors without and with an effect, one each a row.

@@ -28,9 +28,13 @@ use verdict::Verdict;
 const HIDING: u64 = 500_000;
 /// The negative control: machines that hide nothing.
 const EMPTY: std::ops::Range<u64> = 510_000..510_010;
-/// Most that may be judged wrong, a tenth: a program that is right in 95 of 100 draws passes with a probability of 88 %, one that is
-/// right in 75 of 100 with 4 %.
-const MOST_WRONG: f64 = 0.1;
+/// Most that may be named as something else, a twentieth: a program that is so wrong once in fifty draws passes with a probability of 93 %,
+/// one that is wrong in a quarter with 2 %.
+const MOST_WRONG: f64 = 0.05;
+/// Most on which it may be silent. What is held out takes no part in naming, and three training sessions without a link encoder do not hold
+/// every effect: a stop that is met in the held-out session alone, a soft gear. On tuning machines (seeds from 60000) 14 % stayed silent;
+/// such a program passes with a probability of 98 %, one that is silent on half of all draws with 3 %.
+const MOST_SILENT: f64 = 0.28;
 
 /// Arguments by which this binary does nothing but [`generate_one`].
 const GENERATE_ONE: [&str; 4] = ["--exact", "generate_one", "--ignored", "--test-threads=1"];
@@ -46,11 +50,14 @@ fn judged(orders: &[Order]) -> Vec<Verdict> {
     verdicts
 }
 
-/// Fails where too many are judged wrong.
-fn judge(orders: &[Order], most_wrong: usize) {
+/// Fails where too many are wrong, or too many silent.
+fn judge(orders: &[Order], most_wrong: usize, most_silent: usize) {
     let verdicts = judged(orders);
-    let wrong: Vec<String> = verdicts.iter().filter(|one| !one.is_right()).map(Verdict::line).collect();
-    assert!(wrong.len() <= most_wrong, "{} of {} wrong:\n{}", wrong.len(), verdicts.len(), wrong.join("\n"));
+    let missed = verdicts.iter().filter(|one| !one.is_right());
+    let (silent, wrong): (Vec<&Verdict>, Vec<&Verdict>) = missed.partition(|one| one.found.is_empty());
+    let lines = |of: &[&Verdict]| of.iter().map(|one| one.line()).collect::<Vec<_>>().join("\n");
+    assert!(wrong.len() <= most_wrong, "{} of {} wrong:\n{}", wrong.len(), verdicts.len(), lines(&wrong));
+    assert!(silent.len() <= most_silent, "{} of {} silent:\n{}", silent.len(), verdicts.len(), lines(&silent));
 }
 
 /// The generating process: does nothing unless its variables are set, see [`generate`].
@@ -89,10 +96,11 @@ fn recover_the_hidden_effect_by_name() {
         .iter()
         .filter(|name| lostmotion::effects::find(name).is_some_and(|effect| effect.diagnosable().is_some()));
     let orders: Vec<Order> = known.zip(HIDING..).map(|(name, seed)| Order::one(name, 1.0, seed)).collect();
-    judge(&orders, (MOST_WRONG * orders.len() as f64) as usize);
+    let part = |share: f64| (share * orders.len() as f64) as usize;
+    judge(&orders, part(MOST_WRONG), part(MOST_SILENT));
 }
 
 #[test]
 fn property_nothing_is_found_where_nothing_is_hidden() {
-    judge(&EMPTY.map(Order::nothing).collect::<Vec<_>>(), 0);
+    judge(&EMPTY.map(Order::nothing).collect::<Vec<_>>(), 0, 0);
 }
