@@ -219,7 +219,12 @@ pub type Mask<'a> = dyn Fn(usize, usize, usize) -> bool + Sync + 'a;
 
 /// Columns of the balance by session, row and joint.
 #[derive(Debug)]
-pub struct Columns(Vec<Vec<Vec<[f64; RIGID]>>>);
+pub struct Columns {
+    /// Number of joints.
+    dof: usize,
+    /// Columns of each joint, session by session and row by row.
+    of_sessions: Vec<Vec<Vec<[f64; RIGID]>>>,
+}
 
 impl Columns {
     /// Those of a model along the motion of the rows.
@@ -238,14 +243,13 @@ impl Columns {
             };
             (0..session.len()).map(of_row).collect()
         };
-        Self(rows.par_iter().map(of_session).collect())
+        Self { dof, of_sessions: rows.par_iter().map(of_session).collect() }
     }
 
     /// Normal equations of all joints.
     pub fn normals(&self, rows: &[Rows], mask: &Mask<'_>) -> Vec<Normal> {
-        let dof = rows.first().map_or(0, |session| session.joints.len());
-        let mut normals = vec![Normal::new(); dof];
-        for (number, (session, columns)) in rows.iter().zip(&self.0).enumerate() {
+        let mut normals = vec![Normal::new(); self.dof];
+        for (number, (session, columns)) in rows.iter().zip(&self.of_sessions).enumerate() {
             for (joint, own) in session.joints.iter().enumerate().filter(|(_, own)| !own.tau.is_empty()) {
                 let fastest = own.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
                 for row in (0..session.len()).filter(|row| mask(number, joint, *row)) {
@@ -264,7 +268,7 @@ impl Columns {
     /// `I + L + G` of one joint [N·m or N], session by session and row by row.
     pub fn rigid(&self, joint: usize) -> Vec<Vec<f64>> {
         let of_row = |columns: &Vec<[f64; RIGID]>| columns[joint][0] + columns[joint][FULL] + columns[joint][1];
-        self.0.iter().map(|session| session.iter().map(of_row).collect()).collect()
+        self.of_sessions.iter().map(|session| session.iter().map(of_row).collect()).collect()
     }
 }
 
