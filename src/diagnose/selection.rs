@@ -17,7 +17,7 @@ pub struct Rules {
     /// [nats] evidence that a joint's effect needs.
     pub nats: f64,
     /// [nats] evidence that an effect needs where it lowers the error by no more than laws of the catalogue get wrong themselves
-    /// ([`MODEL_ERROR`]).
+    /// (a fall of its logarithm by 0.12).
     pub slight: f64,
     /// [nats] `slight` beside an effect that was named, or taken off the recording, before: what a law that is not quite
     /// right leaves behind can be picked up by others. That reached 12 to 25 nats (tuning seeds 1403, 1410, 3600, 4602, 6802).

@@ -328,7 +328,7 @@ impl Integrator {
     }
 
     /// Integrates to a time under a constant command that may have jumped; `watch` sees every stretch between events. Ends early where
-    /// [`is_lost`](Self::is_lost).
+    /// `is_lost`.
     pub fn advance(
         &mut self,
         state: &mut State,
