@@ -5,8 +5,7 @@
 //!   steps:  gain_k = (E_{k−1} − E_k)/E_0      E_k: RMS torque error with effects 1 … k, the strongest first;  E_0: of the nominal model
 //! ```
 //! An effect is judged by its own gain: by what the model would lose without it. The steps of one joint's effects add up to the joint's
-//! gain. Errors of joints are taken relative to the RMS torque of each joint
-//! where several are judged together.
+//! gain. Where several joints are judged together, the error of each is taken relative to its RMS torque.
 //!
 //! The own gain is of the rows that are fitted, each with the weight `√w` of the fit's robust loss:
 //!
