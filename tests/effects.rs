@@ -170,7 +170,8 @@ fn equivalent_columns_are_what_the_simulation_adds() {
     let nominal = model();
     let motion = motion(&nominal);
     let by_torque = |effect: &&dyn Diagnosable| {
-        effect.name() != "sensor_delay" && !effect.needs_narrow_rows() && effect.applies(&motion, 0)
+        let narrow = effect.harmonic().is_some_and(|harmonic| harmonic.in_narrow_rows.is_some());
+        effect.name() != "sensor_delay" && !narrow && effect.applies(&motion, 0)
     };
     for effect in Catalogue::default().diagnosable().filter(by_torque) {
         let (coefficients, shape) = amounts(effect);

@@ -11,14 +11,20 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A source file without comments and literals, and the module that it belongs to.
+/// A source file without comments and literals, and the module that it is.
 struct Source {
     file: PathBuf,
-    /// Top-level module, `robot` for `src/robot/tree.rs`.
-    module: String,
-    /// How many modules deep it is: 1 for `src/units.rs` and `src/robot/mod.rs`.
-    depth: usize,
+    /// Path of the module, `["robot", "tree"]` for `src/robot/tree.rs` and `["robot"]` for `src/robot/mod.rs`.
+    path: Vec<String>,
     code: String,
+}
+
+impl Source {
+    /// Name of the module below `parent` that it belongs to, for a source that lies below.
+    fn below(&self, parent: &[&str]) -> Option<&str> {
+        let below = self.path.iter().zip(parent).all(|(own, other)| own == other) && self.path.len() > parent.len();
+        below.then(|| self.path[parent.len()].as_str())
+    }
 }
 
 fn sources() -> Vec<Source> {
@@ -28,10 +34,10 @@ fn sources() -> Vec<Source> {
     files.sort();
     let source = |file: PathBuf| {
         let path = file.strip_prefix(&folder).unwrap().with_extension("");
-        let names: Vec<&str> = path.iter().map(|part| part.to_str().unwrap()).collect();
-        let depth = names.len() - usize::from(names.last() == Some(&"mod"));
+        let mut path: Vec<String> = path.iter().map(|part| part.to_str().unwrap().to_owned()).collect();
+        path.pop_if(|last| last == "mod");
         let code = code_of(&fs::read_to_string(&file).unwrap());
-        Source { module: names[0].to_owned(), depth, code, file: file.clone() }
+        Source { path, code, file }
     };
     files.into_iter().map(source).collect()
 }
@@ -93,10 +99,12 @@ fn literal_length(text: &str, before: Option<char>) -> Option<usize> {
     }
 }
 
-/// Names of the modules at the root of the crate that a source names.
-fn named(source: &Source) -> BTreeSet<String> {
-    let supers = "super::".repeat(source.depth);
-    ["crate::", &supers].iter().flat_map(|prefix| after(&source.code, prefix)).collect()
+/// Names of the modules below `parent` (none: at the root of the crate) that a source names.
+fn named(source: &Source, parent: &[&str]) -> BTreeSet<String> {
+    let absolute: String =
+        std::iter::once("crate").chain(parent.iter().copied()).map(|name| format!("{name}::")).collect();
+    let relative = "super::".repeat(source.path.len() - parent.len());
+    [absolute, relative].iter().flat_map(|prefix| after(&source.code, prefix)).collect()
 }
 
 /// What follows a prefix: a name, or all names of a group in braces.
@@ -140,10 +148,10 @@ fn name(text: &str) -> String {
     text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
 }
 
-/// Place of every module in the rule: its group from the left, and its column among siblings.
-fn rule() -> BTreeMap<String, (usize, usize)> {
+/// Place of every module in the rule of a section: its group from the left, and its column among siblings.
+fn rule(section: &str) -> BTreeMap<String, (usize, usize)> {
     let text = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
-    let section = text.split_once("## Import rule").expect("a section on the import rule").1;
+    let section = text.split_once(&format!("## {section}")).unwrap_or_else(|| panic!("no section `{section}`")).1;
     let block = section.split("```").nth(1).expect("the rule in a code block").trim_start_matches("text");
     let mut places = BTreeMap::new();
     for (group, siblings) in block.split('<').enumerate() {
@@ -156,15 +164,16 @@ fn rule() -> BTreeMap<String, (usize, usize)> {
     places
 }
 
-#[test]
-fn property_modules_import_only_what_stands_to_their_left() {
-    let rule = rule();
+/// Holds the modules below `parent` to the rule of a section.
+fn hold_to(section: &str, parent: &[&str]) {
+    let rule = rule(section);
     let mut broken = Vec::new();
     let mut seen = BTreeSet::new();
-    for source in sources().iter().filter(|source| !["lib", "main"].contains(&source.module.as_str())) {
-        let place = rule.get(&source.module).unwrap_or_else(|| panic!("`{}` is not in the rule", source.module));
-        seen.insert(source.module.clone());
-        for other in named(source) {
+    for source in &sources() {
+        let Some(module) = source.below(parent).filter(|module| !["lib", "main"].contains(module)) else { continue };
+        let place = rule.get(module).unwrap_or_else(|| panic!("`{module}` is not in the rule"));
+        seen.insert(module.to_owned());
+        for other in named(source, parent) {
             let Some(there) = rule.get(&other) else { continue };
             if there.0 > place.0 || (there.0 == place.0 && there.1 != place.1) {
                 broken.push(format!("{} names `{other}`", source.file.display()));
@@ -173,6 +182,16 @@ fn property_modules_import_only_what_stands_to_their_left() {
     }
     assert!(broken.is_empty(), "{}", broken.join("\n"));
     assert_eq!(seen, rule.into_keys().collect(), "the rule and the folders of src differ");
+}
+
+#[test]
+fn property_modules_import_only_what_stands_to_their_left() {
+    hold_to("Import rule", &[]);
+}
+
+#[test]
+fn property_stages_of_a_diagnosis_import_only_earlier_ones() {
+    hold_to("Stages of a diagnosis", &["diagnose"]);
 }
 
 #[test]
@@ -186,7 +205,7 @@ fn property_every_third_party_crate_has_one_door() {
             let used = |at: usize| !source.code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':');
             source.code.match_indices(&format!("{dependency}::")).any(|(at, _)| used(at))
         };
-        let doors: BTreeSet<&str> = sources.iter().filter(names_it).map(|source| source.module.as_str()).collect();
+        let doors: BTreeSet<&str> = sources.iter().filter(names_it).filter_map(|source| source.below(&[])).collect();
         assert!(doors.len() <= 1, "{dependency} is named by {doors:?}");
     }
 }
@@ -197,6 +216,15 @@ fn property_the_check_sees_what_it_should() {
         "use crate::{drive::Motor, error::{Error, Result}, units};\n// crate::cli\nlet x: &'a str = \"crate::report\";\n\
          let c = '\"'; super::super::plant::f(); let r = r#\"crate::scenario \" \"#; /* crate::dataset */",
     );
-    let source = Source { file: PathBuf::new(), module: "robot".to_owned(), depth: 2, code };
-    assert_eq!(named(&source), ["drive", "error", "units", "plant"].map(str::to_owned).into());
+    let source = Source { file: PathBuf::new(), path: ["robot", "tree"].map(str::to_owned).into(), code };
+    assert_eq!(named(&source, &[]), ["drive", "error", "units", "plant"].map(str::to_owned).into());
+    assert_eq!(source.below(&["robot"]), Some("tree"));
+    assert_eq!(source.below(&["drive"]), None);
+
+    let code = code_of(
+        "use crate::diagnose::fit::problem::Problem; use super::super::rows::{kernel::Kernel, zones}; super::own();",
+    );
+    let source =
+        Source { file: PathBuf::new(), path: ["diagnose", "select", "confirm"].map(str::to_owned).into(), code };
+    assert_eq!(named(&source, &["diagnose"]), ["fit", "rows"].map(str::to_owned).into());
 }

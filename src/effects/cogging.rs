@@ -10,7 +10,8 @@ use std::f64::consts::TAU;
 
 use super::parameters::need_joint;
 use super::{
-    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+    About, Action, Diagnosable, Effect, Harmonic, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters,
+    Scope,
 };
 use crate::error::Result;
 use crate::robot::Model;
@@ -90,16 +91,12 @@ impl Diagnosable for Cogging {
         false
     }
 
-    fn repeats(&self) -> bool {
-        true
-    }
-
-    fn phase_per_session(&self) -> bool {
-        true
-    }
-
-    fn order(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Option<f64> {
-        Some(shape[0] * motion.model.joints[joint].gear_ratio)
+    fn harmonic(&self) -> Option<Harmonic> {
+        Some(Harmonic {
+            order: |motion, joint, shape| shape[0] * motion.model.joints[joint].gear_ratio,
+            several: true,
+            in_narrow_rows: None,
+        })
     }
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {

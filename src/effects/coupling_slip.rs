@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Effect, GearAction, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Claim, Effect, GearAction, Kind, ParameterSpec, Parameters, Phenomenon, Scope};
 use crate::error::Result;
 use crate::gearhead::Mesh;
 use crate::robot::Model;
@@ -63,7 +63,11 @@ impl Effect for CouplingSlip {
         let slip = Slip { jump: given.get("jump"), start: given.get("time"), duration: given.get("duration") };
         Ok(vec![Action::Gear(joint, Box::new(slip))])
     }
-    fn of_step(&self, jump: f64, time: f64) -> Option<Vec<f64>> {
-        Some(vec![jump, time])
+
+    fn claims(&self, phenomenon: &Phenomenon) -> Option<Claim> {
+        match phenomenon {
+            Phenomenon::Step { jump, time } => Some(vec![("jump", *jump), ("time", *time)]),
+            _ => None,
+        }
     }
 }

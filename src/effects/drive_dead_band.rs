@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Diagnosable, DriveAction, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Claim, DriveAction, Effect, Kind, ParameterSpec, Parameters, Phenomenon, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -46,26 +46,10 @@ impl Effect for DriveDeadBand {
         Ok(vec![Action::Drive(need_joint(&ABOUT, model, joint)?, Box::new(DeadBand(u0)))])
     }
 
-    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
-        Some(self)
-    }
-}
-
-impl Diagnosable for DriveDeadBand {
-    /// Not by its torque.
-    fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
-        false
-    }
-
-    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-
-    fn of_dead_band(&self, u0: f64) -> Option<Vec<f64>> {
-        Some(vec![u0])
-    }
-
-    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> Vec<f64> {
-        Vec::new()
+    fn claims(&self, phenomenon: &Phenomenon) -> Option<Claim> {
+        match phenomenon {
+            Phenomenon::DeadBand { width } => Some(vec![("width", *width)]),
+            _ => None,
+        }
     }
 }

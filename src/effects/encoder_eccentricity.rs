@@ -13,7 +13,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::parameters::{misfit, need_joint};
-use super::{About, Action, Diagnosable, Effect, EncoderAction, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{
+    About, Action, Diagnosable, Effect, EncoderAction, Harmonic, Kind, Motion, ParameterSpec, Parameters, Scope,
+};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -76,36 +78,33 @@ impl Effect for EncoderEccentricity {
     }
 }
 
+/// Columns of a line at an order [1/turn].
+fn columns_at(motion: &Motion, joint: usize, order: f64) -> Vec<Vec<f64>> {
+    let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
+    let missing = |row: usize| {
+        let inertia = model.reflected_inertia() + m.link_inertia[row];
+        let [rate, curvature] = motion.harmonic_rates(joint, row, order);
+        [0, 1].map(|k| -inertia * curvature[k] - m.friction.viscous * rate[k])
+    };
+    let rows: Vec<[f64; 2]> = (0..motion.rows()).map(missing).collect();
+    [0, 1].map(|k| rows.iter().map(|row| row[k]).collect()).into()
+}
+
 impl Diagnosable for EncoderEccentricity {
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         motion.range(joint) * motion.model.joints[joint].gear_ratio > TAU
     }
 
-    fn needs_narrow_rows(&self) -> bool {
-        true
-    }
-
-    fn phase_per_session(&self) -> bool {
-        true
-    }
-
-    fn order(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Option<f64> {
-        Some(motion.model.joints[joint].gear_ratio)
+    fn harmonic(&self) -> Option<Harmonic> {
+        Some(Harmonic {
+            order: |motion, joint, _| motion.model.joints[joint].gear_ratio,
+            several: false,
+            in_narrow_rows: Some(columns_at),
+        })
     }
 
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        self.columns_at(motion, joint, motion.model.joints[joint].gear_ratio)
-    }
-
-    fn columns_at(&self, motion: &Motion, joint: usize, order: f64) -> Vec<Vec<f64>> {
-        let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
-        let missing = |row: usize| {
-            let inertia = model.reflected_inertia() + m.link_inertia[row];
-            let [rate, curvature] = motion.harmonic_rates(joint, row, order);
-            [0, 1].map(|k| -inertia * curvature[k] - m.friction.viscous * rate[k])
-        };
-        let rows: Vec<[f64; 2]> = (0..motion.rows()).map(missing).collect();
-        [0, 1].map(|k| rows.iter().map(|row| row[k]).collect()).into()
+        columns_at(motion, joint, motion.model.joints[joint].gear_ratio)
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

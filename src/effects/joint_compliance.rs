@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::parameters::need_joint;
-use super::{About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Claim, Effect, Kind, ParameterSpec, Parameters, Phenomenon, Scope};
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -45,30 +45,10 @@ impl Effect for JointCompliance {
         Ok(Vec::new())
     }
 
-    fn needs_link_encoder(&self) -> bool {
-        true
-    }
-
-    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
-        Some(self)
-    }
-}
-
-/// Told by two encoders alone: the motor's side of the gear sees next to nothing of the wind-up.
-impl Diagnosable for JointCompliance {
-    fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
-        false
-    }
-
-    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-
-    fn of_stiffness(&self, k: f64) -> Option<Vec<f64>> {
-        Some(vec![k])
-    }
-
-    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> Vec<f64> {
-        Vec::new()
+    fn claims(&self, phenomenon: &Phenomenon) -> Option<Claim> {
+        match phenomenon {
+            Phenomenon::WindUp { stiffness } => Some(vec![("stiffness", *stiffness)]),
+            _ => None,
+        }
     }
 }

@@ -6,8 +6,10 @@
 pub mod about;
 mod action;
 mod catalogue;
+mod harmonic;
 pub mod motion;
 mod parameters;
+mod phenomenon;
 pub mod turns;
 
 mod base_tilt;
@@ -44,8 +46,10 @@ pub use action::{
 };
 pub use catalogue::Catalogue;
 pub use falling::{falling, falling_slope};
+pub use harmonic::Harmonic;
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
+pub use phenomenon::{Claim, Phenomenon};
 pub use turns::{AtTurns, Trial, Turns};
 
 use std::collections::BTreeMap;
@@ -126,28 +130,23 @@ pub trait Effect: Sync {
         None
     }
 
-    /// Its parameters where a link is seen to step against its rotor by `jump` [rad or m] at `time` [s] since the start of each session, if
-    /// that is what it does.
-    fn of_step(&self, _jump: f64, _time: f64) -> Option<Vec<f64>> {
+    /// Its parameters where it causes this phenomenon; `None` where it is not the cause.
+    fn claims(&self, _phenomenon: &Phenomenon) -> Option<Claim> {
         None
     }
 
-    /// Whether it is a gap `b + a cos(n θ + φ)`, told by a second encoder; its parameters are then `a` [rad], `n` [1/turn] and `φ` [rad].
-    fn is_uneven_gap(&self) -> bool {
-        false
-    }
-
-    /// Whether a diagnosis can tell it by a second encoder behind the gear only.
+    /// Whether a diagnosis can identify it by a second encoder behind the gear only.
     fn needs_link_encoder(&self) -> bool {
-        self.is_uneven_gap()
+        let mut claimed = Phenomenon::KINDS.iter().filter(|kind| self.claims(kind).is_some()).peekable();
+        let by_motor = self.diagnosable().is_some() || self.at_turns().is_some();
+        !by_motor && claimed.peek().is_some() && claimed.all(Phenomenon::needs_link_encoder)
     }
 
-    /// Whether a diagnosis can tell it, one way or another.
+    /// Whether a diagnosis can identify it, one way or another.
     fn can_be_told(&self) -> bool {
         self.diagnosable().is_some()
             || self.at_turns().is_some()
-            || self.of_step(0.0, 0.0).is_some()
-            || self.is_uneven_gap()
+            || Phenomenon::KINDS.iter().any(|kind| self.claims(kind).is_some())
     }
 }
 
@@ -171,19 +170,9 @@ pub trait Diagnosable: Effect {
         true
     }
 
-    /// Whether it shows in acceleration at an order that wide kernels do not pass, so that narrow rows are needed to see it.
-    fn needs_narrow_rows(&self) -> bool {
-        false
-    }
-
-    /// Whether a joint can have several of it, told apart by their shapes.
-    fn repeats(&self) -> bool {
-        false
-    }
-
-    /// Whether its two coefficients are a cosine and a sine of the motor angle, whose zero an incremental encoder sets anew in every session.
-    fn phase_per_session(&self) -> bool {
-        false
+    /// How it repeats with the angle of its joint, where it does.
+    fn harmonic(&self) -> Option<Harmonic> {
+        None
     }
 
     /// Whether it pushes a link, at rest too, and so may hold it on one flank of its gear.
@@ -194,42 +183,6 @@ pub trait Diagnosable: Effect {
     /// Torque on a joint [N·m or N] per unit of each coefficient, one value a row, which depends on that row alone: what the motor must add to the baseline.
     /// For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
-
-    /// Periods per turn (or metre) of its joint, where it is a line in that order.
-    fn order(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Option<f64> {
-        None
-    }
-
-    /// Its columns if its line lay at another order, to compare it with; none where it is no line or needs no such comparison.
-    fn columns_at(&self, _motion: &Motion, _joint: usize, _order: f64) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-
-    /// Its parameters where the current is seen to lag behind the motion by `lag` [s], if that is what it does.
-    fn of_lag(&self, _lag: f64) -> Option<Vec<f64>> {
-        None
-    }
-
-    /// Its parameters where the drive of a joint is seen to make no current of commands below `u0` [A], if that is what it does.
-    fn of_dead_band(&self, _u0: f64) -> Option<Vec<f64>> {
-        None
-    }
-
-    /// Its parameters where the link encoder is seen to lag behind the motor's by `lag` [s], if that is what it does.
-    fn of_link_lag(&self, _lag: f64) -> Option<Vec<f64>> {
-        None
-    }
-
-    /// Its parameters where two encoders see a joint's gear have the stiffness `k` [N·m/rad or N/m], if that is what it does.
-    fn of_stiffness(&self, _k: f64) -> Option<Vec<f64>> {
-        None
-    }
-
-    /// Its parameters where a joint is seen to feel `a sin(2π f t + φ)` [N·m or N] at the frequency `f` [Hz], `t` since the start of the
-    /// session and whatever its speed, if that is what it does.
-    fn of_line(&self, _frequency: f64, _amplitude: f64, _phase: f64) -> Option<Vec<f64>> {
-        None
-    }
 
     /// How many entries of a shape are numbers that may be refined, counted from the first; those after them are choices.
     fn refined_shapes(&self, shape: &[f64]) -> usize {

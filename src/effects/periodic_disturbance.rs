@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use super::parameters::need_joint;
 use super::{
-    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+    About, Action, Claim, Effect, JointAction, JointState, Kind, ParameterSpec, Parameters, Phenomenon, Scope,
 };
 use crate::error::Result;
 use crate::robot::Model;
@@ -62,26 +62,13 @@ impl Effect for PeriodicDisturbance {
             Hum { amplitude: given.get("amplitude"), omega: TAU * given.get("frequency"), phase: given.get("phase") };
         Ok(vec![Action::Joint(need_joint(&ABOUT, model, joint)?, Box::new(hum))])
     }
-    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
-        Some(self)
-    }
-}
 
-impl Diagnosable for PeriodicDisturbance {
-    /// Rows that average over tens of milliseconds do not show it.
-    fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
-        false
-    }
-
-    fn of_line(&self, frequency: f64, amplitude: f64, phase: f64) -> Option<Vec<f64>> {
-        Some(vec![amplitude, frequency, phase])
-    }
-
-    fn columns(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-
-    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> Vec<f64> {
-        Vec::new()
+    fn claims(&self, phenomenon: &Phenomenon) -> Option<Claim> {
+        match phenomenon {
+            Phenomenon::Line { frequency, amplitude, phase } => {
+                Some(vec![("amplitude", *amplitude), ("frequency", *frequency), ("phase", *phase)])
+            }
+            _ => None,
+        }
     }
 }

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::parameters::{misfit, need_joint};
-use super::{About, Action, Effect, GearAction, Kind, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Claim, Effect, GearAction, Kind, ParameterSpec, Parameters, Phenomenon, Scope};
 use crate::error::Result;
 use crate::gearhead::Mesh;
 use crate::robot::Model;
@@ -79,7 +79,12 @@ impl Effect for PositionDependentBacklash {
         Ok(vec![Action::Gear(joint, Box::new(Gap { amplitude, order, phase: given.get("phase") }))])
     }
 
-    fn is_uneven_gap(&self) -> bool {
-        true
+    fn claims(&self, phenomenon: &Phenomenon) -> Option<Claim> {
+        match phenomenon {
+            Phenomenon::UnevenGap { amplitude, order, phase } => {
+                Some(vec![("amplitude", *amplitude), ("order", *order), ("phase", *phase)])
+            }
+            _ => None,
+        }
     }
 }

@@ -10,7 +10,8 @@ use std::f64::consts::{PI, TAU};
 
 use super::parameters::{need_friction, need_joint};
 use super::{
-    About, Action, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters, Scope,
+    About, Action, Diagnosable, Effect, Harmonic, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters,
+    Scope,
 };
 use crate::error::Result;
 use crate::gearhead::{Direction, FrictionLaw};
@@ -89,16 +90,8 @@ impl Diagnosable for PositionDependentFriction {
         (0..count).map(|index| vec![lowest + step * index as f64]).collect()
     }
 
-    fn repeats(&self) -> bool {
-        true
-    }
-
-    fn phase_per_session(&self) -> bool {
-        true
-    }
-
-    fn order(&self, _motion: &Motion, _joint: usize, shape: &[f64]) -> Option<f64> {
-        Some(shape[0])
+    fn harmonic(&self) -> Option<Harmonic> {
+        Some(Harmonic { order: |_, _, shape| shape[0], several: true, in_narrow_rows: None })
     }
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {

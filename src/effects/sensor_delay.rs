@@ -8,8 +8,10 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use super::phenomenon::of_either_sign;
 use super::{
-    About, Action, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Reading, Scope, SensorAction,
+    About, Action, Claim, Diagnosable, Effect, Kind, Motion, ParameterSpec, Parameters, Phenomenon, Reading, Scope,
+    SensorAction,
 };
 use crate::error::Result;
 use crate::robot::Model;
@@ -97,20 +99,20 @@ impl Effect for SensorDelay {
         Ok((0..model.joints.len()).map(late).collect())
     }
 
+    fn claims(&self, phenomenon: &Phenomenon) -> Option<Claim> {
+        match phenomenon {
+            Phenomenon::CurrentLag { lag } => Some(of_either_sign(*lag, "current_delay", "position_delay")),
+            Phenomenon::LinkEncoderLag { lag } => Some(of_either_sign(*lag, "link_delay", "position_delay")),
+            _ => None,
+        }
+    }
+
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {
         Some(self)
     }
 }
 
 impl Diagnosable for SensorDelay {
-    fn of_lag(&self, lag: f64) -> Option<Vec<f64>> {
-        Some(vec![lag.max(0.0), (-lag).max(0.0)])
-    }
-
-    fn of_link_lag(&self, lag: f64) -> Option<Vec<f64>> {
-        Some(vec![0.0, (-lag).max(0.0), lag.max(0.0)])
-    }
-
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![motion.column(joint, |m, row| -m.torque_rate[row])]
     }

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::parameters::{misfit, need_joint};
-use super::{About, Action, Diagnosable, Effect, GearAction, Kind, Motion, ParameterSpec, Parameters, Scope};
+use super::{About, Action, Diagnosable, Effect, GearAction, Harmonic, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::gearhead::Mesh;
 use crate::robot::Model;
@@ -84,6 +84,19 @@ impl Effect for TransmissionError {
     }
 }
 
+/// Columns of a line at an order [1/turn].
+fn columns_at(motion: &Motion, joint: usize, z: f64) -> Vec<Vec<f64>> {
+    let m = &motion.joints[joint];
+    let added = |row: usize| {
+        let [_, curvature] = motion.harmonic_rates(joint, row, z);
+        let (sin, cos) = (z * m.q[row]).sin_cos();
+        let lever = m.link_torque[row] * z * motion.gain(joint, row, z);
+        [m.link_inertia[row] * curvature[0] - lever * sin, m.link_inertia[row] * curvature[1] + lever * cos]
+    };
+    let rows: Vec<[f64; 2]> = (0..motion.rows()).map(added).collect();
+    [0, 1].map(|k| rows.iter().map(|row| row[k]).collect()).into()
+}
+
 impl Diagnosable for TransmissionError {
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
         let m = &motion.joints[joint];
@@ -99,36 +112,12 @@ impl Diagnosable for TransmissionError {
         false
     }
 
-    fn repeats(&self) -> bool {
-        true
-    }
-
-    fn needs_narrow_rows(&self) -> bool {
-        true
-    }
-
-    fn phase_per_session(&self) -> bool {
-        true
-    }
-
-    fn order(&self, _motion: &Motion, _joint: usize, shape: &[f64]) -> Option<f64> {
-        Some(shape[0])
+    fn harmonic(&self) -> Option<Harmonic> {
+        Some(Harmonic { order: |_, _, shape| shape[0], several: true, in_narrow_rows: Some(columns_at) })
     }
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        self.columns_at(motion, joint, shape[0])
-    }
-
-    fn columns_at(&self, motion: &Motion, joint: usize, z: f64) -> Vec<Vec<f64>> {
-        let m = &motion.joints[joint];
-        let added = |row: usize| {
-            let [_, curvature] = motion.harmonic_rates(joint, row, z);
-            let (sin, cos) = (z * m.q[row]).sin_cos();
-            let lever = m.link_torque[row] * z * motion.gain(joint, row, z);
-            [m.link_inertia[row] * curvature[0] - lever * sin, m.link_inertia[row] * curvature[1] + lever * cos]
-        };
-        let rows: Vec<[f64; 2]> = (0..motion.rows()).map(added).collect();
-        [0, 1].map(|k| rows.iter().map(|row| row[k]).collect()).into()
+        columns_at(motion, joint, shape[0])
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

@@ -24,17 +24,19 @@ use lostmotion::robot::Model;
 use rayon::prelude::*;
 use verdict::Verdict;
 
-/// One machine for each effect that a diagnosis can tell: `HIDING` and the following.
+/// One machine for each effect: `HIDING` and the following.
 const HIDING: u64 = 500_000;
+/// Effects with machines and tests of their own: steps and turns ask for other motions.
+const ELSEWHERE: [&str; 4] = ["coupling_slip", "dwell_stiction", "position_dependent_backlash", "presliding"];
 /// The negative control: machines that hide nothing.
 const EMPTY: std::ops::Range<u64> = 510_000..510_010;
 /// Most that may be named as something else, a twentieth: a program that is so wrong once in fifty draws passes with a probability of 93 %,
 /// one that is wrong in a quarter with 2 %.
 const MOST_WRONG: f64 = 0.05;
-/// Most on which it may be silent. What is held out takes no part in naming, and three training sessions without a link encoder do not hold
-/// every effect: a stop that is met in the held-out session alone, a soft gear. On tuning machines (seeds from 60000) 14 % stayed silent;
-/// such a program passes with a probability of 97 %, one that is silent on half of all draws with 3 %.
-const MOST_SILENT: f64 = 0.28;
+/// Most on which it may be silent. What is held out takes no part in naming, and three training sessions do not hold every effect: a stop
+/// that is met in the held-out session alone, a weak line. On tuning machines (seeds from 60000) 2 of 21 stayed silent; such a program
+/// passes with a probability of 98 %, one that is silent on half of all draws with 1 %.
+const MOST_SILENT: f64 = 0.24;
 
 /// Arguments by which this binary does nothing but [`generate_one`].
 const GENERATE_ONE: [&str; 4] = ["--exact", "generate_one", "--ignored", "--test-threads=1"];
@@ -92,10 +94,11 @@ fn property_a_set_can_be_read_and_is_the_same_again() {
 
 #[test]
 fn recover_the_hidden_effect_by_name() {
-    let known = strengths::EFFECTS
-        .iter()
-        .filter(|name| lostmotion::effects::find(name).is_some_and(|effect| effect.diagnosable().is_some()));
-    let orders: Vec<Order> = known.zip(HIDING..).map(|(name, seed)| Order::one(name, 1.0, seed)).collect();
+    let here = strengths::EFFECTS.iter().filter(|name| !ELSEWHERE.contains(name));
+    // These machines have no encoder behind the gear.
+    let told = |name: &str| lostmotion::effects::find(name).is_some_and(|effect| !effect.needs_link_encoder());
+    let known = here.zip(HIDING..).filter(|(name, _)| told(name));
+    let orders: Vec<Order> = known.map(|(name, seed)| Order::one(name, 1.0, seed)).collect();
     let part = |share: f64| (share * orders.len() as f64) as usize;
     judge(&orders, part(MOST_WRONG), part(MOST_SILENT));
 }

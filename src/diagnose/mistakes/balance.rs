@@ -23,6 +23,12 @@ use crate::robot::{Inertia, JointModel, Masses, Model, STANDARD_GRAVITY};
 
 use super::rows::{JointRows, Rows};
 
+/// Share of the squared torque above which changes are tried: what most sound balances stay below, so that most recordings cost no search.
+pub const SUSPICIOUS: f64 = 0.02;
+
+/// Share above which a balance is no sound one: half the torque in RMS.
+pub const UNSOUND: f64 = 0.25;
+
 /// Number of columns.
 const COLUMNS: usize = 16;
 /// Columns of links, rotor and payload.

@@ -6,7 +6,6 @@
 
 use super::balance;
 use super::rows::Rows;
-use super::{Mistake, words};
 use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::{DEG, JointKind};
@@ -62,8 +61,8 @@ pub fn outside(model: &Model, sessions: &[&TimeSeries]) -> Vec<Outside> {
     (0..model.joints.len()).filter_map(of_joint).collect()
 }
 
-/// Those that the torque balance does not confirm: what is told where it says nothing itself.
-pub fn found(model: &Model, rows: &[Rows], outside: &[Outside]) -> Vec<Mistake> {
+/// Those that the torque balance does not confirm: they are reported where it finds nothing itself.
+pub fn unconfirmed<'o>(model: &Model, rows: &[Rows], outside: &'o [Outside]) -> Vec<&'o Outside> {
     if outside.is_empty() {
         return Vec::new();
     }
@@ -71,11 +70,11 @@ pub fn found(model: &Model, rows: &[Rows], outside: &[Outside]) -> Vec<Mistake> 
     let balances = balance::balances(model, rows, &moves);
     let confirmed = |one: &&Outside| {
         let sure = |balance: balance::Balance| {
-            balance.left < super::search::SUSPICIOUS && balance.parts.iter().any(|part| *part > CONFIRMS)
+            balance.left < balance::SUSPICIOUS && balance.parts.iter().any(|part| *part > CONFIRMS)
         };
         model.masses == Masses::Known && balances[one.joint].is_some_and(sure)
     };
-    outside.iter().filter(|one| one.ranges > RANGES && !confirmed(one)).map(|one| words::limits(model, one)).collect()
+    outside.iter().filter(|one| one.ranges > RANGES && !confirmed(one)).collect()
 }
 
 /// Lowest and highest position of a joint.

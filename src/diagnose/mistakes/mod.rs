@@ -23,6 +23,7 @@ mod dead;
 mod encoder;
 mod kinematics;
 mod limits;
+mod meaning;
 mod overload;
 pub(super) mod remaining;
 mod rows;
@@ -31,33 +32,11 @@ mod time_base;
 mod velocity;
 mod words;
 
-use std::collections::BTreeMap;
-
-use serde::Serialize;
-
-use super::Options;
-use super::result::{Diagnosis, Method, Verdict};
+use crate::diagnose::options::Options;
+pub use crate::diagnose::result::Mistake;
+use crate::diagnose::result::{Diagnosis, Method, Parts};
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
-
-/// A mistake in the data or in the model file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Mistake {
-    /// Its name: `sign_of_current`, `gear_ratio` and so on.
-    pub mistake: &'static str,
-    /// Joints that it concerns.
-    pub joints: Vec<String>,
-    /// By what the channel or the number of the model file has to be multiplied, where it is a factor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub factor: Option<f64>,
-    /// What was measured.
-    pub evidence: String,
-    /// What to change, in which file.
-    pub remedy: String,
-    /// Other mistakes that these data cannot tell from it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub alternatives: Vec<&'static str>,
-}
 
 /// Mistakes that are likelier than physics; empty where data and model are what they say they are, as far as the data show.
 pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
@@ -85,14 +64,15 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     let timed = velocity::confirms_time(model, sessions);
     let found = match model.masses {
         // The balance of a guess knows no scale.
-        Masses::Estimated if !limits::found(model, &rows, &outside).is_empty() => Vec::new(),
+        Masses::Estimated if !limits::unconfirmed(model, &rows, &outside).is_empty() => Vec::new(),
         _ => search::found(model, &rows, timed, &search::Limits { outside: &outside, overloads: &overloads }),
     };
     if found.is_empty() {
         let impossible = overloads.iter().filter(|one| one.times() > overload::IMPOSSIBLE);
         let from_current = rows.iter().all(|session| session.from_current);
         let torques = impossible.map(|one| words::overload(model, from_current, one));
-        return merged(limits::found(model, &rows, &outside).into_iter().chain(torques).collect());
+        let limits = limits::unconfirmed(model, &rows, &outside).into_iter().map(|one| words::limits(model, one));
+        return merged(limits.chain(torques).collect());
     }
     merged(found.iter().map(|one| words::balance(model, &rows, one)).collect())
 }
@@ -102,51 +82,12 @@ pub fn warnings(mistakes: &[Mistake]) -> Vec<String> {
     mistakes.iter().map(Mistake::sentence).collect()
 }
 
-impl Mistake {
-    /// The mistake, what was measured and what to change.
-    pub fn sentence(&self) -> String {
-        let or: Vec<String> = self.alternatives.iter().map(|other| format!(" or {other}")).collect();
-        format!(
-            "{}{} suspected on {}. {} Remedy: {}.",
-            self.mistake,
-            or.concat(),
-            self.joints.join(", "),
-            self.evidence,
-            self.remedy
-        )
-    }
-}
-
 /// The diagnosis that ends with a suspicion: nothing is fitted, and the model stays as it was given.
 pub fn diagnosis(model: &Model, mistakes: Vec<Mistake>, compared: bool, options: &Options) -> Diagnosis {
     let none = || "not used: a mistake is suspected, and nothing was fitted".to_owned();
-    Diagnosis {
-        schema: Diagnosis::SCHEMA,
-        versions: BTreeMap::from([
-            ("lostmotion", env!("CARGO_PKG_VERSION")),
-            ("rapier3d", crate::plant::RAPIER_VERSION),
-        ]),
-        verdict: Verdict::MistakeSuspected,
-        mistakes,
-        effects: Vec::new(),
-        changes: compared.then(Vec::new),
-        fit: Vec::new(),
-        replay: Vec::new(),
-        baseline: BTreeMap::new(),
-        two_encoders: Vec::new(),
-        unexplained: Vec::new(),
-        withdrawn: Vec::new(),
-        candidates: Vec::new(),
-        method: Method { filter: none(), half_width: [0.0; 2], zones: none(), baseline: none(), held_out: none() },
-        shares: Vec::new(),
-        maps: Vec::new(),
-        order_spectrum: Vec::new(),
-        frequency_spectrum: Vec::new(),
-        extended_model: model.clone(),
-        baseline_model: model.clone(),
-        catalogue: options.catalogue.clone(),
-        series: Vec::new(),
-    }
+    let method = Method { filter: none(), half_width: [0.0; 2], zones: none(), baseline: none(), held_out: none() };
+    let parts = Parts::new(model, method, &options.catalogue);
+    Parts { mistakes, changes: compared.then(Vec::new), ..parts }.assembled()
 }
 
 /// Mistakes of one name and remedy as one.

@@ -4,11 +4,11 @@
 //! error of the finished diagnosis on data held out is above half of the torque and well above the sensor's floor, and the torque balance, which is free to
 //! take masses, a tilt, a payload and a spring as it likes, leaves more than a quarter of the squares.
 
-use super::Mistake;
 use super::balance;
+use super::balance::UNSOUND;
 use super::rows;
-use super::search::UNSOUND;
-use crate::diagnose::result::{Diagnosis, Split, Verdict};
+use crate::diagnose::result::Mistake;
+use crate::diagnose::result::{FitError, Split};
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
@@ -17,17 +17,17 @@ const HALF: f64 = 50.0;
 /// Errors below this many floors are the sensor's.
 const FLOORS: f64 = 3.0;
 
-/// Turns a diagnosis that leaves more than half of a joint's torque into a suspicion.
-pub fn judge(diagnosis: &mut Diagnosis, model: &Model, sessions: &[&TimeSeries]) {
+/// The joints of whose torque more than half is left over; empty where there are none.
+pub fn found(model: &Model, sessions: &[&TimeSeries], errors: &[FitError]) -> Vec<Mistake> {
     let large = |name: &str| {
-        diagnosis.fit.iter().find(|fit| {
+        errors.iter().find(|fit| {
             let torque =
                 fit.joint == name && ["torque", "force"].contains(&fit.quantity) && fit.split == Split::HeldOut;
             torque && fit.after_percent > HALF && fit.after > FLOORS * fit.floor
         })
     };
     if model.joints.iter().all(|joint| large(&joint.name).is_none()) {
-        return;
+        return Vec::new();
     }
     let rows = rows::rows(model, sessions);
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
@@ -49,12 +49,5 @@ pub fn judge(diagnosis: &mut Diagnosis, model: &Model, sessions: &[&TimeSeries])
             alternatives: Vec::new(),
         })
     };
-    let mistakes: Vec<Mistake> = model.joints.iter().zip(&balances).filter_map(of_joint).collect();
-    if !mistakes.is_empty() {
-        diagnosis.verdict = Verdict::MistakeSuspected;
-        diagnosis.mistakes = mistakes;
-        diagnosis.effects.clear();
-        diagnosis.changes = diagnosis.changes.as_ref().map(|_| Vec::new());
-        diagnosis.extended_model = diagnosis.baseline_model.clone();
-    }
+    model.joints.iter().zip(&balances).filter_map(of_joint).collect()
 }

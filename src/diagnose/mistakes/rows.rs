@@ -5,8 +5,8 @@
 
 use std::sync::Arc;
 
-use crate::diagnose::kernel::Kernel;
-use crate::diagnose::observe::motor_torque;
+use crate::diagnose::rows::kernel::Kernel;
+use crate::diagnose::rows::observe::motor_torque;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 

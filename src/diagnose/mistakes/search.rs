@@ -8,7 +8,8 @@
 
 use rayon::prelude::*;
 
-use super::balance::{self, Balance, Columns, Mask, Normal};
+use super::balance;
+use super::balance::{Balance, Columns, Mask, Normal, SUSPICIOUS};
 use super::change::Change;
 use super::limits::Outside;
 use super::overload::Overload;
@@ -16,8 +17,6 @@ use super::rows::Rows;
 use crate::robot::{Masses, Model};
 use crate::units::{DEG, JointKind};
 
-/// Share of the squared torque above which changes are tried: what most sound balances stay below, so that most recordings cost no search.
-pub const SUSPICIOUS: f64 = 0.02;
 /// Share below which a joint is explained, and less tells nothing more: 7 % in RMS.
 const FLOOR: f64 = 0.005;
 /// Factor by which undoing a mistake lowers what is left of one joint, and of all with their factors multiplied: half in RMS. A wrong sign or unit
@@ -26,8 +25,6 @@ const FLOOR: f64 = 0.005;
 const FACTOR: f64 = 4.0;
 /// Share that the joint of a mistake leaves at most, once it is undone: 32 % in RMS. Sound recordings leave up to 24 %.
 const EXPLAINED: f64 = 0.1;
-/// Share above which a balance is no sound one: half the torque in RMS.
-pub const UNSOUND: f64 = 0.25;
 /// Factor by which an alternative may be worse.
 const NEARLY: f64 = 1.5;
 /// [1] Weight of a coefficient that is not one, in the score of a change.

@@ -1,11 +1,12 @@
 //! Time in another unit: a sample interval that no controller has, and motion that is right once time is scaled.
 
 use super::balance;
+use super::balance::UNSOUND;
 use super::kinematics;
 use super::rows;
-use super::search::UNSOUND;
 use super::velocity;
-use super::{Mistake, words};
+use super::words;
+use crate::diagnose::result::Mistake;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 

@@ -1,17 +1,15 @@
 //! What the ratio of position and velocity means: a unit, a sign, an angle of the motor, a time base, a late channel.
 
-use std::f64::consts::PI;
-
 use super::balance;
 use super::change::Change;
-use super::kinematics::{self, FAR, LATE, Ratio};
-use super::{Mistake, rows, words};
+use super::kinematics;
+use super::kinematics::{FAR, LATE, Ratio};
+use super::meaning::{Meaning, SAME, meaning};
+use super::{rows, words};
+use crate::diagnose::result::Mistake;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
-use crate::units::{DEG, JointKind, RPM};
 
-/// Relative difference of two factors that are the same: low-pass and quantisation leave some percent.
-const SAME: f64 = 0.1;
 /// A late channel explains this much of what is left without the lag.
 const BETTER: f64 = 0.5;
 
@@ -25,19 +23,6 @@ pub fn of(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Option<(Chan
 /// Whether a velocity channel agrees with the position on some joint, so that time is what it says.
 pub fn confirms_time(model: &Model, sessions: &[&TimeSeries]) -> bool {
     (0..model.joints.len()).any(|joint| of(model, joint, sessions).is_some_and(|(_, ratio)| ratio.agrees()))
-}
-
-/// What a factor between position and velocity is called.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Meaning {
-    /// One of the two has the other sign.
-    Sign,
-    /// Position in this unit: `degrees_for_radians` and the like.
-    Position(&'static str),
-    /// Velocity in this unit.
-    Velocity(&'static str),
-    /// No factor with a name.
-    Unknown,
 }
 
 /// All mistakes between position and velocity.
@@ -72,40 +57,6 @@ fn of_time(model: &Model, sessions: &[&TimeSeries], ratios: &[Option<(Channel, R
         reference(*joint).is_none_or(|other| other.ratio > 0.0 && (other.ratio / ratio).ln().abs() < 2.0 * SAME)
     });
     (alike && !named && by_reference).then_some(first)
-}
-
-/// The name of a factor `b` of a joint.
-pub fn meaning(model: &Model, joint: usize, b: f64) -> Meaning {
-    let (n, kind) = (model.joints[joint].gear_ratio, model.joints[joint].kind);
-    if (b.abs() - 1.0).abs() < 1.0 - 1.0 / FAR && b < 0.0 {
-        return Meaning::Sign;
-    }
-    let mut names = vec![
-        (n, Meaning::Position("motor_angle_for_joint_angle")),
-        (n / DEG, Meaning::Position("motor_degrees_for_joint_angle")),
-        (n / (2.0 * PI), Meaning::Position("motor_turns_for_joint_angle")),
-        (1.0 / n, Meaning::Velocity("motor_velocity_for_joint_velocity")),
-        (RPM / n, Meaning::Velocity("motor_rpm_for_joint_velocity")),
-        (DEG / n, Meaning::Velocity("motor_degrees_for_joint_velocity")),
-    ];
-    match kind {
-        JointKind::Revolute => names.extend([
-            (1.0 / DEG, Meaning::Position("degrees_for_radians")),
-            (DEG, Meaning::Velocity("degrees_for_radians")),
-            (RPM, Meaning::Velocity("rpm_for_radians_per_second")),
-        ]),
-        JointKind::Prismatic => names.extend([
-            (1e3, Meaning::Position("millimetres_for_metres")),
-            (1e-3, Meaning::Velocity("millimetres_for_metres")),
-        ]),
-    }
-    let off = |factor: f64| (b / factor).abs().ln().abs();
-    names
-        .into_iter()
-        .rev()
-        .filter(|(factor, _)| b > 0.0 && factor.ln().abs() > FAR.ln() && off(*factor) < SAME)
-        .min_by(|a, b| off(a.0).total_cmp(&off(b.0)))
-        .map_or(Meaning::Unknown, |found| found.1)
 }
 
 /// The mistake of one joint whose velocity and position differ.

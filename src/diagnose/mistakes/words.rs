@@ -1,15 +1,16 @@
 //! What is said of a mistake: its name, what was measured, what to change.
 
-use super::Mistake;
 use super::change::Change;
 use super::dead::Dead;
 use super::encoder::{SAME, count_ratio};
 use super::kinematics::Ratio;
 use super::limits::Outside;
+use super::meaning::Meaning;
 use super::overload::Overload;
 use super::rows::Rows;
-use super::search::{self, Found};
-use super::velocity::Meaning;
+use super::search;
+use super::search::Found;
+use crate::diagnose::result::Mistake;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::DEG;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::Measured;
-use crate::effects::Kind;
+use crate::effects::{About, Kind};
 use crate::replay::Gain;
 
 /// An effect that the evidence supports.
@@ -30,6 +30,44 @@ pub struct FoundEffect {
     pub confusable_with: Vec<String>,
     /// The experiment that would separate them.
     pub separate_by: String,
+}
+
+/// How sure an effect is, and what it gains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// Probability that it is what is named, 0 to 1.
+    pub probability: f64,
+    /// [nats] Evidence for it in the training data.
+    pub evidence_nats: f64,
+    /// What it gains on data held out.
+    pub gain: EffectGain,
+}
+
+impl FoundEffect {
+    /// An effect on these joints, beside which no other explains the data.
+    pub fn new(about: &About, joints: Vec<String>, parameters: BTreeMap<String, Measured>, standing: Standing) -> Self {
+        let Standing { probability, evidence_nats, gain } = standing;
+        Self {
+            effect: about.name.to_owned(),
+            joints,
+            kind: about.kind,
+            parameters,
+            probability,
+            evidence_nats,
+            gain,
+            confusable_with: Vec::new(),
+            separate_by: about.separate_by.to_owned(),
+        }
+    }
+
+    /// With the effects that explain the data almost as well; the experiment is then named as that against them.
+    pub fn beside(mut self, rivals: Vec<String>) -> Self {
+        if !rivals.is_empty() {
+            self.separate_by = format!("against {}: {}", rivals.join(", "), self.separate_by);
+        }
+        self.confusable_with = rivals;
+        self
+    }
 }
 
 /// By how much an effect lowers an error on data held out.

@@ -50,7 +50,7 @@ impl Question {
                     let hint = near.map_or_else(String::new, |near| format!(", such as {near}"));
                     return Err(refused(format!("names of `lostmotion list effects`{hint}")));
                 }
-                Some(effect) if effect.diagnosable().is_none() => {
+                Some(effect) if !effect.can_be_told() => {
                     return Err(refused(format!("effects that a diagnosis can tell; {name} can only be simulated")));
                 }
                 Some(_) => {}

@@ -1,0 +1,38 @@
+//! Whether the current lags behind the motion by another time than it did.
+
+use super::changed::named_as_change;
+use crate::diagnose::instruments::current_lag::Aligned;
+use crate::diagnose::result::{Findings, FoundEffect, Unexplained};
+use crate::robot::Model;
+
+/// Standard errors by which two lags have to differ: one joint and session scatters by a fifth of a millisecond, and few are compared.
+const SURELY: f64 = 4.0;
+
+/// What both recordings say of a late current: what is new is named as a change, what was there before is not.
+pub fn changed(model: &Model, [before, now]: [&Option<Aligned>; 2]) -> Findings {
+    match (before, now) {
+        (None, None) => Findings::default(),
+        (None, Some(now)) => Findings { effects: now.told.effects.iter().map(as_change).collect(), ..now.told.clone() },
+        (Some(before), None) => Findings { unexplained: in_words(model, before, None), ..Findings::default() },
+        (Some(before), Some(now)) => {
+            let [was, is] = [before.late.lag, now.late.lag];
+            let differs = (is.value - was.value).abs() > SURELY * is.std_error.hypot(was.std_error);
+            let unexplained = if differs { in_words(model, before, Some(now)) } else { Vec::new() };
+            Findings { effects: before.told.effects.clone(), unexplained, ..Findings::default() }
+        }
+    }
+}
+
+fn as_change(found: &FoundEffect) -> FoundEffect {
+    FoundEffect { effect: named_as_change(&found.effect), ..found.clone() }
+}
+
+fn in_words(model: &Model, before: &Aligned, now: Option<&Aligned>) -> Vec<Unexplained> {
+    let words = |aligned: &Aligned| {
+        let lag = aligned.late.lag;
+        format!("{:.2} ± {:.2} ms", 1e3 * lag.value, 1e3 * lag.std_error)
+    };
+    let now = now.map_or_else(|| "by nothing that can be told".to_owned(), |now| format!("by {}", words(now)));
+    let pattern = format!("the current lags behind the motion {now}; in the reference it lags by {}", words(before));
+    model.joints.iter().map(|joint| Unexplained { joint: joint.name.clone(), pattern: pattern.clone() }).collect()
+}

@@ -1,0 +1,65 @@
+//! Whether a change is larger than chance and than what the machine does from session to session.
+
+use super::quantity;
+use super::robust::Estimates;
+use super::select::{Changes, SURE, Sides, plain, resettle};
+use super::spread::between_sessions;
+use crate::diagnose::fit::problem::{Problem, Term};
+use crate::effects::Catalogue;
+
+/// Probability that any one quantity has changed, before the data are seen.
+const PRIOR: f64 = 0.03;
+
+/// Probability of a change of this many standard errors, natural noise counted: a normal error against anything larger.
+pub fn probability(z: f64) -> f64 {
+    1.0 / (1.0 + (1.0 - PRIOR) / PRIOR * (-0.5 * z * z).exp())
+}
+
+/// Standard deviation of a change that is none: the spread between sessions of the reference, or what is natural for the quantity.
+pub fn natural(problem: &Problem, changes: &Changes, term: &Term, known: &Catalogue, sides: &Sides) -> f64 {
+    let Some(effect) = plain(known, term.effect.name()) else { return 0.0 };
+    let terms = changes.terms();
+    let spread = between_sessions(problem, &terms, effect, &term.joints, &term.shape, sides.reference.clone());
+    let share = 1.0 / sides.reference.len() as f64 + 1.0 / sides.now.len().max(1) as f64;
+    let floor = quantity::find(effect.name())
+        .map_or(0.0, |quantity| quantity.natural * quantity.reference(problem, term.joints[0]).0.abs());
+    (share * spread).sqrt().max(floor)
+}
+
+/// Standard errors by which the largest coefficient of a term differs from none.
+fn standing(problem: &Problem, changes: &Changes, index: usize, known: &Catalogue, sides: &Sides) -> f64 {
+    let terms = changes.terms();
+    let natural = natural(problem, changes, terms[index], known, sides);
+    let at = changes.estimates.fitted.term_at[index];
+    let one = |k: usize| {
+        let own = changes.estimates.std_error(&[(at + k, 1.0)]);
+        changes.estimates.coefficient(index, k).abs() / own.hypot(natural).max(1e-300)
+    };
+    (0..terms[index].coefficients()).map(one).fold(0.0, f64::max)
+}
+
+/// Drops what is within natural noise, the smallest first; returns the standing of the terms that stay.
+pub fn keep_significant(
+    problem: &mut Problem,
+    changes: &mut Changes,
+    known: &Catalogue,
+    sides: &Sides,
+) -> Option<Vec<f64>> {
+    loop {
+        let first = changes.shared.len();
+        let standings: Vec<f64> =
+            (first..changes.terms().len()).map(|index| standing(problem, changes, index, known, sides)).collect();
+        let weakest = standings.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
+        let Some((index, _)) = weakest.filter(|(_, standing)| **standing < SURE) else { return Some(standings) };
+        let mut position = 0;
+        for taken in &mut changes.taken {
+            taken.terms.retain(|_| {
+                position += 1;
+                position - 1 != index
+            });
+        }
+        changes.taken.retain(|taken| !taken.terms.is_empty());
+        resettle(problem, &mut changes.shared, &mut changes.taken)?;
+        changes.estimates = Estimates::new(problem, &changes.terms())?;
+    }
+}

@@ -1,0 +1,220 @@
+//! What has changed between a recording of the healthy machine and one of now.
+//!
+//! ```text
+//!   rows of both recordings ─▶ one baseline + effects that were there before   (shared: an error of the model is on both sides)
+//!                              + changes, columns that are zero in the rows of the reference ─▶ evidence on rows held out
+//!   reversals of each side  ─▶ its gap                                         ─▶ difference against both errors
+//! ```
+//!
+//! A change of what the baseline fits freely cannot be told from its value by one recording; by two it can. Candidates are the terms of
+//! friction, the rotor's inertia and every effect of the catalogue, in the rows of now alone. What both sides get wrong alike cancels.
+
+mod changed;
+mod delays;
+mod gap;
+mod inertia;
+mod judge;
+mod outcome;
+mod quantity;
+mod robust;
+mod select;
+mod spread;
+
+use std::borrow::Cow;
+
+use crate::diagnose::conclude::unexplained;
+use crate::diagnose::evidence::prediction::Evidence;
+use crate::diagnose::fit::pose::{nothing_moves, pose, rough_coulomb};
+use crate::diagnose::fit::problem::{Part, Problem, Term};
+use crate::diagnose::fit::regression::NU;
+use crate::diagnose::instruments::current_lag;
+use crate::diagnose::instruments::current_lag::Aligned;
+use crate::diagnose::options::Options;
+use crate::diagnose::result::{Diagnosis, Findings, Parts};
+use crate::diagnose::rows::division::Division;
+use crate::diagnose::rows::standstill::Standstill;
+use crate::diagnose::select::confirm;
+use crate::diagnose::select::selection;
+use crate::diagnose::select::selection::{Nominal, Selection, Taken};
+use crate::diagnose::{conclude, mistakes};
+use crate::effects::Diagnosable;
+use crate::error::Result;
+use crate::robot::{Masses, Model};
+use crate::timeseries::TimeSeries;
+use changed::plain_name;
+use select::Sides;
+
+/// Names what is another size `now` than in the `reference`, and what is there now and was not before; the model that comes
+/// with it is the machine as it is now. `hold_out` are further sessions of now to judge on.
+///
+/// # Errors
+/// As [`diagnose`](crate::diagnose::diagnose), for either recording.
+pub fn compare(
+    model: &Model,
+    reference: &[TimeSeries],
+    now: &[TimeSeries],
+    hold_out: &[TimeSeries],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Diagnosis> {
+    let mut suspected = mistakes::suspected(model, &reference.iter().collect::<Vec<_>>());
+    suspected.extend(mistakes::suspected(model, &now.iter().chain(hold_out).collect::<Vec<_>>()));
+    if !suspected.is_empty() {
+        return Ok(mistakes::diagnosis(model, suspected, true, options));
+    }
+    progress("smoothing", 0.0);
+    let of_before = Division::new(reference.len(), reference.len(), options.held_out_share);
+    let of_after = Division::new(now.len(), now.len() + hold_out.len(), options.held_out_share);
+    let before = Side::new(model, reference.iter().collect(), of_before, options)?;
+    let after = Side::new(model, now.iter().chain(hold_out).collect(), of_after, options)?;
+    let earlier = delays::changed(model, [&before.late, &after.late]);
+    let (before, after) = (before.sessions, after.sessions);
+    let sessions: Vec<&TimeSeries> = before.iter().chain(&after).map(AsRef::as_ref).collect();
+    let division = Division::new(before.len() + now.len(), sessions.len(), options.held_out_share);
+    let sides = Sides { reference: 0..before.len(), now: before.len()..sessions.len() };
+
+    progress("what was there before", 0.1);
+    let own: Vec<&TimeSeries> = before.iter().map(AsRef::as_ref).collect();
+    let mut healthy = pose(model, &own, of_before, options)?;
+    let were = selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))?;
+
+    // Its rows are not needed beside those of both sides.
+    drop(healthy);
+    progress("fitting both", 0.3);
+    let mut problem = pose(model, &sessions, division, options)?;
+    // What wide rows show; and nothing of inertias where masses are a guess.
+    let known = problem.catalogue.clone();
+    problem.catalogue = select::catalogue(&known, model.masses, &sides);
+    problem.standstill = difference_at_rest(&problem, &sessions, before.len());
+    problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
+    let shared = shared_terms(&problem, &were);
+    drop(were);
+    let mut changes =
+        select::select(&mut problem, shared, &known, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
+    progress("judging changes", 0.8);
+    inertia::drop_inertias(&mut changes);
+    select::refresh(&mut problem, &mut changes).ok_or_else(|| nothing_moves(model))?;
+    let standings =
+        judge::keep_significant(&mut problem, &mut changes, &known, &sides).ok_or_else(|| nothing_moves(model))?;
+
+    changes.estimates =
+        select::estimates_beside_companions(&problem, &changes, &sides).ok_or_else(|| nothing_moves(model))?;
+    let mut found = outcome::of_regression(&problem, &changes, &standings);
+    let coulomb: Vec<f64> = (0..model.joints.len()).map(|joint| rough_coulomb(&problem, joint)).collect();
+    if model.masses == Masses::Known
+        && let Some((closer, standings)) = inertia::look_closer(&mut problem, &changes, &coulomb, &sides)
+    {
+        found.extend(outcome::of_inertias(&problem, &closer, &standings));
+        changes.taken = closer.taken;
+    }
+    progress("measuring the gap on both sides", 0.85);
+    let friction =
+        [problem.motion.joints.iter().map(|joint| joint.friction).collect(), outcome::friction_now(&problem, &found)];
+    let gaps = if options.backlash {
+        gap::both_sides(
+            model,
+            [&sessions[sides.reference.clone()], &sessions[before.len()..division.trained()]],
+            &friction,
+        )
+    } else {
+        [vec![None; model.joints.len()], vec![None; model.joints.len()]]
+    };
+    found.extend(outcome::of_gaps(model, &gaps));
+    found.sort_by(|a, b| b.standing.total_cmp(&a.standing));
+
+    let both = Both { model, sessions: &sessions, division, sides: &sides, earlier };
+    let mut parts = report(both, &mut problem, changes, options, progress)?;
+    outcome::complete(&mut parts, &problem, found, &gaps);
+    Ok(parts.assembled())
+}
+
+/// One of both recordings, its currents in step with the motion.
+struct Side<'s> {
+    sessions: Vec<Cow<'s, TimeSeries>>,
+    late: Option<Aligned>,
+}
+
+impl<'s> Side<'s> {
+    fn new(model: &Model, recorded: Vec<&'s TimeSeries>, division: Division, options: &Options) -> Result<Self> {
+        let late = match model.masses {
+            Masses::Known => current_lag::align(model, &recorded, division, options)?,
+            Masses::Estimated => None,
+        };
+        let mut late = late.filter(|late| !late.sessions.is_empty());
+        let sessions = match &mut late {
+            Some(late) => std::mem::take(&mut late.sessions).into_iter().map(Cow::Owned).collect(),
+            None => recorded.into_iter().map(Cow::Borrowed).collect(),
+        };
+        Ok(Self { sessions, late })
+    }
+}
+
+/// What the current sensors read at rest now, less what they read then.
+fn difference_at_rest(problem: &Problem, sessions: &[&TimeSeries], reference: usize) -> Vec<Option<Standstill>> {
+    let before = Standstill::of(&problem.motion, &sessions[..reference]);
+    let now = Standstill::of(&problem.motion, &sessions[reference..]);
+    let difference = |(before, now): (Option<Standstill>, Option<Standstill>)| {
+        let (before, now) = (before?, now?);
+        Some(Standstill { mean: now.mean - before.mean, std_error: now.std_error.hypot(before.std_error) })
+    };
+    before.into_iter().zip(now).map(difference).collect()
+}
+
+/// What explains both sides: the rotors' inertias, which may be off, and the effects that were there before.
+fn shared_terms(problem: &Problem, were: &Selection) -> Vec<Term> {
+    let inertia = quantity::rotor_inertia();
+    let joints = 0..problem.motion.joints.len();
+    let inertias = joints
+        .filter(|joint| inertia.applies(&problem.motion, *joint))
+        .map(|joint| Term::new(&problem.motion, inertia, &[joint], Vec::new()));
+    let effects =
+        were.terms().into_iter().map(|term| Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone()));
+    inertias.chain(effects).collect()
+}
+
+/// Both recordings, and what was found before their rows were made.
+struct Both<'b> {
+    model: &'b Model,
+    sessions: &'b [&'b TimeSeries],
+    division: Division,
+    sides: &'b Sides,
+    earlier: Findings,
+}
+
+/// The report of the joint fit; `before` in it is the fit without any change.
+fn report(
+    both: Both,
+    problem: &mut Problem,
+    changes: select::Changes,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Parts> {
+    let Both { model, sessions, division, sides, earlier } = both;
+    let shared: Vec<&Term> = changes.shared.iter().collect();
+    let without = problem.fit(&shared, Part::Train, f64::INFINITY).ok_or_else(|| nothing_moves(model))?;
+    let unchanged: Vec<Vec<f64>> =
+        (0..problem.baseline.len()).map(|joint| problem.residual(&shared, &without, joint)).collect();
+    let fitted = problem.fit(&changes.terms(), Part::Train, NU).ok_or_else(|| nothing_moves(model))?;
+    let given = changes.shared.len();
+    let of_both = changes.shared.into_iter().map(|term| Taken {
+        terms: vec![term],
+        evidence: vec![Evidence::default(); problem.baseline.len()],
+        rivals: Vec::new(),
+    });
+    let taken = of_both.chain(changes.taken).collect();
+    let nominal = Nominal {
+        residuals: unchanged.clone(),
+        friction: problem.motion.joints.iter().map(|joint| joint.friction).collect(),
+    };
+    let mut selection = Selection { taken, first_round: changes.first_round, fitted, nominal, as_recorded: unchanged };
+    let is_effect = |term: &Term| quantity::find(plain_name(term.effect.name())).is_none();
+    let confirmed = confirm::confirm(problem, &mut selection, given, &is_effect).ok_or_else(|| nothing_moves(model))?;
+    let data = conclude::Data { model, sessions, division, earlier, shaken: false };
+    let options = Options { backlash: false, ..options.clone() };
+    let mut parts = conclude::conclude(&data, problem, &selection, &confirmed, &options, progress)?;
+    // What both recordings leave over is an error of the model, not a change; a shape that only the recording of now has is one.
+    let now = |session: usize| sides.now.contains(&session);
+    parts.findings.unexplained = unexplained::unexplained(problem, &selection.terms(), &options.rules, &now);
+    parts.findings.unexplained.extend(data.earlier.unexplained);
+    Ok(parts)
+}

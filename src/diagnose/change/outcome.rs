@@ -1,0 +1,235 @@
+//! From the changes to a report: each with what it was and what it is, and the machine as it was and as it is.
+
+use super::changed::plain_name;
+use super::gap::Gap;
+use super::judge::probability;
+use super::quantity;
+use super::quantity::Quantity;
+use super::select::{Changes, SURE};
+use crate::diagnose::conclude::extend;
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::result::{Change, FoundEffect, Measured, Parts};
+use crate::effects::{Catalogue, Effect, Scope, SymmetricFriction};
+use crate::robot::{EffectEntry, Model};
+
+/// [1] Relative change of the gap from day to day that is no change of the machine: one standard deviation.
+const NATURAL_GAP: f64 = 0.02;
+/// [1] How far a nominal inertia of a rotor may be off: one standard deviation.
+const NOMINAL: f64 = 0.3;
+
+/// A changed quantity of the regression.
+struct Found {
+    quantity: &'static Quantity,
+    joint: usize,
+    /// Position among the terms.
+    term: usize,
+    standing: f64,
+}
+
+fn found(changes: &Changes, standings: &[f64]) -> Vec<Found> {
+    let first = changes.shared.len();
+    let of_term = |(index, term): (usize, &&crate::diagnose::fit::problem::Term)| {
+        let quantity = quantity::find(plain_name(term.effect.name()))?;
+        Some(Found { quantity, joint: term.joints[0], term: first + index, standing: standings[index] })
+    };
+    changes.terms()[first..].iter().enumerate().filter_map(of_term).collect()
+}
+
+/// One entry for each quantity that has changed, and the value that it has now.
+pub fn of_regression(problem: &Problem, changes: &Changes, standings: &[f64]) -> Vec<Change> {
+    let all = found(changes, standings);
+    all.iter().map(|one| change(problem, changes, one, &all)).collect()
+}
+
+/// The entries of the inertias alone, which are the last terms; their errors are no smaller than what is natural, because that is what
+/// two motions make of one inertia.
+pub fn of_inertias(problem: &Problem, changes: &Changes, standings: &[f64]) -> Vec<Change> {
+    let others = changes.terms().len() - changes.shared.len() - standings.len();
+    let standings: Vec<f64> = std::iter::repeat_n(0.0, others).chain(standings.iter().copied()).collect();
+    let mut entries = of_regression(problem, changes, &standings);
+    entries.retain(|entry| entry.quantity == quantity::rotor_inertia().name());
+    for entry in &mut entries {
+        let natural = quantity::rotor_inertia().natural;
+        entry.change_percent.std_error = entry.change_percent.std_error.hypot(100.0 * natural);
+        entry.now.std_error = entry.now.std_error.hypot(natural * entry.reference.value);
+    }
+    entries
+}
+
+fn change(problem: &Problem, changes: &Changes, one: &Found, all: &[Found]) -> Change {
+    let Found { quantity, joint, .. } = *one;
+    let estimates = &changes.estimates;
+    let model = &problem.motion.model.joints[joint];
+    let unit = quantity.unit(model.kind);
+    let (mut reference, slopes) = quantity.reference(problem, joint);
+    let first = estimates.fitted.baseline_at[joint];
+    let mut gradient: Vec<(usize, f64)> = slopes.iter().map(|(k, slope)| (first + k, *slope)).collect();
+    let mut of_reference = estimates.std_error(&gradient);
+    if !quantity.is_of_baseline()
+        && let Some(shared) = shared_inertia(changes, joint)
+    {
+        // What the nominal inertia lacks, as far as the data know better than the model file.
+        let error = estimates.std_error(&[(estimates.fitted.term_at[shared], 1.0)]);
+        let prior = (NOMINAL * reference).powi(2);
+        let trust = prior / (prior + error * error);
+        gradient = vec![(estimates.fitted.term_at[shared], trust)];
+        of_reference = (trust * error * error).sqrt();
+        reference = (reference + trust * estimates.coefficient(shared, 0)).max(0.1 * reference);
+    }
+    let own = |other: &&Found| {
+        other.joint == joint && (std::ptr::eq(other.quantity, quantity) || quantity.follows(other.quantity))
+    };
+    let parts: Vec<usize> = all.iter().filter(own).map(|other| other.term).collect();
+    let delta: f64 = parts.iter().map(|term| estimates.coefficient(*term, 0)).sum();
+    let steps = parts.iter().map(|term| (estimates.fitted.term_at[*term], 1.0));
+    let now: Vec<(usize, f64)> = gradient.iter().copied().chain(steps.clone()).collect();
+    // Of Δ/r: 1/r by Δ, −Δ/r² by r.
+    let relative: Vec<(usize, f64)> = gradient
+        .iter()
+        .map(|(at, slope)| (*at, -slope * delta / (reference * reference)))
+        .chain(steps.map(|(at, slope)| (at, slope / reference)))
+        .collect();
+    Change {
+        quantity: plain_name(changes.terms()[one.term].effect.name()).to_owned(),
+        joint: model.name.clone(),
+        reference: Measured { value: reference, std_error: of_reference, unit },
+        now: Measured { value: reference + delta, std_error: estimates.std_error(&now), unit },
+        change_percent: Measured {
+            value: 100.0 * delta / reference,
+            std_error: 100.0 * estimates.std_error(&relative),
+            unit: "%",
+        },
+        standing: one.standing,
+        probability: probability(one.standing),
+    }
+}
+
+/// Position of the shared term that frees a rotor's inertia on both sides.
+fn shared_inertia(changes: &Changes, joint: usize) -> Option<usize> {
+    let own = |term: &crate::diagnose::fit::problem::Term| {
+        term.joints == [joint] && quantity::find(term.effect.name()).is_some()
+    };
+    changes.shared.iter().position(own)
+}
+
+/// Gaps that differ between the sides.
+pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<Gap>>; 2]) -> Vec<Change> {
+    let one = |(joint, (before, now)): (usize, (&Option<Gap>, &Option<Gap>))| {
+        let (before, now) = ((*before)?, (*now)?);
+        let model = &model.joints[joint];
+        let unit = model.kind.position_unit();
+        let delta = now.value - before.value;
+        let own = before.repeatability.hypot(now.repeatability);
+        // Where there was no gap worth speaking of, the larger of both sets the scale of what is natural.
+        let standing = delta.abs() / own.hypot(NATURAL_GAP * before.value.max(now.value)).max(1e-300);
+        let least = 0.25 * model.encoder_step();
+        let base = before.value.max(least).max(1e-12);
+        let ratio = now.value / base;
+        (standing > SURE && delta.abs() > least && before.compares(&now)).then(|| Change {
+            quantity: "backlash".to_owned(),
+            joint: model.name.clone(),
+            reference: Measured { value: before.value, std_error: before.std_error, unit },
+            now: Measured { value: now.value, std_error: now.std_error, unit },
+            change_percent: Measured {
+                value: 100.0 * delta / base,
+                // What is natural is no change of the machine, but it is in the difference.
+                std_error: 100.0 * now.std_error.hypot(ratio * before.std_error).hypot(NATURAL_GAP * now.value) / base,
+                unit: "%",
+            },
+            standing,
+            probability: probability(standing),
+        })
+    };
+    before.iter().zip(now).enumerate().filter_map(one).collect()
+}
+
+/// Friction of each joint as it is now.
+pub fn friction_now(problem: &Problem, changes: &[Change]) -> Vec<SymmetricFriction> {
+    let value = |joint: usize, name: &str| {
+        let name_of_joint = &problem.motion.model.joints[joint].name;
+        changes.iter().find(|one| one.quantity == name && one.joint == *name_of_joint).map(|one| one.now.value)
+    };
+    let law = |joint: usize| {
+        let law = problem.motion.joints[joint].friction;
+        let coulomb = value(joint, "coulomb").unwrap_or(law.coulomb);
+        SymmetricFriction {
+            coulomb,
+            breakaway: value(joint, "breakaway").unwrap_or(law.breakaway + coulomb - law.coulomb),
+            stribeck_velocity: value(joint, "stribeck_velocity").unwrap_or(law.stribeck_velocity).max(1e-9),
+            viscous: value(joint, "viscous").unwrap_or(law.viscous),
+        }
+    };
+    (0..problem.motion.joints.len()).map(law).collect()
+}
+
+/// An effect that is new. The friction beside it is that of the reference, which knew nothing of it.
+fn entry(found: &FoundEffect, catalogue: &Catalogue) -> EffectEntry {
+    let scope = catalogue.find(&found.effect).map(|effect| effect.about().scope);
+    let joint = if scope == Some(Scope::Joint) { found.joints.first().cloned() } else { None };
+    let parameters = found.parameters.iter().map(|(name, measured)| (name.clone(), measured.value)).collect();
+    EffectEntry { effect: found.effect.clone(), joint, parameters }
+}
+
+/// Splits the effects into those that were there before and those that are new, renames what was tried, and writes
+/// the machine as it was and as it is.
+pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [before, now]: &[Vec<Option<Gap>>; 2]) {
+    let catalogue = &parts.catalogue;
+    let model = problem.motion.model;
+    let (new, old): (Vec<FoundEffect>, Vec<FoundEffect>) = std::mem::take(&mut parts.findings.effects)
+        .into_iter()
+        .partition(|found| plain_name(&found.effect) != found.effect);
+    let plain = |names: &mut Vec<String>| {
+        names.iter_mut().for_each(|name| *name = plain_name(name).to_owned());
+    };
+    let of_catalogue = |found: &FoundEffect| quantity::find(plain_name(&found.effect)).is_none();
+    parts.findings.effects = new.into_iter().filter(of_catalogue).collect();
+    for found in &mut parts.findings.effects {
+        found.effect = plain_name(&found.effect).to_owned();
+        plain(&mut found.confusable_with);
+    }
+    for record in &mut parts.candidates {
+        record.effect = plain_name(&record.effect).to_owned();
+    }
+    for withdrawn in &mut parts.findings.withdrawn {
+        withdrawn.effect = plain_name(&withdrawn.effect).to_owned();
+    }
+    let old: Vec<FoundEffect> = old.into_iter().filter(of_catalogue).collect();
+    let values = |side: &[Option<Gap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
+    let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
+    let friction: Vec<SymmetricFriction> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
+    let was = extend::with_baseline(model, &friction, &values(before), &shares);
+    let mut was = extend::with_effects(model, &was, &old, catalogue);
+    let is = extend::with_baseline(model, &friction_now(problem, &changes), &values(now), &shares);
+    let mut is = extend::with_effects(model, &is, &old, catalogue);
+    is.effects.extend(parts.findings.effects.iter().map(|found| entry(found, catalogue)));
+    for change in &changes {
+        let Some(joint) = model.joints.iter().position(|joint| joint.name == change.joint) else { continue };
+        match quantity::find(&change.quantity) {
+            Some(quantity) if !quantity.is_of_baseline() => {
+                quantity.write(&mut was, joint, change.reference.value);
+                quantity.write(&mut is, joint, change.now.value);
+            }
+            None if change.quantity == "backlash" => {
+                was.joints[joint].backlash = Some(change.reference.value);
+                is.joints[joint].backlash = Some(change.now.value);
+            }
+            _ => {}
+        }
+    }
+    for (index, joint) in model.joints.iter().enumerate() {
+        let Some(estimate) = parts.baseline.get_mut(&joint.name) else { continue };
+        for change in changes.iter().filter(|change| change.joint == joint.name) {
+            if let Some(value) = estimate.friction.get_mut(change.quantity.as_str()) {
+                *value = change.now.clone();
+            }
+        }
+        estimate.backlash = now[index].map(|gap| Measured {
+            value: gap.value,
+            std_error: gap.std_error,
+            unit: joint.kind.position_unit(),
+        });
+    }
+    parts.baseline_model = was;
+    parts.extended_model = is;
+    parts.changes = Some(changes);
+}

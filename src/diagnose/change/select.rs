@@ -1,0 +1,219 @@
+//! Which changes the evidence supports.
+//!
+//! Both recordings share one baseline and the effects that were there before. What may have changed is tried in the rows of now alone,
+//! the strongest is taken, and the rest is tried again. What explains both recordings as well as one is no change: it is an error of
+//! the model that the reference did not show well enough. In the end a change has to exceed what the same quantity does from session
+//! to session of the healthy machine.
+
+use std::ops::Range;
+
+use super::changed::{plain_name, within};
+use super::quantity;
+use super::quantity::QUANTITIES;
+use super::robust::Estimates;
+use crate::diagnose::evidence::prediction::{Evidence, predict};
+use crate::diagnose::fit::problem::{Fitted, Problem, Term};
+use crate::diagnose::options::Rules;
+use crate::diagnose::select::candidates::{Candidate, candidates};
+use crate::diagnose::select::selection::{Taken, choose};
+use crate::effects::{Catalogue, Diagnosable, Effect};
+use crate::robot::Masses;
+
+/// [1] Part of the usual least fall of the error that a change has to make: it acts in the rows of now alone.
+const SHARE: f64 = 0.25;
+/// [nats] by which an effect has to be better as a change than as something that always was.
+const MARGIN: f64 = 3.0;
+/// Standard errors that a change has to exceed: one in 370 by chance, and some twenty are tried.
+pub const SURE: f64 = 3.0;
+
+/// What was there before, what has changed, and the fit of both.
+pub struct Changes {
+    /// Terms of both sides.
+    pub shared: Vec<Term>,
+    /// Changes in the order in which they were taken.
+    pub taken: Vec<Taken>,
+    /// Candidates of the first round.
+    pub first_round: Vec<Candidate>,
+    /// Estimates with all terms, `shared` first.
+    pub estimates: Estimates,
+}
+
+impl Changes {
+    /// With further changes behind the others, and the estimates that have them.
+    pub fn with(&self, terms: Vec<Term>, estimates: Estimates) -> Self {
+        let mut taken = self.taken.clone();
+        let evidence = vec![Evidence::default(); estimates.fitted.baseline_at.len()];
+        taken.push(Taken { terms, evidence, rivals: Vec::new() });
+        Self { shared: self.shared.clone(), taken, first_round: self.first_round.clone(), estimates }
+    }
+
+    /// All terms, shared ones first.
+    pub fn terms(&self) -> Vec<&Term> {
+        all(&self.shared, &self.taken)
+    }
+}
+
+fn all<'t>(shared: &'t [Term], taken: &'t [Taken]) -> Vec<&'t Term> {
+    shared.iter().chain(taken.iter().flat_map(|taken| &taken.terms)).collect()
+}
+
+/// Sessions of both recordings.
+pub struct Sides {
+    /// The healthy machine.
+    pub reference: Range<usize>,
+    /// What is to be compared with it, held-out sessions included.
+    pub now: Range<usize>,
+}
+
+/// Every effect and every quantity of the baseline, in the sessions of now; no inertia where masses are a guess.
+pub fn catalogue(known: &Catalogue, masses: Masses, sides: &Sides) -> Catalogue {
+    let told = QUANTITIES.iter().filter(|quantity| masses == Masses::Known || quantity.is_of_baseline());
+    let quantities = told.map(|quantity| quantity as &'static dyn Diagnosable);
+    let effects = known.diagnosable().filter(|effect| quantity::find(effect.name()).is_none());
+    let changes = quantities.chain(effects).map(|effect| within(effect, sides.now.clone()));
+    changes.map(|change| change as &'static dyn Effect).collect()
+}
+
+/// The effect or quantity behind a term.
+pub fn plain(known: &Catalogue, name: &str) -> Option<&'static dyn Diagnosable> {
+    let name = plain_name(name);
+    match quantity::find(name) {
+        Some(found) => Some(found),
+        None => known.diagnosable().find(|effect| effect.name() == name),
+    }
+}
+
+/// Takes changes one after the other; `None` where nothing can be fitted.
+pub fn select(
+    problem: &mut Problem,
+    mut shared: Vec<Term>,
+    known: &Catalogue,
+    rules: &Rules,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<Changes> {
+    let mut taken: Vec<Taken> = Vec::new();
+    let mut first_round = Vec::new();
+    let mut fitted = resettle(problem, &mut shared, &mut taken)?;
+    let rules = Rules { log_scale: SHARE * rules.log_scale, ..*rules };
+    for round in 0..=rules.most {
+        progress("trying changes", 0.4 + 0.4 * round as f64 / (rules.most + 1) as f64);
+        problem.count_independent(&fitted);
+        let terms: Vec<Term> = all(&shared, &taken).into_iter().cloned().collect();
+        let found = candidates(problem, &terms, &|evidence| evidence.is_enough(&rules));
+        if round == 0 {
+            first_round = outlines(found.iter());
+        }
+        let Some(best) = choose(&found, &rules) else { break };
+        if round == rules.most {
+            break;
+        }
+        match always_was(problem, &terms, best, known) {
+            Some(before) => shared.extend(before),
+            None => {
+                let rivals = outlines(found.iter().filter(|other| other.effect().name() != best.effect().name()));
+                taken.push(Taken { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals });
+            }
+        }
+        fitted = resettle(problem, &mut shared, &mut taken)?;
+    }
+    problem.count_independent(&fitted);
+    prune(problem, &mut shared, &mut taken, &rules)?;
+    let estimates = Estimates::new(problem, &all(&shared, &taken))?;
+    Some(Changes { shared, taken, first_round, estimates })
+}
+
+/// Candidates as a report speaks of them, without the values of their columns: those of all candidates fill a hundred megabytes.
+fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidate> {
+    let outline = |term: &Term| Term {
+        effect: term.effect,
+        joints: term.joints.clone(),
+        shape: term.shape.clone(),
+        columns: term.columns.iter().map(|of_joint| vec![Vec::new(); of_joint.len()]).collect(),
+    };
+    let of_candidate = |candidate: &Candidate| Candidate {
+        terms: candidate.terms.iter().map(outline).collect(),
+        evidence: candidate.evidence.clone(),
+        sensible: candidate.sensible,
+    };
+    candidates.map(of_candidate).collect()
+}
+
+/// The same effect in all sessions, where that explains the data as well: then it is no change.
+fn always_was(problem: &Problem, terms: &[Term], best: &Candidate, known: &Catalogue) -> Option<Vec<Term>> {
+    // What the baseline has anyway is there on both sides already.
+    let effect = plain(known, best.effect().name()).filter(|effect| quantity::find(effect.name()).is_none())?;
+    let own: Vec<&Term> = terms.iter().collect();
+    let before = predict(problem, &own)?;
+    let everywhere: Vec<Term> =
+        best.terms.iter().map(|term| Term::new(&problem.motion, effect, &term.joints, term.shape.clone())).collect();
+    let with: Vec<&Term> = own.iter().copied().chain(&everywhere).collect();
+    let total: f64 = predict(problem, &with)?.against(&before).iter().map(|evidence| evidence.nats).sum();
+    (total > best.total() - MARGIN).then_some(everywhere)
+}
+
+/// Settles the baseline with the terms, whose columns may build on its friction.
+pub fn resettle(problem: &mut Problem, shared: &mut [Term], taken: &mut [Taken]) -> Option<Fitted> {
+    let mut fitted = None;
+    for _ in 0..2 {
+        fitted = Some(problem.settle(&all(shared, taken))?);
+        for term in shared.iter_mut().chain(taken.iter_mut().flat_map(|taken| &mut taken.terms)) {
+            *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
+        }
+    }
+    fitted
+}
+
+/// Settles what is left after something was dropped.
+pub fn refresh(problem: &mut Problem, changes: &mut Changes) -> Option<()> {
+    resettle(problem, &mut changes.shared, &mut changes.taken)?;
+    changes.estimates = Estimates::new(problem, &changes.terms())?;
+    Some(())
+}
+
+/// Estimates with what else friction may have done where it has changed: a change is named alone only where the rest is too small to see,
+/// and its size must not carry that rest.
+pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<Estimates> {
+    let terms = changes.terms();
+    let taken = &terms[changes.shared.len()..];
+    let is_friction =
+        |term: &&&Term| quantity::find(plain_name(term.effect.name())).is_some_and(|q| q.is_of_baseline());
+    let mut companions: Vec<Term> = Vec::new();
+    for joint in 0..problem.baseline.len() {
+        let of_joint: Vec<&str> = taken
+            .iter()
+            .filter(is_friction)
+            .filter(|term| term.joints[0] == joint)
+            .map(|term| term.effect.name())
+            .collect();
+        if of_joint.is_empty() {
+            continue;
+        }
+        let missing = quantity::levels().map(|quantity| within(quantity, sides.now.clone()));
+        let missing = missing.filter(|effect| !of_joint.contains(&effect.name()));
+        companions.extend(missing.map(|effect| Term::new(&problem.motion, effect, &[joint], Vec::new())));
+    }
+    Estimates::new(problem, &terms.into_iter().chain(&companions).collect::<Vec<_>>())
+}
+
+/// Drops changes that are superfluous beside the others, the weakest first.
+fn prune(problem: &mut Problem, shared: &mut [Term], taken: &mut Vec<Taken>, rules: &Rules) -> Option<()> {
+    while taken.len() > 1 {
+        let after = predict(problem, &all(shared, taken))?;
+        let beside = |index: usize| {
+            let others = taken.iter().enumerate().filter(|(other, _)| *other != index);
+            let terms: Vec<&Term> = shared.iter().chain(others.flat_map(|(_, taken)| &taken.terms)).collect();
+            let evidence = after.against(&predict(problem, &terms)?);
+            Some(evidence.iter().map(|evidence| evidence.nats).sum::<f64>())
+        };
+        let weakest =
+            (0..taken.len()).filter_map(|index| Some((index, beside(index)?))).min_by(|a, b| a.1.total_cmp(&b.1));
+        match weakest {
+            Some((index, total)) if total < rules.nats => {
+                taken.remove(index);
+            }
+            _ => return Some(()),
+        }
+        resettle(problem, shared, taken)?;
+    }
+    Some(())
+}

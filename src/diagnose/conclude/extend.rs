@@ -1,0 +1,82 @@
+//! The nominal model with the fitted baseline, and with the effects that were found.
+
+use std::collections::BTreeMap;
+
+use crate::diagnose::result::{FoundEffect, Measured};
+use crate::effects::{Catalogue, Scope, SymmetricFriction};
+use crate::gearhead::{Exponential, Friction, FrictionLaw};
+use crate::robot::{EffectEntry, Model};
+
+/// Share of friction behind the gear where nothing is known of it.
+const LINK_SHARE: f64 = 0.1;
+
+/// The nominal model with symmetric friction and gaps as fitted; what the model file gives of the gap stays.
+pub fn with_baseline(
+    model: &Model,
+    friction: &[SymmetricFriction],
+    gaps: &[Option<f64>],
+    shares: &[Option<f64>],
+) -> Model {
+    let mut model = model.clone();
+    for (index, joint) in model.joints.iter_mut().enumerate() {
+        let law = friction[index];
+        let side = Exponential {
+            coulomb: law.coulomb.max(0.0),
+            breakaway: law.breakaway.max(0.0),
+            stribeck_velocity: law.stribeck_velocity,
+            viscous: law.viscous.max(0.0),
+        };
+        let link_share = joint.friction.map(|friction| friction.link_share).or(shares[index]).unwrap_or(LINK_SHARE);
+        joint.friction = Some(Friction { law: FrictionLaw::Exponential([side; 2]), link_share });
+        joint.backlash = joint.backlash.or(gaps[index]);
+    }
+    model
+}
+
+/// The same with the effects that were found appended to its list. What was fitted in a torque that an effect proves wrong is put right.
+pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], catalogue: &Catalogue) -> Model {
+    let mut model = baseline.clone();
+    let factors: Vec<f64> = model.joints.iter().map(|joint| torque_factor(&joint.name, found, catalogue)).collect();
+    for ((joint, nominal), factor) in model.joints.iter_mut().zip(&nominal.joints).zip(&factors) {
+        if let Some(friction) = &mut joint.friction {
+            scale(&mut friction.law, *factor, nominal.friction.is_some());
+        }
+    }
+    for effect in found {
+        let scope = catalogue.find(&effect.effect).map(|effect| effect.about().scope);
+        let joint = if scope == Some(Scope::Joint) { effect.joints.first().cloned() } else { None };
+        let index = joint.as_ref().and_then(|name| model.joints.iter().position(|joint| joint.name == *name));
+        let factor = index.map_or(1.0, |index| factors[index]);
+        let value = |measured: &Measured| {
+            let is_torque = measured.unit.starts_with('N');
+            measured.value * if is_torque { factor } else { 1.0 }
+        };
+        let parameters: BTreeMap<String, f64> =
+            effect.parameters.iter().map(|(name, measured)| (name.clone(), value(measured))).collect();
+        model.effects.push(EffectEntry { effect: effect.effect.clone(), joint, parameters });
+    }
+    model
+}
+
+/// True torque of a joint over what was made of its current.
+fn torque_factor(joint: &str, found: &[FoundEffect], catalogue: &Catalogue) -> f64 {
+    let of_effect = |effect: &FoundEffect| {
+        let known = catalogue.find(&effect.effect)?;
+        let value = |name: &str| effect.parameters.get(name).map_or(0.0, |measured| measured.value);
+        let values: Vec<f64> = known.about().parameters.iter().map(|spec| value(spec.name)).collect();
+        Some(known.diagnosable()?.torque_factor(&values))
+    };
+    found.iter().filter(|effect| effect.joints.iter().any(|name| name == joint)).filter_map(of_effect).product()
+}
+
+/// Friction that was fitted in a torque `factor` too small; a falling part that the nominal model gives was not fitted.
+fn scale(law: &mut FrictionLaw, factor: f64, falling_given: bool) {
+    if let FrictionLaw::Exponential(sides) = law {
+        for side in sides {
+            let falling = (side.breakaway - side.coulomb) * if falling_given { 1.0 } else { factor };
+            side.coulomb *= factor;
+            side.viscous *= factor;
+            side.breakaway = side.coulomb + falling;
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Whether something that was named holds a link on one flank of its gear: then the rotor turns without crossing the gap, or crosses it
+//! where no model of rotor, gap and link expects it.
+//!
+//! While the rotor turns, a link that nothing pushes stands still in its own friction `s F_C`. A steady torque above that presses it
+//! against one flank throughout. Mending the motor's torque does not help: the link stays where it was. So the root mean square of what
+//! was named, taken at rest (without what acceleration adds), is set against the joint's Coulomb friction.
+//! Gravity of the nominal model is not judged here: the estimate of the gap knows it, turn by turn.
+
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::rows::gentlest::gentlest;
+use crate::diagnose::rows::observe::root_mean_square;
+use crate::diagnose::select::selection::Selection;
+use crate::effects::Motion;
+use crate::timeseries::TimeSeries;
+
+/// Part of Coulomb friction from which on a link is held: links had 0.1 to 0.45 of it in the machines of tuning seeds 4800 to 4901.
+const HOLDS: f64 = 0.3;
+
+/// Why the gap of a joint cannot be measured in the first sessions of a problem; `None` where nothing that was named stands against it.
+pub fn why_not(problem: &Problem, selection: &Selection, joint: usize, sessions: &[&TimeSeries]) -> Option<String> {
+    let motion = &problem.motion;
+    let gentle = gentlest(motion.model, joint, sessions);
+    let is_used = |number: usize| {
+        sessions.get(number).is_some_and(|session| gentle.iter().any(|gentle| std::ptr::eq(*gentle, *session)))
+    };
+    let used: Vec<bool> = (0..motion.sessions).map(is_used).collect();
+    let moves = |row: &usize| used[motion.session[*row]] && motion.joints[joint].direction[*row] != 0.0;
+    let rows: Vec<usize> = (0..motion.rows()).filter(moves).collect();
+    let at_rest = at_rest(&motion.at_rows(&rows));
+    let mut torque = vec![0.0; rows.len()];
+    let mut names: Vec<&str> = Vec::new();
+    let terms = selection.terms().into_iter().zip(&selection.fitted.term_at);
+    for (term, at) in terms.filter(|(term, _)| term.effect.loads_link() && term.joints.contains(&joint)) {
+        names.push(term.effect.name());
+        let coefficients = &selection.fitted.solution.coefficients.as_slice()[*at..];
+        for (column, c) in term.effect.columns(&at_rest, joint, &term.shape).iter().zip(coefficients) {
+            torque.iter_mut().zip(column).for_each(|(torque, x)| *torque += c * x);
+        }
+    }
+    let held = root_mean_square(&torque);
+    let coulomb = motion.joints[joint].friction.coulomb;
+    (held > HOLDS * coulomb).then(|| {
+        let unit = motion.model.joints[joint].kind.effort_unit();
+        format!(
+            "{} holds the link on a flank of the gear ({held:.2} {unit} RMS, {:.0} % of Coulomb friction): the gap is not crossed as a reversal crosses it",
+            names.join(" and "),
+            100.0 * held / coulomb.max(1e-300)
+        )
+    })
+}
+
+/// The places of a motion, without its speed.
+fn at_rest<'m>(motion: &Motion<'m>) -> Motion<'m> {
+    let mut still = motion.clone();
+    for joint in &mut still.joints {
+        joint.v.fill(0.0);
+        joint.a.fill(0.0);
+    }
+    still
+}

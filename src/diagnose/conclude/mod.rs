@@ -1,0 +1,177 @@
+//! From a selection to a diagnosis: parameters, gains, rivals, views.
+
+/// The models that come with a diagnosis.
+pub mod extend;
+mod gaps;
+mod link_load;
+mod records;
+/// Structure that no effect explains.
+pub mod unexplained;
+
+use std::collections::BTreeMap;
+
+use crate::diagnose::fit::estimate;
+use crate::diagnose::fit::pose::nothing_moves;
+use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::uncertainty::Uncertainty;
+use crate::diagnose::instruments::two_encoders::Encoders;
+use crate::diagnose::instruments::{ON_ROWS, Rows, removal};
+use crate::diagnose::options::Options;
+use crate::diagnose::residuals::Residual;
+use crate::diagnose::residuals::errors;
+use crate::diagnose::residuals::{floor, maps, shares, spectra};
+use crate::diagnose::result::{BaselineEstimate, Findings, Measured, Parts};
+use crate::diagnose::rows::division::Division;
+use crate::diagnose::rows::inertia::typical_inertia;
+use crate::diagnose::select::confirm::Confirmed;
+use crate::diagnose::select::findings::found;
+use crate::diagnose::select::selection::Selection;
+use crate::effects::Catalogue;
+use crate::error::Result;
+use crate::robot::{Masses, Model};
+use crate::timeseries::TimeSeries;
+use gaps::Gap;
+
+/// What a diagnosis is made of, beside the problem.
+pub struct Data<'d> {
+    /// The nominal machine.
+    pub model: &'d Model,
+    /// Sessions as the problem has them, a late current mended.
+    pub sessions: &'d [&'d TimeSeries],
+    /// Which part of them was trained on.
+    pub division: Division,
+    /// What was named, or withdrawn, before the problem was posed.
+    pub earlier: Findings,
+    /// Whether a fast torque was taken out: what is left of it shakes the joints where they turn around, and no turn is judged.
+    pub shaken: bool,
+}
+
+/// Puts everything together.
+///
+/// # Errors
+/// The baseline cannot be fitted by plain least squares.
+pub fn conclude(
+    data: &Data,
+    problem: &Problem,
+    selection: &Selection,
+    confirmed: &Confirmed,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Parts> {
+    progress("estimating parameters", 0.85);
+    let Data { model, sessions, division, .. } = *data;
+    let terms = selection.terms();
+    let residuals = residuals(problem, &terms, selection);
+    let uncertainty = Uncertainty::new(problem, &terms, &selection.fitted).ok_or_else(|| nothing_moves(model))?;
+    let mut findings = Findings {
+        effects: found(problem, selection, confirmed, &uncertainty, options),
+        withdrawn: confirmed.withdrawn.clone(),
+        unexplained: Vec::new(),
+    };
+    findings.merge(data.earlier.clone());
+    let left: Vec<Vec<f64>> = residuals.iter().map(|residual| residual.after.clone()).collect();
+    let scene = Rows { problem, sessions, division, options, left: &left, shaken: data.shaken };
+    let mut encoders = Encoders::default();
+    progress("measuring what torque does not show", 0.88);
+    for instrument in ON_ROWS {
+        let reading = instrument.measure(&scene)?;
+        findings.merge(reading.findings);
+        encoders = reading.encoders.unwrap_or(encoders);
+    }
+    progress("measuring the gap", 0.9);
+    let gaps = gaps(data, problem, selection, &encoders.gaps, options);
+    gaps::blur(&mut findings.effects, model, &gaps, &options.catalogue);
+    findings.effects.sort_by(|a, b| b.evidence_nats.total_cmp(&a.evidence_nats));
+    progress("drawing residuals", 0.95);
+    let floor = floor::floor(problem, sessions, &typical_inertia(model));
+    let fit = errors::fit_errors(problem, &residuals, &floor);
+    let mut unexplained = match model.masses {
+        Masses::Known => unexplained::unexplained(problem, &terms, &options.rules, &|_| true),
+        Masses::Estimated => unexplained::unjudged(problem, &residuals),
+    };
+    unexplained.append(&mut findings.unexplained);
+    unexplained.extend(unexplained::shapeless(&fit, &unexplained));
+    findings.unexplained = unexplained;
+    let [baseline_model, extended_model] =
+        models(problem, selection, &findings, &gaps, &encoders.other_gaps, &options.catalogue);
+    let method = records::method(problem, sessions, division, options);
+    Ok(Parts {
+        candidates: records::records(problem, selection, &findings.withdrawn, options),
+        findings,
+        fit: fit.into_iter().chain(encoders.fit).collect(),
+        baseline: baseline(problem, selection, &uncertainty, sessions, &gaps),
+        two_encoders: encoders.joints,
+        shares: shares::shares(problem, &residuals, &floor),
+        maps: maps::maps(problem, &residuals, &floor),
+        order_spectrum: spectra::by_order(problem, &residuals, &floor),
+        frequency_spectrum: spectra::by_frequency(problem, &residuals, &floor),
+        extended_model,
+        baseline_model,
+        series: errors::series(problem, sessions, &residuals),
+        ..Parts::new(model, method, &options.catalogue)
+    })
+}
+
+/// The gap of each joint. Rotor and link cross it under friction and inertia alone: what was named would push them, and is taken off first.
+fn gaps(
+    data: &Data,
+    problem: &Problem,
+    selection: &Selection,
+    seen: &[Option<Measured>],
+    options: &Options,
+) -> Vec<Gap> {
+    if !options.backlash {
+        return vec![Gap::default(); data.model.joints.len()];
+    }
+    let trained = &data.sessions[..data.division.trained()];
+    let without = removal::without(problem, selection, trained, &|_| true);
+    gaps::measured(data.model, &without.iter().collect::<Vec<_>>(), problem, selection, seen)
+}
+
+/// The nominal model with the fitted baseline, and with the effects besides. Without effects both have the same friction.
+fn models(
+    problem: &Problem,
+    selection: &Selection,
+    findings: &Findings,
+    gaps: &[Gap],
+    other_gaps: &[(usize, f64)],
+    catalogue: &Catalogue,
+) -> [Model; 2] {
+    let model = problem.motion.model;
+    let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
+    let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
+    let gaps: Vec<_> = gaps.iter().map(Gap::value).collect();
+    let nominal = if findings.effects.is_empty() { &friction } else { &selection.nominal.friction };
+    let baseline = extend::with_baseline(model, nominal, &gaps, &shares);
+    let extended = extend::with_baseline(model, &friction, &gaps, &shares);
+    let mut extended = extend::with_effects(model, &extended, &findings.effects, catalogue);
+    for (joint, gap) in other_gaps {
+        extended.joints[*joint].backlash = Some(*gap);
+    }
+    [baseline, extended]
+}
+
+fn residuals(problem: &Problem, terms: &[&Term], selection: &Selection) -> Vec<Residual> {
+    let of_joint = |(joint, before): (usize, &Vec<f64>)| Residual {
+        before: before.clone(),
+        after: problem.residual(terms, &selection.fitted, joint),
+    };
+    selection.as_recorded.iter().enumerate().map(of_joint).collect()
+}
+
+fn baseline(
+    problem: &Problem,
+    selection: &Selection,
+    uncertainty: &Uncertainty,
+    sessions: &[&TimeSeries],
+    gaps: &[Gap],
+) -> BTreeMap<String, BaselineEstimate> {
+    let mut estimates = BTreeMap::new();
+    for (joint, model) in problem.motion.model.joints.iter().enumerate() {
+        let friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
+        let torque_offset = estimate::offsets(problem, joint, &selection.fitted, uncertainty, sessions);
+        let Gap { measured: backlash, left_out: backlash_left_out, .. } = gaps[joint].clone();
+        estimates.insert(model.name.clone(), BaselineEstimate { friction, backlash, backlash_left_out, torque_offset });
+    }
+    estimates
+}

@@ -1,0 +1,78 @@
+//! What a report says of candidates and of the method.
+
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::options::Options;
+use crate::diagnose::result::{CandidateRecord, Method, Withdrawn};
+use crate::diagnose::rows::division::Division;
+use crate::diagnose::select::candidates::Candidate;
+use crate::diagnose::select::selection::Selection;
+use crate::timeseries::TimeSeries;
+
+/// Every candidate of the first round, and what became of it.
+pub fn records(
+    problem: &Problem,
+    selection: &Selection,
+    withdrawn: &[Withdrawn],
+    options: &Options,
+) -> Vec<CandidateRecord> {
+    let named = |candidate: &Candidate| {
+        selection.taken.iter().any(|taken| taken.terms[0].effect.name() == candidate.effect().name())
+    };
+    let record = |candidate: &Candidate| {
+        let joints = candidate.joints();
+        let rules = &options.rules;
+        let (total, log_scale) = (candidate.total(), candidate.log_scale());
+        let named = named(candidate);
+        let not_confirmed = withdrawn.iter().find(|one| one.effect == candidate.effect().name());
+        let reason = if named {
+            format!("evidence {total:.0} nats alone")
+        } else if let Some(withdrawn) = not_confirmed {
+            withdrawn.reason.clone()
+        } else if !candidate.sensible {
+            "its parameters would lie outside their ranges".to_owned()
+        } else if !rules.support(total, log_scale) {
+            format!("evidence {total:.1} nats, {:.1} % of the error: below what is asked", 100.0 * log_scale)
+        } else {
+            format!("evidence {total:.0} nats alone, superfluous beside what was named")
+        };
+        CandidateRecord {
+            effect: candidate.effect().name().to_owned(),
+            joints: joints.iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect(),
+            gain_percent: 100.0 * (1.0 - (-log_scale).exp()),
+            threshold_percent: 100.0 * (1.0 - (-rules.log_scale).exp()),
+            named,
+            reason,
+        }
+    };
+    selection.first_round.iter().map(record).collect()
+}
+
+/// How the data were read.
+pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, options: &Options) -> Method {
+    let widths = &problem.motion.half_width;
+    let half_width = [widths.iter().copied().fold(f64::INFINITY, f64::min), widths.iter().copied().fold(0.0, f64::max)];
+    let rigid: Vec<String> = problem
+        .zones
+        .iter()
+        .zip(&problem.motion.model.joints)
+        .map(|(zone, joint)| {
+            let share = zone.iter().filter(|rigid| **rigid).count() as f64 / zone.len().max(1) as f64;
+            format!("{}: {:.0} % of the rows", joint.name, 100.0 * share)
+        })
+        .collect();
+    let held_out = if division.by_session() {
+        sessions[division.trained()..].iter().map(|session| session.name.as_str()).collect::<Vec<_>>().join(", ")
+    } else {
+        format!("the last {:.0} % of each session", 100.0 * options.held_out_share)
+    };
+    Method {
+        filter: "biweight kernel without phase shift, the same on torque and motion, as narrow as the encoder allows".to_owned(),
+        half_width,
+        zones: format!(
+            "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank (0.4 and 0.3 s of what errors are judged on), joints with a gap only and no longer than it takes; fitted: {}",
+            rigid.join(", ")
+        ),
+        baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; the zero of a recorded torque, one a session; masses and inertias stay as the model file gives them".to_owned(),
+        held_out,
+    }
+}

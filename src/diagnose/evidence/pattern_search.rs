@@ -1,0 +1,93 @@
+//! The pattern without physics that describes best what a fit leaves over.
+
+use rayon::prelude::*;
+
+use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::regression::Score;
+
+/// Harmonics of a kind that are fitted in full after a scan of all orders.
+const SHORTLIST: usize = 2;
+
+/// A pattern that is tried.
+pub struct Trial {
+    /// What it adds to the torque.
+    pub term: Term,
+    /// How many of its kind were tried: the price of choosing among them.
+    pub tried: usize,
+    /// The pattern in words.
+    pub words: String,
+}
+
+/// The pattern that gains most on the training rows of a joint beside these terms and their loose fit, sought in the sessions `within`.
+pub fn likeliest(
+    problem: &Problem,
+    terms: &[&Term],
+    fitted: &Fitted,
+    joint: usize,
+    within: &(dyn Fn(usize) -> bool + Sync),
+) -> Option<Trial> {
+    let mut trials = smooth_trials(problem, joint);
+    trials.extend(periodic_trials(problem, terms, fitted, joint));
+    for column in trials.iter_mut().flat_map(|trial| trial.term.columns.iter_mut().flatten()) {
+        let cells = column.iter_mut().zip(&problem.motion.session);
+        cells.filter(|(_, session)| !within(**session)).for_each(|(value, _)| *value = 0.0);
+    }
+    let gain = |trial: Trial| {
+        let terms = with_term(terms, &trial.term);
+        let fitted = problem.fit_near(&problem.coupled(&terms, &[joint]), &terms, Part::Train, fitted)?;
+        let gain = fitted.solution.log_likelihood[joint] - (trial.tried as f64).ln();
+        gain.is_finite().then_some((gain, trial))
+    };
+    let gained: Vec<(f64, Trial)> = trials.into_par_iter().filter_map(gain).collect();
+    gained.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best)
+}
+
+/// Terms with a further one at their end.
+pub fn with_term<'t>(terms: &[&'t Term], further: &'t Term) -> Vec<&'t Term> {
+    terms.iter().copied().chain([further]).collect()
+}
+
+fn smooth_trials(problem: &Problem, joint: usize) -> Vec<Trial> {
+    let columns = smooth(&problem.motion, joint);
+    let tried = columns.len();
+    let trial = |(index, (words, column))| Trial {
+        term: Term { effect: &Smooth, joints: vec![joint], shape: vec![index as f64], columns: vec![vec![column]] },
+        tried,
+        words,
+    };
+    columns.into_iter().enumerate().map(trial).collect()
+}
+
+/// The harmonics of each kind whose score is best.
+fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<Trial> {
+    let motion = &problem.motion;
+    let rows = problem.rows(joint, Part::Train);
+    let (system, _, _) = problem.system_of(&[joint], terms, Part::Train, true);
+    let solution = &fitted.solution;
+    let score =
+        Score::new(&system.blocks[joint], &solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
+    let orders = orders(motion, joint);
+    let seen = motion.at_rows(&rows);
+    // All kinds at once: they differ in the size of the harmonic alone.
+    let gains = |order: &f64| -> [f64; PERIODIC.len()] {
+        let harmonic = seen.harmonic(joint, *order, |_, _| 1.0);
+        PERIODIC.each_ref().map(|kind| {
+            let size = |(row, x): (usize, &f64)| x * kind.amplitude(&seen.joints[joint], row);
+            score.gain(&harmonic.each_ref().map(|column| column.iter().enumerate().map(size).collect()))
+        })
+    };
+    let scored: Vec<[f64; PERIODIC.len()]> = orders.par_iter().map(gains).collect();
+    let (ratio, range) = (motion.model.joints[joint].gear_ratio, motion.range(joint));
+    let of_kind = |(index, kind): (usize, &'static Periodic)| {
+        let mut best: Vec<usize> = (0..orders.len()).collect();
+        best.sort_by(|a, b| scored[*b][index].total_cmp(&scored[*a][index]));
+        let trial = |order: f64| Trial {
+            term: Term::new(motion, kind, &[joint], vec![order]),
+            tried: orders.len(),
+            words: kind.words(order, ratio, range),
+        };
+        best.into_iter().take(SHORTLIST).map(|at| trial(orders[at])).collect::<Vec<_>>()
+    };
+    PERIODIC.iter().enumerate().flat_map(of_kind).collect()
+}

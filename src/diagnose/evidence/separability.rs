@@ -1,0 +1,325 @@
+//! Which effects could stand in for one another on a recording, and what that would cost: by the information that the motion holds,
+//! whatever is named in the end.
+//!
+//! An effect adds the torque `S = Σ c_k column_k` to the measured motion. What the baseline and a rival, with coefficients of its own
+//! and the shape that suits it best, can make of `S` is not missed; `S⊥` is. It costs, in nats of expected log-likelihood,
+//!
+//! ```text
+//!   Δ = ½ · (ν + 1)/(ν + 3) · n_eff/n · Σ S⊥²/s²
+//! ```
+//! `s` the scale of the error and `n_eff/n` the independent samples per row of a fit that holds the effect, `(ν + 1)/(ν + 3)` the Fisher
+//! information of Student's t of unit scale. Only rows of the training data count. Without a rival `Δ` is what the effect shows at all.
+//! A rival of one joint is let loose on every joint, each with a shape of its own.
+//! Left out: two rivals that stand in together; what is told by other things than torque against motion: by a joint at rest, by the
+//! command, by reversals.
+//! Reference: C. R. Rao (1945), Information and the accuracy attainable in the estimation of statistical parameters.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::diagnose::fit::pose::pose;
+use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::regression::NU;
+use crate::diagnose::options::Options;
+use crate::diagnose::rows::division::Division;
+use crate::effects::{Diagnosable, Motion, Scope};
+use crate::error::Result;
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+
+/// Rows of a joint that are looked at, about.
+const ROWS: usize = 2500;
+/// More shapes than these are evaluated at the rows that are looked at alone.
+const MANY_SHAPES: usize = 6;
+/// Steps of the golden section between the best shape of a scan and its neighbours.
+const REFINEMENTS: usize = 12;
+/// [1] Part of a column's power that has to be left of it when the others have been taken out.
+const LEAST_LEFT: f64 = 1e-9;
+
+/// How well a recording tells an effect from all others.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Separability {
+    /// [nats] What the effect shows beside the baseline.
+    pub visible: f64,
+    /// What is lost where another effect stands in for it, the closest first.
+    pub rivals: Vec<Rival>,
+}
+
+/// An effect in the place of another.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rival {
+    /// Its name.
+    pub effect: &'static str,
+    /// [nats] Expected log-likelihood that is lost.
+    pub nats: f64,
+}
+
+impl Separability {
+    /// [nats] What the closest rival loses, or the baseline alone.
+    pub fn least(&self) -> f64 {
+        self.rivals.first().map_or(self.visible, |closest| closest.nats.min(self.visible))
+    }
+
+    /// Names of the effects that lose less than `nats`.
+    pub fn closer_than(&self, nats: f64) -> Vec<&'static str> {
+        self.rivals.iter().filter(|rival| rival.nats < nats).map(|rival| rival.effect).collect()
+    }
+}
+
+/// How well a recording tells the terms `of` from all other effects, beside the remaining terms.
+pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted: &Fitted) -> Separability {
+    let (own, beside): (Vec<_>, Vec<_>) = terms.iter().enumerate().partition(|(index, _)| of.contains(index));
+    let beside: Vec<&Term> = beside.into_iter().map(|(_, term)| *term).collect();
+    let dof = problem.baseline.len();
+    let mut signal = vec![vec![0.0; problem.motion.rows()]; dof];
+    for (index, term) in &own {
+        for (joint, columns) in term.joints.iter().zip(&term.columns) {
+            for (k, column) in columns.iter().enumerate() {
+                let c = fitted.solution.coefficients[fitted.term_at[*index] + k];
+                signal[*joint].iter_mut().zip(column).for_each(|(sum, x)| *sum += c * x);
+            }
+        }
+    }
+    let scale = &fitted.solution.scale;
+    let alone: Vec<Field> = (0..dof).map(|joint| Field::new(problem, &[joint], &beside, scale)).collect();
+    let together = Field::new(problem, &(0..dof).collect::<Vec<_>>(), &beside, scale);
+    let missed: Vec<f64> = alone.iter().map(|field| power(&field.missed(&field.stretched(&signal)))).collect();
+    let names: Vec<&str> = own.iter().map(|(_, term)| term.effect.name()).collect();
+    let others: Vec<_> = problem.catalogue.diagnosable().filter(|effect| !names.contains(&effect.name())).collect();
+    let lost = |effect: &&'static dyn Diagnosable| {
+        let applies = |joint: usize| effect.applies(&problem.motion, joint);
+        let best =
+            |field: &Field| field.best(*effect, &field.stretched(&signal)).map_or(f64::INFINITY, |best| best.left);
+        let nats = match effect.about().scope {
+            Scope::Machine if (0..dof).any(applies) => best(&together).min(missed.iter().sum()),
+            Scope::Machine => missed.iter().sum(),
+            Scope::Joint => (0..dof)
+                .map(|joint| if applies(joint) { best(&alone[joint]).min(missed[joint]) } else { missed[joint] })
+                .sum(),
+        };
+        Rival { effect: effect.name(), nats }
+    };
+    let mut rivals: Vec<Rival> = others.par_iter().map(lost).collect();
+    rivals.sort_by(|a, b| a.nats.total_cmp(&b.nats));
+    Separability { visible: missed.iter().sum(), rivals }
+}
+
+/// How well a recording of a machine tells one of the effects that it is known to have: `present` their names and joints (all, for an
+/// effect of the machine), the first of them the one that is asked about. `None` where a diagnosis does not tell it by torque against motion.
+///
+/// # Errors
+/// As [`diagnose`](crate::diagnose::diagnose).
+pub fn of_recording(
+    model: &Model,
+    train: &[TimeSeries],
+    present: &[(&str, Vec<usize>)],
+    options: &Options,
+) -> Result<Option<Separability>> {
+    let sessions: Vec<&TimeSeries> = train.iter().collect();
+    let division = Division::new(sessions.len(), sessions.len(), 0.0);
+    let mut problem = pose(model, &sessions, division, options)?;
+    let Some(terms) = present_terms(&mut problem, present) else { return Ok(None) };
+    let terms: Vec<&Term> = terms.iter().collect();
+    let asked = terms.iter().take_while(|term| term.effect.name() == present[0].0).count();
+    let Some(fitted) = problem.fit(&terms, Part::Train, NU) else { return Ok(None) };
+    problem.count_independent(&fitted);
+    Ok(Some(separability(&problem, &terms, 0..asked, &fitted)))
+}
+
+/// Terms of effects that are known to be there, each with the shape that suits the recording best beside the others.
+fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Option<Vec<Term>> {
+    let mut places: Vec<(&'static dyn Diagnosable, Vec<usize>)> = Vec::new();
+    for (name, joints) in present {
+        let effect = problem.catalogue.find(name)?.diagnosable()?;
+        match effect.about().scope {
+            Scope::Machine => places.push((effect, (0..problem.baseline.len()).collect())),
+            Scope::Joint => places.extend(joints.iter().map(|joint| (effect, vec![*joint]))),
+        }
+    }
+    let mut terms: Vec<Term> = Vec::new();
+    // The shape of one is judged beside those that are known already; in a second turn all of them are.
+    for turn in 0..2 {
+        for (index, (effect, joints)) in places.iter().enumerate() {
+            let beside: Vec<&Term> =
+                terms.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, term)| term).collect();
+            let fitted = problem.settle(&beside)?;
+            let field = Field::new(problem, joints, &beside, &fitted.solution.scale);
+            let target: Vec<Vec<f64>> =
+                (0..problem.baseline.len()).map(|joint| problem.baseline[joint].target().to_vec()).collect();
+            let shape = field.best(*effect, &field.stretched(&target))?.shape;
+            let term = Term::new(&problem.motion, *effect, joints, shape);
+            // Told by something else than torque against motion: by the command, by what happens at reversals.
+            if term.coefficients() == 0 {
+                return None;
+            }
+            if turn == 0 { terms.push(term) } else { terms[index] = term }
+        }
+    }
+    problem.settle(&terms.iter().collect::<Vec<_>>())?;
+    Some(terms.into_iter().map(|t| Term::new(&problem.motion, t.effect, &t.joints, t.shape)).collect())
+}
+
+/// Rows of some joints as one vector, each divided by its error, without what the baseline can make of it.
+struct Field<'p, 'm> {
+    problem: &'p Problem<'m>,
+    joints: Vec<usize>,
+    /// One a joint.
+    rows: Vec<Vec<usize>>,
+    /// The motion at those rows, one a joint.
+    motions: Vec<Motion<'m>>,
+    /// Factor that makes a torque of a joint the root of nats.
+    factor: Vec<f64>,
+    basis: Vec<Vec<f64>>,
+}
+
+/// The best that an effect can do.
+struct Best {
+    shape: Vec<f64>,
+    /// [nats]
+    left: f64,
+}
+
+impl<'p, 'm> Field<'p, 'm> {
+    fn new(problem: &'p Problem<'m>, joints: &[usize], beside: &[&Term], scale: &[f64]) -> Self {
+        let (mut rows, mut factor) = (Vec::new(), Vec::new());
+        for joint in joints {
+            let all = problem.rows(*joint, Part::Train);
+            let stride = all.len().div_ceil(ROWS).max(1);
+            let information = (NU + 1.0) / (NU + 3.0) * problem.independence[*joint] * stride as f64;
+            factor.push((0.5 * information).sqrt() / scale[*joint]);
+            rows.push(all.into_iter().step_by(stride).collect::<Vec<_>>());
+        }
+        let motions = rows.iter().map(|rows| problem.motion.at_rows(rows)).collect();
+        let mut field = Self { problem, joints: joints.to_vec(), rows, motions, factor, basis: Vec::new() };
+        for (place, joint) in joints.iter().enumerate() {
+            let baseline = &problem.baseline[*joint];
+            for column in baseline.columns().iter().chain(baseline.stribeck_derivative()) {
+                let mut only = vec![Vec::new(); joints.len()];
+                only[place] = field.picked(place, column);
+                field.take_out(&field.joined(&only));
+            }
+        }
+        for term in beside {
+            for k in 0..term.coefficients() {
+                let of_joint = |(place, joint): (usize, &usize)| {
+                    let at = term.joints.iter().position(|other| other == joint);
+                    at.map_or(Vec::new(), |at| field.picked(place, &term.columns[at][k]))
+                };
+                let parts: Vec<Vec<f64>> = joints.iter().enumerate().map(of_joint).collect();
+                field.take_out(&field.joined(&parts));
+            }
+        }
+        field
+    }
+
+    fn picked(&self, place: usize, column: &[f64]) -> Vec<f64> {
+        self.rows[place].iter().map(|row| column[*row]).collect()
+    }
+
+    /// One vector of a part a joint, in units of its error; a missing part is zero.
+    fn joined(&self, parts: &[Vec<f64>]) -> Vec<f64> {
+        let mut all = Vec::new();
+        for ((part, rows), factor) in parts.iter().zip(&self.rows).zip(&self.factor) {
+            all.extend((0..rows.len()).map(|row| part.get(row).map_or(0.0, |value| factor * value)));
+        }
+        all
+    }
+
+    /// Torques of all joints and rows as such a vector.
+    fn stretched(&self, torque: &[Vec<f64>]) -> Vec<f64> {
+        let parts: Vec<Vec<f64>> =
+            self.joints.iter().enumerate().map(|(place, joint)| self.picked(place, &torque[*joint])).collect();
+        self.joined(&parts)
+    }
+
+    /// Adds a direction that the baseline can make.
+    fn take_out(&mut self, column: &[f64]) {
+        if let Some(direction) = without(column.to_vec(), &self.basis) {
+            self.basis.push(direction);
+        }
+    }
+
+    /// What the baseline cannot make of a vector.
+    fn missed(&self, vector: &[f64]) -> Vec<f64> {
+        let mut left = vector.to_vec();
+        self.basis.iter().for_each(|direction| subtract(&mut left, direction));
+        left
+    }
+
+    /// [nats] What is left of a vector that the baseline has left, when an effect of this shape has its coefficients.
+    fn left(&self, effect: &dyn Diagnosable, shape: &[f64], many: bool, missed: &[f64]) -> f64 {
+        let of_joint = |(place, joint): (usize, &usize)| -> Vec<Vec<f64>> {
+            if many {
+                return effect.columns(&self.motions[place], *joint, shape);
+            }
+            let columns = effect.columns(&self.problem.motion, *joint, shape);
+            columns.iter().map(|column| self.picked(place, column)).collect()
+        };
+        let columns: Vec<Vec<Vec<f64>>> = self.joints.iter().enumerate().map(of_joint).collect();
+        let mut left = missed.to_vec();
+        let mut own: Vec<Vec<f64>> = Vec::new();
+        for k in 0..columns.first().map_or(0, Vec::len) {
+            let parts: Vec<Vec<f64>> = columns.iter().map(|of_joint| of_joint[k].clone()).collect();
+            let Some(column) = without(self.joined(&parts), &self.basis) else { continue };
+            if let Some(direction) = without(column, &own) {
+                subtract(&mut left, &direction);
+                own.push(direction);
+            }
+        }
+        power(&left)
+    }
+
+    /// The shape of an effect that leaves least of a vector; `None` where it has none.
+    fn best(&self, effect: &'static dyn Diagnosable, vector: &[f64]) -> Option<Best> {
+        let missed = self.missed(vector);
+        let shapes = effect.shapes(&self.problem.motion, self.joints[0]);
+        let many = shapes.len() > MANY_SHAPES;
+        let left = |shape: &[f64]| self.left(effect, shape, many, &missed);
+        let tried: Vec<f64> = shapes.iter().map(|shape| left(shape)).collect();
+        let at = (0..shapes.len()).min_by(|a, b| tried[*a].total_cmp(&tried[*b]))?;
+        let mut best = Best { shape: shapes[at].clone(), left: tried[at] };
+        if !effect.refines() || best.shape.len() != 1 || shapes.len() < 2 {
+            return Some(best);
+        }
+        let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let (mut low, mut high) = (shapes[at.saturating_sub(1)][0], shapes[(at + 1).min(shapes.len() - 1)][0]);
+        for _ in 0..REFINEMENTS {
+            let (a, b) = (high - ratio * (high - low), low + ratio * (high - low));
+            let (at_a, at_b) = (left(&[a]), left(&[b]));
+            let (shape, value) = if at_a < at_b { (a, at_a) } else { (b, at_b) };
+            if value < best.left {
+                best = Best { shape: vec![shape], left: value };
+            }
+            if at_a < at_b { high = b } else { low = a }
+        }
+        Some(best)
+    }
+}
+
+/// What is left of a vector without some orthogonal directions of unit length, of unit length; `None` where nothing is.
+fn without(mut vector: Vec<f64>, directions: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let before = power(&vector);
+    // Twice is enough for orthogonality to the last digit (W. Kahan).
+    for _ in 0..2 {
+        directions.iter().for_each(|direction| subtract(&mut vector, direction));
+    }
+    let after = power(&vector);
+    if after.is_nan() || after <= LEAST_LEFT * before {
+        return None;
+    }
+    let size = after.sqrt();
+    vector.iter_mut().for_each(|x| *x /= size);
+    Some(vector)
+}
+
+/// Takes the part along a direction of unit length out of a vector.
+fn subtract(vector: &mut [f64], direction: &[f64]) {
+    let along: f64 = vector.iter().zip(direction).map(|(x, d)| x * d).sum();
+    vector.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
+}
+
+fn power(vector: &[f64]) -> f64 {
+    vector.iter().map(|x| x * x).sum()
+}

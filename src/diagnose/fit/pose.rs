@@ -1,0 +1,111 @@
+//! From sessions to a regression problem: rows, held-out part, zones.
+
+use super::problem::{Part, Problem};
+use super::regression;
+use crate::diagnose::options::Options;
+use crate::diagnose::rows::division::{Division, held_out_rows};
+use crate::diagnose::rows::inertia::typical_inertia;
+use crate::diagnose::rows::standstill::Standstill;
+use crate::diagnose::rows::{observe, zones};
+use crate::effects::{Catalogue, Diagnosable};
+use crate::error::{Error, Result};
+use crate::robot::{Masses, Model};
+use crate::timeseries::TimeSeries;
+
+/// Rows and zones of sessions, and which of them are held out.
+pub fn pose<'m>(
+    model: &'m Model,
+    sessions: &[&TimeSeries],
+    division: Division,
+    options: &Options,
+) -> Result<Problem<'m>> {
+    let motion = observe::observe(model, sessions, &typical_inertia(model), observe::NOISE_SHARE)?;
+    let held_out = held_out_rows(&motion, sessions, division);
+    let mut problem = Problem::new(motion, held_out);
+    // Where masses are a guess, no torque is evidence of anything.
+    problem.catalogue = match model.masses {
+        Masses::Known => of_wide_rows(&options.catalogue),
+        Masses::Estimated => Catalogue::empty(),
+    };
+    problem.standstill = Standstill::of(&problem.motion, &sessions[..division.trained()]);
+    find_zones(&mut problem)?;
+    Ok(problem)
+}
+
+/// Rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves over.
+fn find_zones(problem: &mut Problem) -> Result<()> {
+    let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(problem, joint)).collect();
+    let zones = |problem: &Problem, left_over: Option<&[Vec<f64>]>, margins: &zones::Margins| {
+        zones::rigid_zone(&problem.motion, &coulomb, left_over, &problem.held_out, margins)
+    };
+    problem.zones = zones(problem, None, &zones::RIGID);
+    enough_rows(problem)?;
+    if let Some(fitted) = problem.fit(&[], Part::Train, regression::NU) {
+        let of_joint = |joint| problem.residual(&[], &fitted, joint);
+        let left_over: Vec<Vec<f64>> = (0..coulomb.len()).map(of_joint).collect();
+        problem.zones = zones(problem, Some(&left_over), &zones::RIGID);
+        problem.judged = zones(problem, Some(&left_over), &zones::JUDGED);
+    }
+    for joint in 0..coulomb.len() {
+        // A motion that never rests long on a flank is judged where it is fitted.
+        if [Part::Train, Part::HeldOut].iter().any(|part| problem.judged_rows(joint, *part).len() < FEWEST_ROWS) {
+            problem.judged[joint].clone_from(&problem.zones[joint]);
+        }
+    }
+    enough_rows(problem)
+}
+
+/// Rows that a joint needs, to be fitted and to be judged.
+const FEWEST_ROWS: usize = 30;
+
+/// Whether every joint has rows to fit its friction to.
+fn enough_rows(problem: &Problem) -> Result<()> {
+    for (joint, model) in problem.motion.model.joints.iter().enumerate() {
+        let found = problem.rows(joint, Part::Train).len();
+        let needed = FEWEST_ROWS;
+        if found < needed {
+            return Err(Error::TooLittleData {
+                quantity: "torque",
+                joint: model.name.clone(),
+                found,
+                unit: "samples of steady contact",
+                needed,
+                advice: "move every joint of the model for some seconds in both directions; leave a joint that stands still out of the model",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Median of what friction takes while the joint moves, in what is trained on.
+pub fn rough_coulomb(problem: &Problem, joint: usize) -> f64 {
+    let m = &problem.motion.joints[joint];
+    let moving = (0..problem.motion.rows()).filter(|row| !problem.held_out[*row] && m.direction[*row].abs() > 0.99);
+    let mut levels: Vec<f64> = moving.map(|row| (m.torque[row] - m.rigid[row]) * m.direction[row]).collect();
+    if levels.is_empty() {
+        return 0.0;
+    }
+    let middle = levels.len() / 2;
+    levels.select_nth_unstable_by(middle, f64::total_cmp).1.max(0.0)
+}
+
+pub fn nothing_moves(model: &Model) -> Error {
+    Error::TooLittleData {
+        quantity: "friction",
+        joint: model.joints.first().map(|joint| joint.name.clone()).unwrap_or_default(),
+        found: 0,
+        unit: "directions of motion",
+        needed: 2,
+        advice: "move every joint in both directions",
+    }
+}
+
+/// The effects of a catalogue that wide rows show.
+pub fn of_wide_rows(catalogue: &Catalogue) -> Catalogue {
+    catalogue.iter().filter(|effect| !effect.diagnosable().is_some_and(needs_narrow_rows)).collect()
+}
+
+/// Whether wide rows do not show an effect, because it repeats at an order that their kernels do not pass.
+pub fn needs_narrow_rows(effect: &dyn Diagnosable) -> bool {
+    effect.harmonic().is_some_and(|harmonic| harmonic.in_narrow_rows.is_some())
+}

@@ -1,0 +1,52 @@
+//! An effect of typical strength: what moves the torque of a recording by a given share.
+
+use crate::diagnose::fit::pose::{nothing_moves, pose};
+use crate::diagnose::options::Options;
+use crate::diagnose::rows::division::Division;
+use crate::effects::Scope;
+use crate::error::Result;
+use crate::robot::{EffectEntry, Model};
+use crate::timeseries::TimeSeries;
+
+/// An effect on the first joint where it can show, so strong that its torque along the recording of the nominal machine has the `share`
+/// (0 to 1) of the whole in RMS; `None` where a diagnosis does not tell it by its torque.
+///
+/// # Errors
+/// As [`diagnose`](crate::diagnose::diagnose).
+pub fn typical(
+    model: &Model,
+    sessions: &[TimeSeries],
+    effect: &str,
+    share: f64,
+    options: &Options,
+) -> Result<Option<EffectEntry>> {
+    let Some(effect) = options.catalogue.find(effect).and_then(|effect| effect.diagnosable()) else { return Ok(None) };
+    let own: Vec<&TimeSeries> = sessions.iter().collect();
+    let mut problem = pose(model, &own, Division::new(own.len(), own.len(), options.held_out_share), options)?;
+    problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
+    let motion = &problem.motion;
+    let rms =
+        |values: &[f64]| (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt();
+    let about = effect.about();
+    for joint in (0..model.joints.len()).filter(|joint| effect.applies(motion, *joint)) {
+        let shapes = effect.shapes(motion, joint);
+        let Some(shape) = shapes.get(shapes.len() / 2) else { continue };
+        let columns = effect.columns(motion, joint, shape);
+        let Some(size) = columns.first().map(|column| rms(column)).filter(|size| *size > 0.0) else { continue };
+        for sign in [1.0, -1.0] {
+            let mut coefficients = vec![0.0; columns.len()];
+            coefficients[0] = sign * share * rms(&motion.joints[joint].torque) / size;
+            let values = effect.parameters(motion, joint, shape, &coefficients);
+            let named = || about.parameters.iter().zip(&values);
+            if named().all(|(spec, value)| value.is_finite() && *value >= spec.min && *value <= spec.max) {
+                let of_joint = about.scope == Scope::Joint;
+                return Ok(Some(EffectEntry {
+                    effect: about.name.to_owned(),
+                    joint: of_joint.then(|| model.joints[joint].name.clone()),
+                    parameters: named().map(|(spec, value)| (spec.name.to_owned(), *value)).collect(),
+                }));
+            }
+        }
+    }
+    Ok(None)
+}

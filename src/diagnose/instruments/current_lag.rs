@@ -1,0 +1,191 @@
+//! Whether the current is recorded late against the motion: by the transients, where flanks touch and joints turn around.
+//!
+//! Above some 3 Hz a joint is a mass, whichever flank carries: acceleration follows torque at once. The lag `L` at which
+//! `Σ a(t) τ(t + L)` peaks, both passed by a kernel of 12 ms less one of 60 ms, is therefore zero, and `T` where the current is late by `T`.
+//! A late position does not show: the controller answers to the position that it reads, and its answer is in step with it.
+//! Reference: C. H. Knapp, G. C. Carter (1976), The generalized correlation method for estimation of time delay.
+
+use super::as_recorded::{AsRecorded, nominal};
+use super::claims::{Sighting, claimed};
+use super::{Instrument, Reading, Recordings};
+use crate::diagnose::evidence::probability::{calibrated, odds_against};
+use crate::diagnose::fit::pose::{nothing_moves, pose};
+use crate::diagnose::options::Options;
+use crate::diagnose::residuals::gains;
+use crate::diagnose::result::{EffectGain, Findings};
+use crate::diagnose::rows::division::Division;
+use crate::diagnose::rows::kernel::Kernel;
+use crate::diagnose::rows::observe::motor_torque;
+use crate::diagnose::rows::side_by_side::side_by_side;
+use crate::effects::Phenomenon;
+use crate::error::Result;
+use crate::robot::Model;
+use crate::timeseries::{Channel, Estimate, TimeSeries};
+
+/// [s] Half widths of the kernels whose difference is looked at.
+const BAND: [f64; 2] = [0.012, 0.06];
+/// [s] Largest lag that is looked for.
+const LONGEST: f64 = 0.03;
+/// Correlation that a peak needs.
+const LEAST_CORRELATION: f64 = 0.2;
+/// [s] Lags of recordings without a delay: 0.3 ± 0.4 ms a joint and session (24 machines by seed, 9 foreign recordings: −0.3 to 1.2 ms);
+/// the median of several stays within ±0.6 ms. More than this is a delay.
+const NOTICEABLE: f64 = 1.5e-3;
+/// [s] How far friction and the gap may move the median.
+const SYSTEMATIC: f64 = 3e-4;
+
+/// Standard errors by which a delay has to exceed [`NOTICEABLE`]: where joints and sessions do not agree on one lag, there is none.
+const SURELY: f64 = 4.0;
+
+/// How late the current is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Late {
+    /// [s]
+    pub lag: Estimate,
+    /// Probability that it is more than recordings without a delay show.
+    pub probability: f64,
+}
+
+/// How late the current is against the motion in what is trained on, where that is noticeable.
+pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division) -> Option<Late> {
+    let places: Vec<(usize, usize)> =
+        (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
+    let of_place =
+        |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session], division.training(*session)?);
+    // Torque, and both signals in the band.
+    let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
+    let mut lags: Vec<f64> = side_by_side(&places, 24 * longest, of_place).into_iter().flatten().collect();
+    if lags.len() < 2 {
+        return None;
+    }
+    lags.sort_by(f64::total_cmp);
+    let value = lags[lags.len() / 2];
+    let mut deviations: Vec<f64> = lags.iter().map(|lag| (lag - value).abs()).collect();
+    deviations.sort_by(f64::total_cmp);
+    // Of a normal variable the median deviation is 0.6745 of the standard deviation, and the median scatters 1.25 times as much as the mean.
+    let scatter = 1.25 * deviations[deviations.len() / 2] / 0.6745 / (lags.len() as f64).sqrt();
+    let std_error = scatter.hypot(SYSTEMATIC);
+    let beyond = (value - NOTICEABLE) / std_error;
+    let probability = calibrated(odds_against(value, NOTICEABLE, std_error));
+    (beyond > SURELY).then_some(Late { lag: Estimate { value, std_error }, probability })
+}
+
+/// Lag of the peak of one joint's correlation in one part of a session, from 0 to 1 of its length.
+fn lag(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2]) -> Option<f64> {
+    let series = session.joint(&model.joints[joint].name)?;
+    let position = series.get(Channel::Position)?;
+    let (torque, has_current) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
+    let dt = session.sample_interval();
+    if !has_current || dt.is_nan() || dt <= 0.0 || BAND[0] / dt < 4.0 {
+        return None;
+    }
+    let [narrow, wide] = BAND.map(|width| Kernel::new((width / dt) as usize, dt));
+    let edge = wide.reach + 1;
+    let [from, to] = part.map(|place| (place * position.len() as f64) as usize);
+    let (position, torque) = (&position[from..to], &torque[from..to]);
+    if position.len() < 4 * edge {
+        return None;
+    }
+    let band = |signal: &[f64], pick: fn(crate::diagnose::rows::kernel::Averages) -> f64| -> Vec<f64> {
+        (edge..signal.len() - edge)
+            .map(|centre| pick(narrow.averages(signal, centre)) - pick(wide.averages(signal, centre)))
+            .collect()
+    };
+    let a = band(position, |averages| averages.curvature);
+    let tau = band(torque, |averages| averages.value);
+    peak(&a, &tau, (LONGEST / dt) as usize).map(|lag| lag * dt)
+}
+
+/// Lag in samples at which `b` follows `a` best, between samples by a parabola.
+fn peak(a: &[f64], b: &[f64], longest: usize) -> Option<f64> {
+    if a.len() < 4 * longest {
+        return None;
+    }
+    let inner = longest..a.len() - longest;
+    let correlation: Vec<f64> =
+        (0..=2 * longest).map(|shift| inner.clone().map(|k| a[k] * b[k + shift - longest]).sum::<f64>()).collect();
+    let power = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let best = (0..correlation.len()).max_by(|i, j| correlation[*i].total_cmp(&correlation[*j]))?;
+    let strong = correlation[best] > LEAST_CORRELATION * (power(a) * power(b)).sqrt();
+    if !strong || best == 0 || best == 2 * longest {
+        return None;
+    }
+    let [left, middle, right] = [correlation[best - 1], correlation[best], correlation[best + 1]];
+    Some(best as f64 - longest as f64 + 0.5 * (left - right) / (left - 2.0 * middle + right))
+}
+
+/// A current that is recorded late.
+pub struct CurrentLag;
+
+impl Instrument<Recordings<'_>> for CurrentLag {
+    fn measure(&self, scene: &Recordings) -> Result<Reading> {
+        let Recordings { model, sessions, division, options } = *scene;
+        let Some(aligned) = align(model, sessions, division, options)? else { return Ok(Reading::default()) };
+        let as_recorded = (!aligned.sessions.is_empty()).then_some(aligned.as_recorded);
+        Ok(Reading { findings: aligned.told, corrected: aligned.sessions, as_recorded, ..Reading::default() })
+    }
+}
+
+/// Recordings whose late current was brought into step with the motion.
+pub struct Aligned {
+    /// How late it was.
+    pub late: Late,
+    /// What that is called, or why it is not.
+    pub told: Findings,
+    /// The sessions in step; empty where that gains nothing.
+    pub sessions: Vec<TimeSeries>,
+    /// The nominal model beside the recordings as they are.
+    as_recorded: AsRecorded,
+}
+
+/// Brings a late current into step with the motion, where that gains; what no effect of the catalogue explains is told without a name.
+///
+/// # Errors
+/// A session lacks a channel of a joint, or there is too little motion.
+pub fn align(
+    model: &Model,
+    sessions: &[&TimeSeries],
+    division: Division,
+    options: &Options,
+) -> Result<Option<Aligned>> {
+    let Some(late) = late_current(model, sessions, division) else { return Ok(None) };
+    let aligned: Vec<TimeSeries> = sessions.iter().map(|session| shifted(session, late.lag.value)).collect();
+    let as_recorded = AsRecorded::new(model, sessions, division, options)?;
+    let mut problem = pose(model, &aligned.iter().collect::<Vec<_>>(), division, options)?;
+    let after = nominal(&mut problem).ok_or_else(|| nothing_moves(model))?.residuals;
+    let before = as_recorded.at_rows_of(&problem);
+    let gain = gains::Judge::new(&problem, &before).effect(&problem.joints(), [&before, &after], [&before, &after]);
+    let sessions = if gain.shown() { aligned } else { Vec::new() };
+    let told = claimed(model, &options.catalogue, vec![sighting(model, &late, gain)]);
+    Ok(Some(Aligned { late, told, sessions, as_recorded }))
+}
+
+fn sighting(model: &Model, late: &Late, gain: EffectGain) -> Sighting {
+    let Estimate { value: lag, std_error } = late.lag;
+    Sighting {
+        phenomenon: Phenomenon::CurrentLag { lag: late.lag },
+        joints: (0..model.joints.len()).collect(),
+        probability: late.probability,
+        evidence_nats: 0.5 * (lag / std_error).powi(2),
+        gain: Some(gain),
+        words: format!("the current is recorded {:.2} ± {:.2} ms behind the motion", 1e3 * lag, 1e3 * std_error),
+    }
+}
+
+/// A session with its currents `lag` [s] earlier.
+fn shifted(session: &TimeSeries, lag: f64) -> TimeSeries {
+    let mut aligned = session.clone();
+    for series in &mut aligned.joints {
+        if let Some(current) = series.channels.get_mut(&Channel::Current) {
+            *current = session.time.iter().map(|t| at(&session.time, current, t + lag)).collect();
+        }
+    }
+    aligned
+}
+
+/// Linear interpolation, constant beyond the ends.
+fn at(time: &[f64], values: &[f64], t: f64) -> f64 {
+    let next = time.partition_point(|sample| *sample <= t).clamp(1, time.len() - 1);
+    let part = ((t - time[next - 1]) / (time[next] - time[next - 1])).clamp(0.0, 1.0);
+    values[next - 1] + part * (values[next] - values[next - 1])
+}

@@ -1,0 +1,288 @@
+//! Torque at a frequency that is fixed in time: the same line in all sessions, whatever the speed.
+//!
+//! The torque `d` that moves a rotor and that its motor does not make is reckoned from position and current ([`balance`]), unsmoothed,
+//! where the joint moves on ([`piece`]). A line of amplitude `a` stands in its transform `E = Σ w d e^{−iωt}` with `a W/2`, `W = Σ w`, above noise
+//! of the level of its neighbours ([`spectrum`]), which is exponential there, so that sums over sessions are of a gamma distribution.
+//! A line is named where the training sessions together show it beyond chance, in slow and fast motion alike, and where it gains on what is
+//! held out: what belongs to an angle changes its frequency with speed, and a limit cycle of the loop its amplitude.
+//! It is then taken off the recorded torque, so that all other stages see a machine without it.
+//! Left out: joints that hardly move; lines above [`HIGHEST`], where loops have their own.
+//! Reference: P. D. Welch (1967), The use of fast Fourier transform for the estimation of power spectra; S. M. Kay (1993), Fundamentals
+//! of Statistical Signal Processing I, sec. 3.11 (bounds of amplitude, phase and frequency).
+
+mod balance;
+mod estimate;
+mod piece;
+mod spectrum;
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use crate::diagnose::evidence::probability::calibrated;
+use crate::diagnose::instruments::claims::{Sighting, claimed};
+use crate::diagnose::instruments::{Instrument, Reading, Recordings};
+use crate::diagnose::result::EffectGain;
+use crate::diagnose::rows::division::Division;
+use crate::diagnose::rows::observe;
+use crate::diagnose::rows::side_by_side::side_by_side;
+use crate::drive::Sensing;
+use crate::effects::Phenomenon;
+use crate::error::Result;
+use crate::robot::Model;
+use crate::timeseries::{Channel, Estimate, TimeSeries};
+use balance::Stiffness;
+use estimate::{Line, Part, estimated};
+use piece::Piece;
+use spectrum::{Spectrum, spectrum};
+
+/// [Hz] Lowest and highest frequency that is looked at: below, the motion itself has its power.
+const LOWEST: f64 = 10.0;
+const HIGHEST: f64 = 160.0;
+/// Chance that noise shows a line in the training sessions of a machine.
+const CHANCE: f64 = 1e-4;
+/// [nats] `|E|²` over its level that a piece has at a frequency by chance once in a thousand.
+const PRESENT: f64 = 7.0;
+/// [1] Standard errors that an amplitude has to exceed: one in a hundred does by chance. That there is a line is surer than that, how
+/// strong it is may not be, and a cause without a size is none.
+const SURE: f64 = 2.6;
+/// [1] Part of the RMS torque that an amplitude has to have: real drives hum below that, and no motion asks for it.
+const LEAST: f64 = 0.01;
+/// [1] Part of a disturbance that a motor may make itself at its frequency: the answer of a loop well above its bandwidth.
+const ANSWERED: f64 = 0.5;
+/// Most lines of a joint.
+const MOST: usize = 2;
+/// Most peaks that are looked at, and how far they have to be apart [Hz].
+const MOST_TRIED: usize = 6;
+const FOOT: f64 = 1.0;
+/// Part of the strongest amplitude of a frequency that another joint needs: joints shake each other.
+const OTHER_JOINT: f64 = 0.3;
+
+/// Lines at frequencies that are fixed in time.
+pub struct Lines;
+
+impl Instrument<Recordings<'_>> for Lines {
+    fn measure(&self, scene: &Recordings) -> Result<Reading> {
+        let Recordings { model, sessions, division, options } = *scene;
+        let all = found(model, sessions, division);
+        let (lines, without_gain): (Vec<_>, Vec<_>) = all.into_iter().partition(|(_, line)| line.gain.shown);
+        let sightings = lines.iter().chain(&without_gain).map(|(joint, line)| sighting(model, *joint, line));
+        let findings = claimed(model, &options.catalogue, sightings.collect());
+        let corrected: Vec<TimeSeries> = match lines.is_empty() {
+            true => Vec::new(),
+            false => sessions.iter().map(|session| without(model, &lines, session)).collect(),
+        };
+        Ok(Reading { findings, shaken: !corrected.is_empty(), corrected, ..Reading::default() })
+    }
+}
+
+/// The lines of each joint in what is trained on.
+fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(usize, Line)> {
+    let of_joint = |joint: usize| {
+        let motor = MotorTorque::new(model, joint, sessions, division);
+        lines_of(model, joint, &pieces(model, joint, sessions, division), &motor)
+    };
+    let joints: Vec<usize> = (0..model.joints.len()).collect();
+    let samples = sessions.iter().map(|session| session.len()).sum::<usize>();
+    // Torque, four signals of the pieces and their spectra; the transform of one piece at a time.
+    let of_joints = side_by_side(&joints, 56 * samples + transform_bytes(length_of(samples)), |joint| of_joint(*joint));
+    let all: Vec<(usize, Line)> =
+        joints.iter().zip(of_joints).flat_map(|(joint, lines)| lines.into_iter().map(|line| (*joint, line))).collect();
+    let shakes = |(joint, line): &(usize, Line)| {
+        let of_other = |(other, stronger): &(usize, Line)| {
+            other != joint
+                && (stronger.frequency.value - line.frequency.value).abs() < line.resolution
+                && line.amplitude.value < OTHER_JOINT * stronger.amplitude.value
+        };
+        all.iter().any(of_other)
+    };
+    let own: Vec<bool> = all.iter().map(|line| !shakes(line)).collect();
+    all.into_iter().zip(own).filter(|(_, own)| *own).map(|(line, _)| line).collect()
+}
+
+/// The sessions, or where none is held out, both parts of each; what is trained on comes first.
+fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Vec<Piece> {
+    let all = sessions.iter().enumerate().flat_map(|(number, session)| {
+        division.parts(number).into_iter().filter_map(move |(part, held)| Piece::new(model, joint, session, part, held))
+    });
+    let mut all: Vec<Piece> = all.collect();
+    all.sort_by_key(|piece| piece.held_out);
+    all
+}
+
+/// What the motor of a joint makes in the part of each session that is trained on.
+struct MotorTorque<'s>(Vec<(&'s [f64], Vec<f64>)>);
+
+impl<'s> MotorTorque<'s> {
+    fn new(model: &Model, joint: usize, sessions: &[&'s TimeSeries], division: Division) -> Self {
+        let of_session = |(number, session): (usize, &&'s TimeSeries)| {
+            let series = session.joint(&model.joints[joint].name)?;
+            let part = division.training(number)?;
+            let [first, last] = part.map(|place| (place * session.len() as f64) as usize);
+            let torque = observe::motor_torque(model, joint, series, None)?.0;
+            Some((&session.time[first..last], torque[first..last].to_vec()))
+        };
+        Self(sessions.iter().enumerate().filter_map(of_session).collect())
+    }
+
+    /// [N·m or N] RMS over all of them.
+    fn root_mean_square(&self) -> f64 {
+        observe::root_mean_square(&self.0.iter().flat_map(|(_, torque)| torque).copied().collect::<Vec<f64>>())
+    }
+
+    /// [N·m or N] largest amplitude of a session at a frequency [Hz]: `2/N |Σ τ e^{−iωt}|`.
+    fn amplitude(&self, frequency: f64) -> f64 {
+        let of_session = |(time, torque): &(&[f64], Vec<f64>)| {
+            let sum = time.iter().zip(torque).fold([0.0, 0.0], |[re, im], (t, torque)| {
+                let (sin, cos) = (TAU * frequency * t).sin_cos();
+                [re + torque * cos, im + torque * sin]
+            });
+            2.0 * sum[0].hypot(sum[1]) / torque.len().max(1) as f64
+        };
+        self.0.iter().map(of_session).fold(0.0, f64::max)
+    }
+
+    /// Whether a line is strong enough, sure enough, and not the motor's own: a loop answers little above its bandwidth, and a line
+    /// that the motor makes itself is an excitation that rotor and gear pass on. Below the bandwidth both look alike, and none is named.
+    fn is_disturbed_by(&self, line: &Line) -> bool {
+        let Estimate { value, std_error, .. } = line.amplitude;
+        value > SURE * std_error
+            && value > LEAST * self.root_mean_square()
+            && self.amplitude(line.frequency.value) < ANSWERED * value
+    }
+}
+
+/// Samples of a transform of a piece: twice as fine as it resolves.
+const fn length_of(longest: usize) -> usize {
+    (2 * longest).next_power_of_two()
+}
+
+/// [bytes] that a transform holds: complex samples, and as many to work with.
+const fn transform_bytes(length: usize) -> usize {
+    32 * length
+}
+
+/// The lines of one joint, strongest first.
+fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) -> Vec<Line> {
+    // Estimates are made with the pieces that are trained on; those held out come behind them.
+    let trained = pieces.iter().take_while(|piece| !piece.held_out).count();
+    let (Some(longest), Some(dt)) =
+        (pieces.iter().map(|piece| piece.weight.len()).max(), pieces.iter().map(|piece| piece.dt).reduce(f64::max))
+    else {
+        return Vec::new();
+    };
+    if pieces.iter().any(|piece| (piece.dt / dt - 1.0).abs() > 1e-3) {
+        return Vec::new();
+    }
+    let length = length_of(longest);
+    let step = 1.0 / (length as f64 * dt);
+    let (first, last) = ((LOWEST / step) as usize, ((HIGHEST.min(0.4 / dt)) / step) as usize);
+    if last <= first + 8 {
+        return Vec::new();
+    }
+    let [lowest, highest] = [first as f64 * step, last as f64 * step];
+    let stiffness: Vec<Stiffness> =
+        pieces.par_iter().map(|piece| Stiffness::new(model, joint, &piece.places, lowest, highest)).collect();
+    let pairs: Vec<(&Piece, &Stiffness)> = pieces.iter().zip(&stiffness).collect();
+    let spectra: Vec<Spectrum> = side_by_side(&pairs, transform_bytes(length), |(piece, stiffness)| {
+        spectrum(stiffness, piece, length, first, last)
+    });
+    if trained == 0 || trained == pieces.len() {
+        return Vec::new();
+    }
+    let evidence = |k: usize| spectra[..trained].iter().map(|spectrum| spectrum.power[k] / spectrum.level[k]).sum();
+    let sums: Vec<f64> = (0..last - first).map(evidence).collect();
+    let asked = beyond_chance(trained, CHANCE / (sums.len() * model.joints.len()) as f64);
+    // A limit cycle of the loop is strong in one piece, and would take the place of a line among those tried.
+    let seen = |k: usize| spectra[..trained].iter().filter(|one| one.power[k] > PRESENT * one.level[k]).count();
+    let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked && seen(*k) >= trained.min(2)).collect();
+    peaks.sort_by(|a, b| sums[*b].total_cmp(&sums[*a]));
+    let mut lines: Vec<Line> = Vec::new();
+    let mut tried: Vec<f64> = Vec::new();
+    for k in peaks {
+        let f = (first + k) as f64 * step;
+        // What surrounds a peak is its foot.
+        if tried.iter().any(|other| (other - f).abs() < FOOT) {
+            continue;
+        }
+        tried.push(f);
+        let levels: Vec<f64> = spectra.iter().map(|spectrum| spectrum.level[k]).collect();
+        let parts: Vec<Part> =
+            (0..pieces.len()).map(|i| Part { piece: &pieces[i], stiffness: &stiffness[i], level: levels[i] }).collect();
+        lines.extend(estimated(parts.split_at(trained), f, step).filter(|line| motor.is_disturbed_by(line)));
+        if lines.len() == MOST || tried.len() == MOST_TRIED {
+            break;
+        }
+    }
+    lines
+}
+
+/// What a sum of `count` exponential variables of mean 1 exceeds with this probability.
+pub fn beyond_chance(count: usize, probability: f64) -> f64 {
+    let exceeds = |x: f64| {
+        let mut term = 1.0;
+        let sum: f64 = (0..count)
+            .map(|k| {
+                if k > 0 {
+                    term *= x / k as f64;
+                }
+                term
+            })
+            .sum();
+        sum * (-x).exp()
+    };
+    let (mut low, mut high) = (0.0, 200.0 + 10.0 * count as f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if exceeds(middle) > probability { low = middle } else { high = middle }
+    }
+    high
+}
+
+fn sighting(model: &Model, joint: usize, line: &Line) -> Sighting {
+    let Line { frequency, amplitude, phase, .. } = *line;
+    let unit = model.joints[joint].kind.effort_unit();
+    Sighting {
+        phenomenon: Phenomenon::Line { frequency, amplitude, phase },
+        joints: vec![joint],
+        probability: calibrated(CHANCE),
+        evidence_nats: line.evidence,
+        gain: Some(EffectGain::of(line.gain, &format!("amplitude at {:.1} Hz", frequency.value))),
+        words: format!(
+            "a line at {:.2} ± {:.2} Hz, {:.3} ± {:.3} {unit}",
+            frequency.value, frequency.std_error, amplitude.value, amplitude.std_error
+        ),
+    }
+}
+
+/// A session whose motors make what the lines made: `τ_m + d`.
+fn without(model: &Model, lines: &[(usize, Line)], session: &TimeSeries) -> TimeSeries {
+    let mut mended = session.clone();
+    let start = session.time.first().copied().unwrap_or(0.0);
+    for (joint, line) in lines {
+        let joint = &model.joints[*joint];
+        let absolute = joint.current_sensor.is_some_and(|s| s.sensing == Sensing::Absolute);
+        let Some(series) = mended.joints.iter_mut().find(|series| series.name == joint.name) else { continue };
+        let side: Option<Vec<f64>> = series.get(Channel::Velocity).map(|v| v.iter().map(|v| v.signum()).collect());
+        for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, joint.torque_per_ampere())] {
+            for (k, sample) in series.channels.get_mut(&channel).into_iter().flatten().enumerate() {
+                let sign = if absolute { side.as_ref().map_or(1.0, |side| side[k]) } else { 1.0 };
+                *sample += sign * line.torque(session.time[k] - start) / scale;
+            }
+        }
+    }
+    mended
+}
+
+#[cfg(test)]
+mod tests {
+    use super::beyond_chance;
+
+    /// One exponential variable exceeds x with e^−x, a sum of two with (1 + x) e^−x.
+    #[test]
+    fn closed_form_tails_of_gamma_distributions() {
+        assert!((beyond_chance(1, 1e-6) - 1e6_f64.ln()).abs() < 1e-9);
+        let x = beyond_chance(2, 1e-6);
+        assert!(((1.0 + x) * (-x).exp() / 1e-6 - 1.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,170 @@
+//! Samples of a joint that can speak of fast torque: a session's, while the joint moves on.
+//!
+//! At rest an encoder stays within a count and friction holds the joint; near a reversal the gap is crossed. Elsewhere the counts pass so
+//! quickly that the ripple of quantisation lies above the lines that are looked for. Each stretch is weighed by a cosine at both ends,
+//! so that it does not spread the slow motion over the spectrum, and second differences over `h` take most of that out before:
+//! they multiply a line by `H = −4 sin²(π f h)`, position and torque alike.
+
+use nalgebra::DMatrix;
+use rustfft::num_complex::Complex;
+use std::f64::consts::{PI, TAU};
+
+use crate::diagnose::rows::observe::motor_torque;
+use crate::dynamics::Dynamics;
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// [s] To either side, over which the speed is taken.
+const SPEED_WIDTH: f64 = 0.03;
+/// [1/s] Counts that have to pass: at fewer the ripple of quantisation itself lies among the lines.
+const COUNTS: f64 = 150.0;
+/// Share of a session's fastest motion below which the joint counts as slow.
+const SLOW: f64 = 0.02;
+/// [s] Left out before and after what is slow, and with it around a reversal.
+const AROUND: f64 = 0.1;
+/// [s] Length of the cosine at the ends of a stretch, and shortest stretch.
+const RISE: f64 = 0.1;
+const SHORTEST: f64 = 0.3;
+/// [s] `h`.
+const DIFFERENCE: f64 = 2e-3;
+/// Places at which the arm is looked at.
+const PLACES: usize = 40;
+/// Counts within twice [`SPEED_WIDTH`] up to which a joint rests, held by dry friction.
+const COUNTS_AT_REST: f64 = 1.5;
+
+/// The arm at one sample.
+pub struct Place {
+    /// `M` [kg·m², kg or kg·m] of the links.
+    pub mass: DMatrix<f64>,
+    /// Which joints move.
+    pub moves: Vec<bool>,
+}
+
+/// Weighted second differences of position and torque of a joint, in one session or a part of it.
+pub struct Piece {
+    /// Whether it is held out.
+    pub held_out: bool,
+    /// [s] time of its first sample since the start of the session.
+    pub start: f64,
+    /// [s] between samples.
+    pub dt: f64,
+    /// `w`, 0 to 1.
+    pub weight: Vec<f64>,
+    /// `|θ̇|` [rad/s or m/s].
+    pub speed: Vec<f64>,
+    /// `w Δ²θ`.
+    pub position: Vec<f64>,
+    /// `w Δ²τ_m`.
+    pub torque: Vec<f64>,
+    /// The arm at some of its samples.
+    pub places: Vec<Place>,
+    lag: f64,
+}
+
+impl Piece {
+    /// The samples `from..to` (0 to 1) of a session; `None` where a channel is missing or the joint hardly moves.
+    pub fn new(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2], held_out: bool) -> Option<Self> {
+        let series = session.joint(&model.joints[joint].name)?;
+        let q = series.get(Channel::Position)?;
+        let (tau, _) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
+        let dt = session.sample_interval();
+        if dt.is_nan() || dt <= 0.0 {
+            return None;
+        }
+        let [first, last] = part.map(|part| (part * q.len() as f64) as usize);
+        let lag = ((DIFFERENCE / dt).round() as usize).max(1);
+        let reach = ((SPEED_WIDTH / dt) as usize).max(1);
+        let edge = reach.max(lag);
+        if last < first + 2 * edge + 2 {
+            return None;
+        }
+        let inner = first + edge..last - edge;
+        let velocity: Vec<f64> =
+            inner.clone().map(|k| (q[k + reach] - q[k - reach]) / (2.0 * reach as f64 * dt)).collect();
+        let weight = weights(&velocity, model.joints[joint].encoder_step(), dt);
+        let second = |x: &[f64]| -> Vec<f64> {
+            inner.clone().zip(&weight).map(|(k, w)| w * (x[k + lag] - 2.0 * x[k] + x[k - lag])).collect()
+        };
+        let total: f64 = weight.iter().sum();
+        let moving: Vec<usize> = inner.clone().zip(&weight).filter(|(_, w)| **w > 0.5).map(|(k, _)| k).collect();
+        let (position, torque) = (second(q), second(&tau));
+        (total > 0.0 && !moving.is_empty()).then(|| Self {
+            held_out,
+            start: session.time[inner.start] - session.time[0],
+            dt,
+            speed: velocity.iter().map(|v| v.abs()).collect(),
+            position,
+            torque,
+            places: places(model, session, &moving, reach),
+            weight,
+            lag: lag as f64 * dt,
+        })
+    }
+
+    /// `H`.
+    pub fn gain(&self, frequency: f64) -> f64 {
+        -4.0 * (PI * frequency * self.lag).sin().powi(2)
+    }
+
+    /// `Σ w`.
+    pub fn total(&self) -> f64 {
+        self.weight.iter().sum()
+    }
+
+    /// `Σ w Δ²x e^{−iωt}` of position and torque over the samples that `pick` picks, `t` since the start of the session, and `Σ w` of them.
+    pub fn transform(&self, frequency: f64, pick: &dyn Fn(usize) -> bool) -> ([Complex<f64>; 2], f64) {
+        let (mut sums, mut total) = ([Complex::default(); 2], 0.0);
+        let step = Complex::from_polar(1.0, -TAU * frequency * self.dt);
+        let mut turn = Complex::from_polar(1.0, -TAU * frequency * self.start);
+        for k in 0..self.weight.len() {
+            if self.weight[k] > 0.0 && pick(k) {
+                sums[0] += turn * self.position[k];
+                sums[1] += turn * self.torque[k];
+                total += self.weight[k];
+            }
+            turn *= step;
+        }
+        (sums, total)
+    }
+}
+
+/// 1 where the joint moves on, 0 where it is slow, a cosine between them.
+fn weights(velocity: &[f64], count: f64, dt: f64) -> Vec<f64> {
+    let fastest = velocity.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let least = (COUNTS * count).max(SLOW * fastest);
+    let samples = |time: f64| ((time / dt).round() as usize).max(1);
+    let mut weight = vec![0.0; velocity.len()];
+    let mut k = 0;
+    while k < velocity.len() {
+        let side = velocity[k].signum();
+        let stretch = velocity[k..].iter().take_while(|v| v.abs() > least && v.signum() == side).count();
+        let (from, to) = (k + samples(AROUND), (k + stretch).saturating_sub(samples(AROUND)));
+        if to > from + samples(SHORTEST) {
+            for (index, w) in weight[from..to].iter_mut().enumerate() {
+                let inside = (index + 1).min(to - from - index) as f64 / samples(RISE) as f64;
+                *w = 0.5 - 0.5 * (PI * inside.min(1.0)).cos();
+            }
+        }
+        k += stretch.max(1);
+    }
+    weight
+}
+
+/// The arm at some of the samples.
+fn places(model: &Model, session: &TimeSeries, moving: &[usize], half: usize) -> Vec<Place> {
+    let dof = model.joints.len();
+    let mut dynamics = Dynamics::new(&model.robot);
+    let mut mass = DMatrix::zeros(dof, dof);
+    let positions: Vec<Option<&[f64]>> =
+        model.joints.iter().map(|joint| session.joint(&joint.name).and_then(|s| s.get(Channel::Position))).collect();
+    let stride = moving.len().div_ceil(PLACES);
+    let place = |k: &usize| {
+        let q: Vec<f64> = positions.iter().map(|q| q.map_or(0.0, |q| q[*k])).collect();
+        dynamics.mass_matrix(&q, &mut mass);
+        let passes = |(joint, q): (&crate::robot::JointModel, &Option<&[f64]>)| {
+            q.is_some_and(|q| (q[k + half] - q[k - half]).abs() > COUNTS_AT_REST * joint.encoder_step())
+        };
+        Place { mass: mass.clone(), moves: model.joints.iter().zip(&positions).map(passes).collect() }
+    };
+    moving.iter().step_by(stride).map(place).collect()
+}

@@ -1,0 +1,82 @@
+//! Recordings without the torque of what was named: what is looked for next does not see it any more.
+
+use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::select::selection::Selection;
+use crate::drive::Sensing;
+use crate::effects::Motion;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// Samples that are taken at a time: the motion of all joints at each of half an hour of samples would be larger than the recording.
+const BLOCK: usize = 1 << 16;
+
+/// The first sessions of the problem, as many as are given, without the torque of the terms that `taken_off` picks, sample by sample.
+pub fn without(
+    problem: &Problem,
+    selection: &Selection,
+    sessions: &[&TimeSeries],
+    taken_off: &dyn Fn(&Term) -> bool,
+) -> Vec<TimeSeries> {
+    let terms: Vec<_> = selection.terms().into_iter().zip(&selection.fitted.term_at).collect();
+    let terms: Vec<_> = terms.into_iter().filter(|(term, _)| taken_off(term)).collect();
+    let of_session = |(number, session): (usize, &&TimeSeries)| {
+        let mut mended = (*session).clone();
+        if terms.is_empty() {
+            return mended;
+        }
+        for (block, time) in session.time.chunks(BLOCK).enumerate() {
+            let Some(motion) = at_samples(&problem.motion, number, time) else { return mended };
+            for (term, at) in &terms {
+                let coefficients = &selection.fitted.solution.coefficients.as_slice()[**at..];
+                let first = block * BLOCK;
+                term.joints.iter().for_each(|joint| take_off(&mut mended, first, &motion, *joint, term, coefficients));
+            }
+        }
+        mended
+    };
+    sessions.iter().enumerate().map(of_session).collect()
+}
+
+/// Takes what a term adds to the torque of a joint off a recording, from sample `first` on for as long as the motion is.
+fn take_off(recorded: &mut TimeSeries, first: usize, motion: &Motion, joint: usize, term: &Term, coefficients: &[f64]) {
+    let model = &motion.model.joints[joint];
+    let Some(series) = recorded.joints.iter_mut().find(|series| series.name == model.name) else { return };
+    let absolute = model.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
+    for (column, c) in term.effect.columns(motion, joint, &term.shape).iter().zip(coefficients) {
+        for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, model.torque_per_ampere())] {
+            let samples = series.channels.get_mut(&channel).into_iter().flatten();
+            for (row, sample) in samples.skip(first).take(column.len()).enumerate() {
+                let sign = if absolute { motion.joints[joint].v[row].signum() } else { 1.0 };
+                *sample -= sign * c * column[row] / scale;
+            }
+        }
+    }
+}
+
+/// The motion of one session at other times: straight between its rows, and without a kernel; `None` where it has no two rows, as a
+/// session in which hardly anything moves.
+fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Option<Motion<'m>> {
+    let first = motion.session.partition_point(|session| *session < number);
+    let last = motion.session.partition_point(|session| *session <= number);
+    let known = &motion.time[first..last];
+    if known.len() < 2 {
+        return None;
+    }
+    let place = |t: &f64| {
+        let next = known.partition_point(|row| row <= t).clamp(1, known.len() - 1);
+        let part = ((t - known[next - 1]) / (known[next] - known[next - 1])).clamp(0.0, 1.0);
+        (first + next - 1, part)
+    };
+    let places: Vec<(usize, f64)> = time.iter().map(place).collect();
+    let between = |values: &[f64]| -> Vec<f64> {
+        places.iter().map(|(row, part)| values[*row] + part * (values[row + 1] - values[*row])).collect()
+    };
+    Some(Motion {
+        model: motion.model,
+        sessions: motion.sessions,
+        session: vec![number; time.len()],
+        time: time.to_vec(),
+        start: motion.start.clone(),
+        half_width: vec![0.0; time.len()],
+        joints: motion.joints.iter().map(|joint| joint.each(&between)).collect(),
+    })
+}

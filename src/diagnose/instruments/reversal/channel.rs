@@ -1,0 +1,103 @@
+//! The reversal zone of one joint as a regression: what the rigid fit leaves over against what a simulation of the gear lacks.
+
+use super::path::{Path, Windows};
+use crate::diagnose::fit::problem::{Part, Problem};
+use crate::diagnose::fit::regression::{Block, NU, Solution, System};
+use crate::diagnose::rows::observe::rest_speed;
+use crate::effects::Motion;
+use crate::timeseries::TimeSeries;
+
+/// [s] Before and after a turn that belongs to it at least.
+const AROUND: [f64; 2] = [0.1, 0.4];
+/// Gaps that a rotor travels after a turn before the turn is over.
+const TRAVEL: f64 = 3.0;
+
+/// The rows of one joint around its turns.
+pub struct Channel<'p, 'm> {
+    /// All rows.
+    pub problem: &'p Problem<'m>,
+    /// Index of the joint.
+    pub joint: usize,
+    /// Its motion.
+    pub path: Path,
+    /// Those around turns.
+    pub rows: Vec<usize>,
+    pub(super) windows: Windows,
+    /// What the rigid fit leaves over, in these rows.
+    pub residual: Vec<f64>,
+    /// Columns that are always free: friction and its Stribeck part.
+    free: Vec<Vec<f64>>,
+}
+
+impl<'p, 'm> Channel<'p, 'm> {
+    /// The channel of a joint; `residual` of all rows, `gap` the largest that is thought of.
+    pub fn new(problem: &'p Problem<'m>, joint: usize, sessions: &[&TimeSeries], residual: &[f64], gap: f64) -> Self {
+        let motion = &problem.motion;
+        let path = Path::new(motion, joint, sessions);
+        let rows = around_turns(motion, joint, TRAVEL * gap);
+        let windows = path.windows(motion, &rows);
+        let m = &motion.joints[joint];
+        let law = &m.friction;
+        // Within a kernel around a turn the velocity does not run straight: friction is averaged instant by instant.
+        let dry = |v: f64, level: f64| level * v.signum();
+        let falling = |v: f64| dry(v, (-v.abs() / law.stribeck_velocity).exp());
+        let seen = |value: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            windows.averages(&path.v.iter().map(|v| value(*v)).collect::<Vec<f64>>())
+        };
+        let free = vec![seen(&|v| dry(v, 1.0)), seen(&falling)];
+        let friction = seen(&|v| dry(v, law.dry(v)));
+        let residual = rows
+            .iter()
+            .zip(friction)
+            .map(|(row, friction)| residual[*row] + m.direction[*row] * law.dry(m.v[*row]) - friction)
+            .collect();
+        Self { problem, joint, path, rows, windows, residual, free }
+    }
+
+    /// Rows of a part, as positions in [`rows`](Self::rows).
+    pub fn part(&self, part: Part) -> Vec<usize> {
+        (0..self.rows.len()).filter(|index| self.problem.is_in(self.rows[*index], part)).collect()
+    }
+
+    /// The system of some rows: `lack` taken off, further columns first.
+    pub fn system(&self, picked: &[usize], lack: &[f64], further: &[Vec<f64>]) -> System {
+        let pick = |values: &[f64]| -> Vec<f64> { picked.iter().map(|index| values[*index]).collect() };
+        let y = picked.iter().map(|index| self.residual[*index] - lack[*index]).collect();
+        let columns: Vec<_> = further.iter().chain(&self.free).map(|column| pick(column)).enumerate().collect();
+        let unknowns = columns.len();
+        System { blocks: vec![Block { y, columns }], unknowns, priors: Vec::new() }
+    }
+
+    /// Fits rows of a part.
+    pub fn fit(&self, part: Part, lack: &[f64], further: &[Vec<f64>]) -> Option<Solution> {
+        self.system(&self.part(part), lack, further).solve(NU)
+    }
+}
+
+/// Rows of a joint around its turns: from a little before, until some time and some travel after. Those at rest are not among them.
+fn around_turns(motion: &Motion, joint: usize, travel: f64) -> Vec<usize> {
+    let m = &motion.joints[joint];
+    let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let rest = rest_speed(motion.model, joint, fastest);
+    let heading = |row: usize| if m.v[row].abs() < rest { 0 } else { m.v[row].signum() as i8 };
+    let mut taken = vec![false; motion.rows()];
+    for row in 1..motion.rows() {
+        let turns = heading(row) != heading(row - 1) && motion.session[row] == motion.session[row - 1];
+        if !turns {
+            continue;
+        }
+        let same = |other: &usize| motion.session[*other] == motion.session[row];
+        let w = motion.half_width[row];
+        for other in (0..row).rev().take_while(same).take_while(|o| motion.time[*o] > motion.time[row] - AROUND[0] - w)
+        {
+            taken[other] = true;
+        }
+        let near = |other: &usize| {
+            motion.time[*other] < motion.time[row] + AROUND[1] + w || (m.q[*other] - m.q[row]).abs() < travel
+        };
+        for other in (row..motion.rows()).take_while(same).take_while(near) {
+            taken[other] = true;
+        }
+    }
+    (0..motion.rows()).filter(|row| taken[*row] && m.direction[*row] != 0.0 && m.v[*row].abs() > 0.5 * rest).collect()
+}

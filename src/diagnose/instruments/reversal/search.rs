@@ -1,0 +1,209 @@
+//! Which effects the turns of a joint tell of: every effect is tried from all of its starting points, the best is refined, and what
+//! explains rows that it was not fitted on is named.
+
+use super::Rules;
+use super::attempt::{Fit, Planted, Setting};
+use super::channel::Channel;
+use super::judge::Prediction;
+use super::path::Path;
+use crate::diagnose::fit::problem::{Part, Problem};
+use crate::diagnose::fit::regression::Solution;
+use crate::diagnose::residuals::gains;
+use crate::diagnose::rows::reversals::rests;
+use crate::diagnose::rows::side_by_side::side_by_side;
+use crate::effects::{AtTurns, Turns};
+use crate::replay::Gain;
+use crate::timeseries::TimeSeries;
+
+/// Gaps that a search without a first idea begins with, in counts of the encoder.
+const GAPS: [f64; 5] = [0.0, 4.0, 8.0, 14.0, 22.0];
+/// Link shares that it begins with.
+const SHARES: [f64; 2] = [0.15, 0.4];
+/// Part of itself by which a gap may differ from what the model file says.
+const KNOWN: f64 = 0.25;
+/// Part of what is tried below which a trial says that there is nothing.
+const LEAST_PART: f64 = 0.1;
+/// Largest factor on what is tried.
+const MOST_PARTS: f64 = 3.0;
+/// [nats, rows taken as independent] Gain of a trial in training below which it is not refined.
+const LEAST_GAIN: f64 = 15.0;
+/// Starting points that are refined at most: gap, link share and effect trade off, and one start may end in a wrong valley.
+const STARTS: usize = 3;
+/// Part of the best one's gain that a further starting point needs.
+const LEAST_OF_BEST: f64 = 0.5;
+
+/// What a joint's turns say of one effect.
+#[derive(Clone)]
+pub struct Candidate {
+    /// The effect.
+    pub effect: &'static dyn AtTurns,
+    /// Index of the joint.
+    pub joint: usize,
+    /// Its parameters with standard errors.
+    pub values: Vec<[f64; 2]>,
+    /// [nats] Gain of likelihood by cross-validation within the training data, starting points paid for.
+    pub folds: f64,
+    /// Logarithm of the ratio of error scales, without over with.
+    pub log_scale: f64,
+    /// Gain of the torque error on held-out rows around turns.
+    pub gain: Gain,
+}
+
+impl Candidate {
+    /// [nats] What the effect has to bring beyond others taken off.
+    pub fn total(&self) -> f64 {
+        self.folds - self.effect.reserve()
+    }
+
+    fn accepted(&self, rules: &Rules) -> bool {
+        self.total() > rules.nats && self.log_scale > rules.log_scale.max(self.effect.least_fall())
+    }
+}
+
+/// What is found, by falling evidence; the first of a joint explains it, the others are its rivals.
+pub fn candidates(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Vec<f64>]) -> Vec<Candidate> {
+    let joints: Vec<usize> = (0..residuals.len()).collect();
+    let of_joint = |joint: &usize| of_joint(problem, *joint, sessions, &residuals[*joint]);
+    let mut found: Vec<Candidate> = side_by_side(&joints, held(problem), of_joint).into_iter().flatten().collect();
+    found.sort_by(|a, b| b.total().total_cmp(&a.total()));
+    found
+}
+
+/// [bytes] that a joint holds while one effect is tried: six signals of the path, and three of the gear that is simulated along it.
+fn held(problem: &Problem) -> usize {
+    72 * Path::instants(&problem.motion)
+}
+
+fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual: &[f64]) -> Vec<Candidate> {
+    let model = &problem.motion.model.joints[joint];
+    let (count, gap) = (model.encoder_step(), model.backlash);
+    if count <= 0.0 {
+        return Vec::new();
+    }
+    let largest = gap.map_or(GAPS[GAPS.len() - 1] * count, |gap| 1.5 * gap);
+    let channel = Channel::new(problem, joint, sessions, residual, largest);
+    if channel.part(Part::Train).len() < Rules::FEWEST || channel.part(Part::HeldOut).is_empty() {
+        return Vec::new();
+    }
+    let Some(nominal) = nominal(&channel, gap, count) else { return Vec::new() };
+    let Some((before, without)) = channel.predict(&nominal) else { return Vec::new() };
+    let turns =
+        Turns { motion: &problem.motion, joint, gap: nominal.setting.gap, rests: rests(&problem.motion, joint) };
+    let effects: Vec<&'static dyn AtTurns> =
+        problem.catalogue.at_turns().filter(|effect| effect.applies(&turns)).collect();
+    let of_effect = |effect: &&'static dyn AtTurns| {
+        let (starts, tried) = best_trials(&channel, &nominal, *effect, &turns);
+        let fits = starts.iter().filter_map(|setting| channel.fitted(setting));
+        let fit = fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
+        let visible = effect.visible(&turns, &fit.setting.planted.first()?.values);
+        if !visible {
+            return None;
+        }
+        judged(&channel, &nominal, &before, &without, &fit, tried)
+    };
+    side_by_side(&effects, held(problem), of_effect).into_iter().flatten().collect()
+}
+
+/// Gears to start from; a gap that the model file gives stays close to it.
+fn starts(gap: Option<f64>, count: f64) -> Vec<Setting> {
+    let gaps: Vec<f64> = gap.map_or(GAPS.map(|gap| gap * count).to_vec(), |gap| vec![gap]);
+    let within = gap.map_or([0.0, f64::INFINITY], |gap| [(1.0 - KNOWN) * gap, (1.0 + KNOWN) * gap]);
+    let pairs = gaps.iter().flat_map(|gap| SHARES.iter().map(|share| (*gap, *share)));
+    pairs.map(|(gap, share)| Setting { gap, share, within, planted: Vec::new() }).collect()
+}
+
+/// The gear without effects.
+fn nominal(channel: &Channel, gap: Option<f64>, count: f64) -> Option<Fit> {
+    let best = starts(gap, count)
+        .into_iter()
+        .filter_map(|setting| Some((channel.likelihood(&setting)?, setting)))
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    channel.fitted(&best.1)
+}
+
+/// The best starting points of an effect, and how many there were.
+fn best_trials(channel: &Channel, nominal: &Fit, effect: &'static dyn AtTurns, turns: &Turns) -> (Vec<Setting>, usize) {
+    let trials = effect.trials(turns);
+    let tried = trials.len();
+    let given = turns.motion.model.joints[turns.joint].backlash;
+    let mut good: Vec<(f64, Setting)> = Vec::new();
+    for trial in trials {
+        let proportional = trial.proportional;
+        // What is proportional to a parameter begins as nothing; else gap and share may stand for what the effect does.
+        let starts = if proportional {
+            vec![nominal.setting.clone()]
+        } else {
+            starts(given, turns.motion.model.joints[turns.joint].encoder_step())
+        };
+        for mut setting in starts {
+            setting.planted.push(Planted::new(effect, trial.clone()));
+            let Some([lack, _]) = channel.simulate(&setting) else { continue };
+            let (base, further): (_, Vec<Vec<f64>>) = if proportional {
+                let change = lack.iter().zip(&nominal.lack).map(|(with, without)| with - without).collect();
+                (&nominal.lack, std::iter::once(change).chain(nominal.columns.iter().cloned()).collect())
+            } else {
+                (&lack, nominal.columns.clone())
+            };
+            let Some(solution) = channel.fit(Part::Train, base, &further) else { continue };
+            let gained = solution.log_likelihood[0] - nominal.log_likelihood;
+            let part = if proportional { solution.coefficients[0] } else { 1.0 };
+            if part < LEAST_PART || gained < LEAST_GAIN {
+                continue;
+            }
+            setting.planted[0].values[0] *= part.min(MOST_PARTS);
+            good.push((gained, setting));
+        }
+    }
+    good.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let enough = good.first().map_or(0.0, |(most, _)| LEAST_OF_BEST * most);
+    let starts = good.into_iter().filter(|(gained, _)| *gained >= enough).take(STARTS);
+    (starts.map(|(_, setting)| setting).collect(), tried)
+}
+
+fn judged(
+    channel: &Channel,
+    nominal: &Fit,
+    before: &Prediction,
+    without: &Solution,
+    fit: &Fit,
+    tried: usize,
+) -> Option<Candidate> {
+    let (after, solution) = channel.predict(fit)?;
+    let planted = fit.setting.planted.first()?;
+    // How many rows are independent is judged by the richer model: an effect that is left out makes errors that never forget.
+    let independence = after.independence;
+    let variances = channel.variances(fit, &solution, independence)?;
+    let values = planted
+        .values
+        .iter()
+        .zip(&planted.scales)
+        .enumerate()
+        .map(|(k, (value, scale))| [*value, variances[2 + k].max(0.0).sqrt().hypot(Rules::SYSTEMATIC * scale)]);
+    let held_out = channel.part(Part::HeldOut);
+    let errors = |fit: &Fit, solution: &Solution| {
+        channel.system(&held_out, &fit.lack, &fit.columns).blocks[0].residual(&solution.coefficients)
+    };
+    let rows: Vec<usize> = held_out.iter().map(|index| channel.rows[*index]).collect();
+    let gain = gains::of_rows(&channel.problem.motion, &rows, [&errors(nominal, without), &errors(fit, &solution)]);
+    Some(Candidate {
+        effect: planted.effect,
+        joint: channel.joint,
+        values: values.collect(),
+        folds: independence * (after.folds - before.folds) - (tried as f64).ln(),
+        log_scale: (before.scale / after.scale).ln(),
+        gain,
+    })
+}
+
+/// The candidates that are named: the strongest of each joint, and the same effect on other joints that have enough of their own.
+pub fn named(found: &[Candidate], rules: &Rules) -> Vec<Candidate> {
+    let strongest = |joint: usize| found.iter().find(|candidate| candidate.joint == joint);
+    found
+        .iter()
+        .filter(|candidate| candidate.accepted(rules))
+        .filter(|candidate| {
+            strongest(candidate.joint).is_some_and(|best| best.effect.name() == candidate.effect.name())
+        })
+        .cloned()
+        .collect()
+}

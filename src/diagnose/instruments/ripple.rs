@@ -1,0 +1,148 @@
+//! Ripple that shows in the acceleration at many periods a turn: rows of narrow kernels, and recordings without it.
+//!
+//! A row that has to speak for itself averages until the encoder's noise is small ([`observe`](crate::diagnose::rows::observe)), over 20 to 80 ms, and
+//! `K̂(n θ̇ w)` of a fast ripple is nothing by then. A ripple of known order needs no such row: half the width has `2^2.5` times the noise,
+//! and thousands of rows average it. So there is a second set of rows, a few encoder counts wide, while the joint moves on and away from
+//! its reversals; effects that need it are judged there, beside those that repeat with an angle as well and could be taken for them.
+//! What they added to the torque is then taken off the recorded one, sample by sample, and the wide rows do not see it any more.
+//! Left out: phases of held-out sessions that differ from the trained ones, in the recordings without it.
+
+use crate::diagnose::fit::pose::needs_narrow_rows;
+use crate::diagnose::options::Rules;
+use crate::diagnose::select::findings::found;
+use std::collections::BTreeMap;
+
+use super::order_lines;
+use super::removal;
+use super::{Instrument, Reading, Recordings};
+use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::uncertainty::Uncertainty;
+use crate::diagnose::result::{EffectGain, Findings};
+use crate::diagnose::rows::division::held_out_rows;
+use crate::diagnose::rows::inertia::typical_inertia;
+use crate::diagnose::rows::observe;
+use crate::diagnose::select::confirm;
+use crate::diagnose::select::selection::{Selection, select};
+use crate::diagnose::select::substitutes;
+use crate::effects::{Catalogue, Effect, Harmonic, Motion, Phenomenon};
+use crate::error::Result;
+use crate::timeseries::Estimate;
+
+/// Share of the RMS torque that noise of the acceleration may make: thirteen times that of wide rows make kernels of a third.
+const NOISE_SHARE: f64 = 0.2;
+/// Counts of the encoder that a row has to pass, so that its velocity and phase are known.
+const COUNTS: f64 = 4.0;
+/// Share of a joint's fastest motion below which its acceleration says too little.
+const LEAST_SPEED: f64 = 0.1;
+/// [s] Around a reversal, where the link crosses its gap.
+const REVERSAL: f64 = 0.1;
+/// Fewest rows of a joint.
+const FEWEST: usize = 200;
+/// What the gains here are of.
+const NARROW: &str = "torque along the measured motion, narrow kernels";
+
+/// Ripple of many periods a turn.
+pub struct Ripple;
+
+impl Instrument<Recordings<'_>> for Ripple {
+    fn measure(&self, scene: &Recordings) -> Result<Reading> {
+        Ok(find(scene).unwrap_or_default())
+    }
+}
+
+/// Whether a term is sought in narrow rows.
+fn is_narrow(term: &Term) -> bool {
+    needs_narrow_rows(term.effect)
+}
+
+/// Those that need narrow ones, those that repeat with an angle, and a lag between torque and motion, which shows where both change fast.
+fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
+    let one = Estimate { value: 1.0, std_error: 1.0 };
+    let lag = Phenomenon::CurrentLag { lag: one };
+    let takes_part = |effect: &&'static dyn Effect| {
+        let repeats = |harmonic: Harmonic| harmonic.several || harmonic.in_narrow_rows.is_some();
+        effect.diagnosable().and_then(|effect| effect.harmonic()).is_some_and(repeats) || effect.claims(&lag).is_some()
+    };
+    catalogue.iter().filter(takes_part).collect()
+}
+
+/// Looks for ripple in what is trained on.
+fn find(scene: &Recordings) -> Option<Reading> {
+    let Recordings { model, sessions, division, options } = *scene;
+    let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE_SHARE).ok()?;
+    let held_out = held_out_rows(&motion, sessions, division);
+    let mut problem = Problem::new(motion, held_out);
+    problem.catalogue = of_narrow_rows(&options.catalogue);
+    problem.zones = (0..model.joints.len()).map(|joint| moving(&problem.motion, joint)).collect();
+    problem.judged.clone_from(&problem.zones);
+    if problem.zones.iter().any(|zone| zone.iter().filter(|takes_part| **takes_part).count() < FEWEST) {
+        return None;
+    }
+    let fitted = problem.settle(&[])?;
+    problem.count_independent(&fitted);
+    if !order_lines::any(&problem, &fitted) {
+        return None;
+    }
+    let mut selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
+    substitutes::withdraw(&mut problem, &mut selection)?;
+    keep_lines(&mut problem, &mut selection)?;
+    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &is_narrow)?;
+    let names: Vec<&str> = selection.terms().iter().filter(|term| is_narrow(term)).map(|t| t.effect.name()).collect();
+    let withdrawn = confirmed.withdrawn.clone();
+    if names.is_empty() {
+        let findings = Findings { withdrawn, ..Findings::default() };
+        return (!findings.withdrawn.is_empty()).then_some(Reading { findings, ..Reading::default() });
+    }
+    let uncertainty = Uncertainty::new(&problem, &selection.terms(), &selection.fitted)?;
+    let mut effects = found(&problem, &selection, &confirmed, &uncertainty, options);
+    effects.retain(|found| names.contains(&found.effect.as_str()));
+    for found in &mut effects {
+        found.gain = EffectGain { gain_of: NARROW.to_owned(), gain_by_joint: BTreeMap::new(), ..found.gain.clone() };
+    }
+    let corrected = removal::without(&problem, &selection, sessions, &is_narrow);
+    let lines = selection.terms().into_iter().filter(|term| is_narrow(term)).filter_map(|term| {
+        let joint = term.joints[0];
+        Some((joint, (term.effect.harmonic()?.order)(&problem.motion, joint, &term.shape)))
+    });
+    let findings = Findings { effects, withdrawn, ..Findings::default() };
+    Some(Reading { findings, lines: lines.collect(), corrected, ..Reading::default() })
+}
+
+/// Drops what would be ripple and is no line, until all that is left is one.
+fn keep_lines(problem: &mut Problem, selection: &mut Selection) -> Option<()> {
+    loop {
+        let terms = selection.terms();
+        let broad = (0..terms.len()).find(|i| is_narrow(terms[*i]) && !order_lines::is_line(problem, &terms, *i));
+        let Some(broad) =
+            broad.map(|index| (terms[index].effect.name(), terms[index].joints[0], terms[index].shape.clone()))
+        else {
+            return Some(());
+        };
+        for taken in &mut selection.taken {
+            taken.terms.retain(|t| (t.effect.name(), t.joints[0], &t.shape) != (broad.0, broad.1, &broad.2));
+        }
+        selection.taken.retain(|taken| !taken.terms.is_empty());
+        selection.fitted = problem.settle(&selection.terms())?;
+    }
+}
+
+/// Rows in which a joint moves on, away from its reversals.
+fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
+    let v = &motion.joints[joint].v;
+    let fastest = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let count = motion.model.joints[joint].encoder_step();
+    let slow = |row: usize| v[row].abs() < (LEAST_SPEED * fastest).max(COUNTS * count / (2.0 * motion.half_width[row]));
+    let mut moving: Vec<bool> = (0..motion.rows()).map(|row| !slow(row)).collect();
+    for row in 1..motion.rows() {
+        let same = motion.session[row] == motion.session[row - 1];
+        if same && v[row].signum() != v[row - 1].signum() {
+            let near = |other: &usize| {
+                motion.session[*other] == motion.session[row]
+                    && (motion.time[*other] - motion.time[row]).abs() < REVERSAL
+            };
+            (0..row).rev().take_while(near).for_each(|other| moving[other] = false);
+            (row..motion.rows()).take_while(near).for_each(|other| moving[other] = false);
+        }
+    }
+    moving
+}

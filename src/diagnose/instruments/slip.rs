@@ -1,0 +1,284 @@
+//! Whether link and rotor of a joint step against each other at one time since the start of several sessions: the rotor is thrown.
+//!
+//! ```text
+//!   D(t) = θ(t+T) − 2θ(t) + θ(t−T)        by the motor alone 0 … τ T²/J, the rotor by itself;   e: how far D is beyond, less two counts
+//!   in the time of a step all else is slow:   J Δθ + I Δq = 0,   Δq − Δθ = δ ± b   ⇒   Δθ = −(δ ± b) I/(I + J)
+//! ```
+//! The lighter rotor takes most of the step. Where the link is in its gap `b`, and whether it bounces to the other flank, is not known:
+//! sessions differ by it. Flanks that meet at a turn throw the rotor too, but less, and where the joint turns.
+//! A step that shows in one session only may as well be a knock from outside, and is not named. It is sought in the sessions that are
+//! trained on; its gain is by how much the largest throw of the held-out sessions is less without it. Where no session of its own is held
+//! out, nothing confirms it, and it is reported as unexplained.
+//! Sign: a positive `δ` puts the link ahead of the rotor, which is thrown back.
+//! Left out: steps that take longer than `T`.
+//! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, for rotor and link as two masses.
+
+use rayon::prelude::*;
+
+use super::claims::{Sighting, claimed};
+use super::{Instrument, Reading, Rows};
+use crate::diagnose::evidence::probability::calibrated;
+use crate::diagnose::result::EffectGain;
+use crate::diagnose::rows::inertia::typical_inertia;
+use crate::diagnose::rows::observe::motor_torque;
+use crate::effects::Phenomenon;
+use crate::error::Result;
+use crate::replay::Gain;
+use crate::robot::{Masses, Model};
+use crate::timeseries::{Channel, Estimate, TimeSeries};
+
+/// `T` [s].
+const STEP: f64 = 8e-3;
+/// Counts of the encoder by which `D` may be off: three readings of half a count each.
+const BLUR: f64 = 2.0;
+/// Counts beyond that which a throw needs.
+const LEAST: f64 = 3.0;
+/// How much more it needs than any other throw of its session; flanks that meet at turns of clean machines (tuning seeds 1000 to 1005)
+/// reach 1.2 mrad, steps of half a gap 3.3 (tuning seed 2900).
+const STANDS_OUT: f64 = 3.0;
+/// [s] How far throws of one step may lie apart.
+const TOGETHER: f64 = 0.03;
+/// [s] Before and after a throw that belongs to it: rotor and controller swing.
+const AROUND: [f64; 2] = [0.05, 0.5];
+/// Sessions that have to show it.
+const FEWEST: usize = 2;
+/// [s] Before a throw: what its motion would have been.
+const BEFORE: [f64; 2] = [0.08, 0.03];
+/// Part of the way of a throw at which its time is taken.
+const QUARTER: f64 = 0.25;
+/// [s] From the begin of a step to that, and how far it may be off (tuning seeds 2800 to 2803, 2900, 2901: 6 to 10 ms).
+const ONSET: [f64; 2] = [0.007, 0.004];
+/// Part of a step by which a rotor that rebounds from a flank may be thrown too far (tuning seeds 2801, 2803: half of it).
+const REBOUND: f64 = 0.3;
+
+/// A step of a link against its rotor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Step {
+    /// Index of the joint.
+    pub joint: usize,
+    /// `δ` [rad or m].
+    pub jump: Estimate,
+    /// [s] since the start of the session.
+    pub time: Estimate,
+    /// Probability that throws of this many sessions do not meet by chance.
+    pub probability: f64,
+    /// Probability that throws of this many sessions meet by chance.
+    pub chance: f64,
+    /// Sessions that show it.
+    pub sessions: usize,
+}
+
+/// A throw of a rotor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Throw {
+    session: usize,
+    joint: usize,
+    /// [s] since the start of the session.
+    time: f64,
+    /// `e` [rad or m].
+    excess: f64,
+}
+
+/// Steps of a link against its rotor.
+pub struct Slip;
+
+impl Instrument<Rows<'_>> for Slip {
+    fn measure(&self, scene: &Rows) -> Result<Reading> {
+        let Rows { problem, sessions, division, .. } = *scene;
+        let model = problem.motion.model;
+        if model.masses == Masses::Estimated {
+            return Ok(Reading::default());
+        }
+        let with_rotor = typical_inertia(model).into_iter().zip(&model.joints);
+        let link: Vec<f64> = with_rotor.map(|(inertia, joint)| inertia - joint.reflected_inertia()).collect();
+        let parts: Vec<[f64; 2]> = (0..sessions.len()).filter_map(|session| division.training(session)).collect();
+        let (trained, held_out) = sessions.split_at(division.trained());
+        let sighting = |one: Step| Sighting {
+            phenomenon: Phenomenon::Step { jump: one.jump, time: one.time },
+            joints: vec![one.joint],
+            probability: one.probability,
+            evidence_nats: -one.chance.max(1e-300).ln(),
+            gain: gain(model, &one, held_out).map(|gain| EffectGain::of(gain, "throws of the rotor")),
+            words: in_words(model, &one),
+        };
+        let sightings = steps(model, trained, &parts, &link).into_iter().map(sighting).collect();
+        Ok(Reading { findings: claimed(model, &problem.catalogue, sightings), ..Reading::default() })
+    }
+}
+
+/// A step that nothing held out could confirm.
+fn in_words(model: &Model, one: &Step) -> String {
+    let joint = &model.joints[one.joint];
+    let (unit, Step { jump, time, sessions, .. }) = (joint.kind.position_unit(), one);
+    format!(
+        "link and rotor step against each other by {:.2e} ± {:.1e} {unit} at {:.2} s in {sessions} sessions; hold a further session out to confirm it",
+        jump.value, jump.std_error, time.value
+    )
+}
+
+/// Gain of the largest throw of held-out sessions when the step is left out; `None` where none is held out.
+///
+/// Both throws are known to a count of the encoder, which gives the ends of the interval.
+fn gain(model: &Model, one: &Step, held_out: &[&TimeSeries]) -> Option<Gain> {
+    let count = model.joints[one.joint].encoder_step();
+    let largest = |session: &&TimeSeries, of_step: bool| {
+        let throws = of_place(model, one.joint, 0, std::slice::from_ref(session), [0.0, 1.0]);
+        let picked = throws.into_iter().filter(|throw| belongs(throw, one.time.value) == of_step);
+        picked.map(|throw| throw.excess).fold(0.0, f64::max)
+    };
+    let percent = |with: f64, without: f64| 100.0 * (1.0 - without.max(0.0) / with.max(without).max(1e-300));
+    let of_session = |session: &&TimeSeries| {
+        let (step, rest) = (largest(session, true), largest(session, false));
+        let with = step.max(rest);
+        let interval_percent = [percent(with - count, rest + count), percent(with + count, rest - count)];
+        Gain { gain_percent: percent(with, rest), interval_percent, shown: interval_percent[0] > 0.0 }
+    };
+    // Every session has to show it: the least gain counts.
+    held_out.iter().map(of_session).min_by(|a, b| a.gain_percent.total_cmp(&b.gain_percent))
+}
+
+/// Steps, the most violent of each joint first; `link` is the inertia of what each joint moves, its rotor left out.
+/// `parts` of the sessions are looked at, each from 0 to 1 of its length.
+fn steps(model: &Model, sessions: &[&TimeSeries], parts: &[[f64; 2]], link: &[f64]) -> Vec<Step> {
+    let places: Vec<(usize, usize)> =
+        (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
+    let mut throws: Vec<Throw> = places
+        .par_iter()
+        .flat_map_iter(|(session, joint)| of_place(model, *joint, *session, sessions, parts[*session]))
+        .collect();
+    let mut found = Vec::new();
+    // A step shakes other joints too: it is looked for where it is largest, and then left out everywhere.
+    while let Some((joint, members)) = strongest(model, &throws) {
+        found.extend(measured(model, sessions, link, joint, &members));
+        throws.retain(|throw| !belongs(throw, members[0].time));
+    }
+    found
+}
+
+fn belongs(throw: &Throw, time: f64) -> bool {
+    throw.time > time - AROUND[0] && throw.time < time + AROUND[1]
+}
+
+/// Largest throws of one joint in a part of one session, apart from each other.
+fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries], [from, to]: [f64; 2]) -> Vec<Throw> {
+    let recorded = sessions[session];
+    let rotor = model.joints[joint].reflected_inertia();
+    let blur = BLUR * model.joints[joint].encoder_step();
+    let dt = recorded.sample_interval();
+    let Some(series) = recorded.joint(&model.joints[joint].name) else { return Vec::new() };
+    let position = series.get(Channel::Position);
+    let torque = motor_torque(model, joint, series, series.get(Channel::Velocity));
+    let (Some(q), Some((torque, _))) = (position, torque) else { return Vec::new() };
+    let lag = (STEP / dt).round();
+    if !(1.0..q.len() as f64 / 4.0).contains(&lag) || rotor <= 0.0 || blur <= 0.0 {
+        return Vec::new();
+    }
+    let lag = lag as usize;
+    let square = (lag as f64 * dt).powi(2);
+    let [first, last] = [from, to].map(|place| (place * q.len() as f64) as usize);
+    if last < first + 4 * lag {
+        return Vec::new();
+    }
+    let mut sum: f64 = torque[first..first + 2 * lag].iter().sum();
+    let mut throws: Vec<Throw> = Vec::new();
+    for k in first + lag..last - lag {
+        sum += torque[k + lag];
+        let driven = sum / (2 * lag + 1) as f64 / rotor * square;
+        sum -= torque[k - lag];
+        let bent = q[k + lag] - 2.0 * q[k] + q[k - lag];
+        let excess = (bent - driven.max(0.0)).max(driven.min(0.0) - bent) - blur;
+        if excess <= 0.0 {
+            continue;
+        }
+        let throw = Throw { session, joint, time: recorded.time[k] - recorded.time[0], excess };
+        match throws.last_mut() {
+            Some(last) if throw.time < last.time + 2.0 * TOGETHER => {
+                if throw.excess > last.excess {
+                    *last = throw;
+                }
+            }
+            _ => throws.push(throw),
+        }
+    }
+    throws
+}
+
+/// Throws of most excess that meet in several sessions, each of which stands out in its own; the largest first.
+fn strongest(model: &Model, throws: &[Throw]) -> Option<(usize, Vec<Throw>)> {
+    let stands_out = |throw: &&Throw| {
+        let others = throws.iter().filter(|other| other.session == throw.session && other.joint == throw.joint);
+        let others = others.filter(|other| !belongs(other, throw.time) && !belongs(throw, other.time));
+        let most = others.map(|other| other.excess).fold(0.0, f64::max);
+        throw.excess > (STANDS_OUT * most).max(LEAST * model.joints[throw.joint].encoder_step())
+    };
+    let good: Vec<&Throw> = throws.iter().filter(stands_out).collect();
+    let meeting = |seed: &&Throw| {
+        let mut members: Vec<Throw> = Vec::new();
+        let near = |throw: &&Throw| throw.joint == seed.joint && (throw.time - seed.time).abs() < TOGETHER;
+        for throw in good.iter().copied().filter(near) {
+            match members.iter_mut().find(|member| member.session == throw.session) {
+                Some(member) if member.excess < throw.excess => *member = *throw,
+                Some(_) => {}
+                None => members.push(*throw),
+            }
+        }
+        members.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+        members
+    };
+    let total = |members: &Vec<Throw>| members.iter().map(|throw| throw.excess).sum::<f64>();
+    let all = good.iter().map(meeting).filter(|members| members.len() >= FEWEST);
+    let best = all.max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    Some((best[0].joint, best))
+}
+
+/// Size and time of a step; `None` where the throws disagree about its direction.
+fn measured(model: &Model, sessions: &[&TimeSeries], link: &[f64], joint: usize, members: &[Throw]) -> Option<Step> {
+    let rotor = model.joints[joint].reflected_inertia();
+    let begin = members.iter().map(|throw| throw.time).fold(f64::INFINITY, f64::min);
+    let seen: Vec<(usize, [f64; 2])> = (0..sessions.len())
+        .filter_map(|session| Some((session, thrown(model, joint, sessions[session], begin)?)))
+        .collect();
+    let shown = |session: usize| members.iter().any(|throw| throw.session == session);
+    let mut onsets: Vec<f64> =
+        seen.iter().filter(|(session, _)| shown(*session)).map(|(_, [onset, _])| *onset).collect();
+    onsets.sort_by(f64::total_cmp);
+    let onset = *onsets.get(onsets.len() / 2)?;
+    let sizes = seen.iter().map(|(_, [_, by])| -by * (link[joint] + rotor) / link[joint]);
+    let (low, high) = sizes.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), by| (low.min(by), high.max(by)));
+    let value = 0.5 * (low + high);
+    let of_members = seen.iter().filter(|(session, _)| shown(*session)).map(|(_, [_, by])| *by);
+    let agreed = of_members.clone().all(|by| by * value < 0.0);
+    let count = model.joints[joint].encoder_step();
+    // Any session's throw may meet that of another by chance within this part of its length.
+    let duration = |session: &&TimeSeries| match (session.time.first(), session.time.last()) {
+        (Some(first), Some(last)) => last - first,
+        _ => 0.0,
+    };
+    let length = sessions.iter().map(duration).fold(f64::INFINITY, f64::min);
+    let chance = (2.0 * TOGETHER / length.max(1.0)).powi(members.len() as i32 - 1) * sessions.len() as f64;
+    agreed.then_some(Step {
+        joint,
+        jump: Estimate { value, std_error: (0.5 * (high - low)).hypot(REBOUND * value).max(count) },
+        time: Estimate { value: (onset - ONSET[0]).max(0.0), std_error: ONSET[1] },
+        probability: calibrated(chance),
+        chance,
+        sessions: members.len(),
+    })
+}
+
+/// When a rotor leaves its course near a time, and how far it gets [s, rad or m].
+fn thrown(model: &Model, joint: usize, session: &TimeSeries, near: f64) -> Option<[f64; 2]> {
+    let q = session.joint(&model.joints[joint].name)?.get(Channel::Position)?;
+    let start = *session.time.first()?;
+    let at = |t: f64| session.time.partition_point(|time| time - start < t);
+    let [a, b] = [at(near - BEFORE[0]), at(near - BEFORE[1])];
+    let (first, last) = (b, at(near + BEFORE[1]).min(q.len()));
+    if b <= a || last <= first || near > session.time.last()? - start - BEFORE[1] {
+        return None;
+    }
+    let speed = (q[b] - q[a]) / (session.time[b] - session.time[a]);
+    let away = |k: usize| q[k] - q[b] - speed * (session.time[k] - session.time[b]);
+    let most = (first..last).map(away).max_by(|x, y| x.abs().total_cmp(&y.abs()))?;
+    let onset = (first..last).find(|k| away(*k) / most > QUARTER)?;
+    Some([session.time[onset] - start, most])
+}

@@ -1,0 +1,157 @@
+//! The rows of one joint's two encoders: how far the motor is ahead of the link, and what may make it so.
+
+use std::collections::BTreeMap;
+
+use super::contact::contact;
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::rows::kernel::Kernel;
+use crate::robot::Masses;
+use crate::timeseries::{Channel, TimeSeries};
+use crate::units::JointKind;
+
+/// Share of friction that acts behind the gear where the model file does not say.
+const LINK_SHARE: f64 = 0.1;
+/// Part of the largest load (95 % of the rows lie below it) under which the link lies on neither flank for certain.
+const UNLOADED: f64 = 0.05;
+
+/// Rows of a joint where both encoders were recorded, and the link lies on a flank as far as that is known.
+#[derive(Debug, Clone)]
+pub struct Difference {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Rows of the motion.
+    pub rows: Vec<usize>,
+    /// `q − l` [rad or m] with the link's recording taken `lag` later, passed by the rows' kernel.
+    pub ahead: Vec<f64>,
+    /// `q` [rad or m].
+    pub q: Vec<f64>,
+    /// `q̇` [rad/s or m/s].
+    pub v: Vec<f64>,
+    /// Direction of motion, −1 to 1.
+    pub direction: Vec<f64>,
+    /// Torque [N·m or N] that is proportional to the wind-up, but for friction before the gear where masses are estimated.
+    pub load: Vec<f64>,
+    /// Whether `load` is the motor's torque, friction before the gear included.
+    pub motor_side: bool,
+}
+
+/// What a second encoder recorded of a joint.
+fn recorded<'s>(session: &'s TimeSeries, joint: &str) -> Option<&'s [f64]> {
+    session.joint(joint)?.get(Channel::LinkPosition)
+}
+
+/// The links' recordings of a joint, shifted so that a delay of `lag` [s] is gone.
+pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag: f64) -> Option<Difference> {
+    let motion = &problem.motion;
+    let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
+    let motor_side = motion.model.masses == Masses::Estimated;
+    let friction = |row: usize| m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
+    if !sessions.iter().any(|session| recorded(session, &model.name).is_some()) {
+        return None;
+    }
+    let contact = contact(problem, joint);
+    let mut kernels: BTreeMap<usize, Kernel> = BTreeMap::new();
+    let (mut rows, mut ahead) = (Vec::new(), Vec::new());
+    for (number, session) in sessions.iter().enumerate() {
+        let Some(link) = recorded(session, &model.name) else { continue };
+        let dt = session.sample_interval();
+        let link = shifted(link, lag / dt);
+        for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && contact[*row]) {
+            let centre = session.time.partition_point(|time| *time < motion.time[row]);
+            let reach = (motion.half_width[row] / dt) as usize;
+            // Beyond the ends of the recording nothing is known.
+            let margin = reach + (lag.abs() / dt).ceil() as usize + 2;
+            if centre < margin || centre + margin >= link.len() {
+                continue;
+            }
+            let kernel = kernels.entry(reach).or_insert_with(|| Kernel::new(reach, dt));
+            rows.push(row);
+            ahead.push(m.q[row] - kernel.averages(&link, centre).value);
+        }
+    }
+    if rows.is_empty() {
+        return None;
+    }
+    let share = model.friction.map_or(LINK_SHARE, |friction| friction.link_share);
+    let reflected = model.reflected_inertia();
+    let load = |row: &usize| match motor_side {
+        true => m.torque[*row] - reflected * m.a[*row],
+        false => m.link_torque[*row] + share * friction(*row),
+    };
+    Some(Difference {
+        joint,
+        q: rows.iter().map(|row| m.q[*row]).collect(),
+        v: rows.iter().map(|row| m.v[*row]).collect(),
+        direction: rows.iter().map(|row| m.direction[*row]).collect(),
+        load: rows.iter().map(load).collect(),
+        rows,
+        ahead,
+        motor_side,
+    })
+}
+
+impl Difference {
+    /// Which flank carries, −1 to 1, where `friction` [N·m or N] of the load does not pass the gear.
+    pub fn side(&self, friction: f64) -> Vec<f64> {
+        if !self.motor_side {
+            return self.load.iter().map(|load| load.signum()).collect();
+        }
+        let carried: Vec<f64> = self.load.iter().zip(&self.direction).map(|(load, d)| load - friction * d).collect();
+        let mut sizes: Vec<f64> = carried.iter().map(|load| load.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let unloaded = UNLOADED * sizes[(0.95 * (sizes.len() - 1) as f64) as usize].max(1e-300);
+        carried.iter().map(|load| (load / unloaded).clamp(-1.0, 1.0)).collect()
+    }
+
+    /// What else moves the two encoders against each other: a constant a session, and how the second encoder sits on its link, which
+    /// is a sine of its angle (a slope of a scale).
+    pub fn mounting(&self, problem: &Problem) -> Vec<Vec<f64>> {
+        let motion = &problem.motion;
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        for session in 0..motion.sessions {
+            let column: Vec<f64> =
+                self.rows.iter().map(|row| f64::from(u8::from(motion.session[*row] == session))).collect();
+            if column.iter().any(|value| *value > 0.0) {
+                columns.push(column);
+            }
+        }
+        match motion.model.joints[self.joint].kind {
+            JointKind::Revolute => {
+                columns.push(self.q.iter().map(|q| q.cos() - 1.0).collect());
+                columns.push(self.q.iter().map(|q| q.sin()).collect());
+            }
+            JointKind::Prismatic => columns.push(self.q.clone()),
+        }
+        columns
+    }
+
+    /// The rows of this that `keep` takes.
+    pub fn filtered(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.rows.len()).filter(|index| keep(self.rows[*index])).collect();
+        let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|index| values[*index]).collect() };
+        Self {
+            joint: self.joint,
+            rows: kept.iter().map(|index| self.rows[*index]).collect(),
+            ahead: pick(&self.ahead),
+            q: pick(&self.q),
+            v: pick(&self.v),
+            direction: pick(&self.direction),
+            load: pick(&self.load),
+            motor_side: self.motor_side,
+        }
+    }
+}
+
+/// The signal `by` samples later, by a cubic through four neighbours (Catmull and Rom 1974); constant beyond its ends.
+fn shifted(signal: &[f64], by: f64) -> Vec<f64> {
+    let whole = by.floor();
+    let x = by - whole;
+    let at = |index: f64| signal[index.clamp(0.0, (signal.len() - 1) as f64) as usize];
+    (0..signal.len())
+        .map(|index| {
+            let first = index as f64 + whole;
+            let [a, b, c, d] = [-1.0, 0.0, 1.0, 2.0].map(|offset| at(first + offset));
+            b + 0.5 * x * (c - a + x * (2.0 * a - 5.0 * b + 4.0 * c - d + x * (3.0 * (b - c) + d - a)))
+        })
+        .collect()
+}

@@ -1,0 +1,229 @@
+//! Delay, wind-up and gap of one joint from its two encoders: a robust regression whose errors may hang together for a second.
+
+use super::difference::{Difference, difference};
+use super::flanks::flanks;
+use super::solved::{clustered, solve};
+use super::wave::{Wave, wave};
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::regression::{Block, System};
+use crate::diagnose::rows::observe::root_mean_square;
+use crate::timeseries::{Estimate, TimeSeries};
+
+/// Steps of the lag and of the friction before the gear; each shrinks what is left to a few per cent.
+const STEPS: usize = 6;
+/// [1] Share of friction that acts before the gear where nothing is known of it, and how well that is known.
+const SHARE_BEFORE: [f64; 2] = [0.75, 0.25];
+
+/// What is known of the lag.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lag {
+    /// Nothing: it is fitted.
+    Free,
+    /// [s]; friction before the gear may still grow with speed where the load contains it.
+    Known(f64),
+    /// It is taken as 0, and nothing else may grow with speed.
+    Ignored,
+}
+
+/// What the two encoders of a joint say.
+#[derive(Debug, Clone)]
+pub struct AxisFit {
+    /// Index of the joint.
+    pub joint: usize,
+    /// [s] how late the link's encoder is recorded.
+    pub lag: Estimate,
+    /// `1/k` [rad/(N·m) or m/N].
+    pub wind_up: Estimate,
+    /// Total gap [rad or m]; `None` where the load stays on one flank.
+    pub gap: Option<Estimate>,
+    /// [rad or m] by which the encoders differ more or less after a turn of the motion than friction before the gear makes them;
+    /// only where the load contains that friction.
+    pub lost: Option<Estimate>,
+    /// [1] share of the square of what the motor is ahead that a lag alone explains.
+    pub explained: f64,
+    /// How the gap varies, where an order was given.
+    pub wave: Option<Wave>,
+    /// Friction before the gear [N·m or N] that was found.
+    friction: f64,
+    /// Coefficients of lag (where it is free), load, side (where there is one), direction (where it counts), the two of the wave.
+    coefficients: Vec<f64>,
+    layout: Layout,
+}
+
+/// Which columns stand before the mounting.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    speed: bool,
+    side: bool,
+    direction: bool,
+    order: Option<f64>,
+}
+
+impl Layout {
+    fn columns(self, rows: &Difference, friction: f64) -> Vec<Vec<f64>> {
+        let mut columns = Vec::new();
+        if self.speed {
+            columns.push(rows.v.clone());
+        }
+        columns.push(rows.load.clone());
+        if self.side {
+            columns.push(rows.side(friction).iter().map(|side| 0.5 * side).collect());
+        }
+        if self.direction {
+            columns.push(rows.direction.clone());
+        }
+        columns.extend(self.order.iter().flat_map(|order| wave(rows, &rows.side(friction), *order)));
+        columns
+    }
+}
+
+/// Fits the training rows of a joint, its gap constant or of an `order`; `None` where its link was not recorded or does not move.
+pub fn fit(
+    problem: &Problem,
+    sessions: &[&TimeSeries],
+    joint: usize,
+    known: Lag,
+    order: Option<f64>,
+) -> Option<AxisFit> {
+    let trained = |lag: f64| trained(problem, sessions, joint, lag);
+    let mut lag = if let Lag::Known(lag) = known { lag } else { 0.0 };
+    let mut friction = 0.0;
+    let mut found = None;
+    for _ in 0..STEPS {
+        let rows = trained(lag)?;
+        let side = rows.side(friction);
+        let (changes, observable) = flanks(&side);
+        let speed = known == Lag::Free || (rows.motor_side && known != Lag::Ignored);
+        let layout = Layout { speed, side: observable, direction: rows.motor_side, order };
+        let mut columns = layout.columns(&rows, friction);
+        let first = columns.len();
+        columns.extend(rows.mounting(problem));
+        let solution = solve(&rows.ahead, &columns)?;
+        let c = solution.coefficients.clone();
+        let load = usize::from(layout.speed);
+        if known == Lag::Free {
+            lag += c[0];
+        }
+        if layout.direction {
+            let largest = rows.load.iter().fold(0.0_f64, |most, load| most.max(load.abs()));
+            let behind = load + 1 + usize::from(layout.side);
+            friction = if c[load] > 0.0 { (-c[behind] / c[load]).clamp(0.0, largest) } else { 0.0 };
+        }
+        found = Some((rows, columns, solution, layout, changes, first));
+    }
+    let (rows, columns, solution, layout, changes, first) = found?;
+    let variance = clustered(problem, &rows, &columns, &solution).diagonal().map(|v| v.max(0.0));
+    let at = usize::from(layout.speed);
+    let c = &solution.coefficients;
+    let wind_up = Estimate { value: c[at], std_error: variance[at].sqrt() };
+    let unknown = SHARE_BEFORE[1] * problem.motion.joints[joint].friction.coulomb * wind_up.value.max(0.0);
+    let wave = layout.order.map(|n| Wave::of(problem, &rows, n, first - 2, &columns, &solution, unknown));
+    let rms = solution.rms;
+    let gap = layout.side.then(|| {
+        // Each change of flank shows the gap once, as the difference of two errors.
+        let of_changes = (2.0 / changes as f64).sqrt() * rms;
+        Estimate { value: c[at + 1], std_error: variance[at + 1].sqrt().hypot(of_changes) }
+    });
+    let lag = match known {
+        Lag::Free => {
+            let [shift, doubt] = by_friction(problem, &rows, wind_up);
+            Estimate { value: lag + shift, std_error: variance[0].sqrt().hypot(doubt) }
+        }
+        _ => Estimate { value: lag, std_error: 0.0 },
+    };
+    let behind = at + 1 + usize::from(layout.side);
+    let lost = layout.direction.then(|| {
+        let step = Estimate { value: c[behind], std_error: variance[behind].sqrt() };
+        lost_motion(problem, &rows, step, wind_up, rms)
+    });
+    let explained = explained_by_lag(&trained(0.0)?, problem)?;
+    Some(AxisFit {
+        joint,
+        lag,
+        wind_up,
+        gap,
+        lost,
+        explained,
+        wave,
+        friction,
+        coefficients: c.as_slice()[..first].to_vec(),
+        layout,
+    })
+}
+
+/// The training rows of a joint.
+pub fn trained(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag: f64) -> Option<Difference> {
+    Some(difference(problem, sessions, joint, lag)?.filtered(|row| !problem.held_out[row]))
+}
+
+impl AxisFit {
+    /// What was fitted to, the mounting aside, in some rows.
+    pub fn columns(&self, rows: &Difference) -> Vec<Vec<f64>> {
+        self.layout.columns(rows, self.friction)
+    }
+
+    /// What is left of rows at the fit's lag, the mounting fitted anew.
+    pub fn residual(&self, problem: &Problem, rows: &Difference) -> Option<Vec<f64>> {
+        let mut left = rows.ahead.clone();
+        for (column, c) in self.columns(rows).iter().zip(&self.coefficients) {
+            left.iter_mut().zip(column).for_each(|(e, x)| *e -= c * x);
+        }
+        rest(problem, rows, &left)
+    }
+}
+
+/// [s] What viscous friction adds to the lag, and how sure that is: before the gear it is part of the motor's torque and winds nothing
+/// up, which looks like a lag of `−F_V/k`; where the load is the links', its part behind the gear is known no better.
+fn by_friction(problem: &Problem, rows: &Difference, wind_up: Estimate) -> [f64; 2] {
+    let known = problem.motion.joints[rows.joint].friction.viscous;
+    let viscous =
+        if rows.motor_side { measured_friction(problem, rows).map_or(0.0, |[viscous, _]| viscous) } else { known }
+            .max(0.0);
+    let [share, doubt] = SHARE_BEFORE.map(|share| share * viscous);
+    let c = wind_up.value.max(0.0);
+    if rows.motor_side { [share * c, (doubt * c).hypot(share * wind_up.std_error)] } else { [0.0, doubt * c] }
+}
+
+/// [rad or m] `2 (step + share · F_C/k)`: a step with the direction of motion, less what dry friction before the gear makes of it.
+fn lost_motion(problem: &Problem, rows: &Difference, step: Estimate, wind_up: Estimate, rms: f64) -> Estimate {
+    let coulomb = measured_friction(problem, rows).map_or(0.0, |[_, coulomb]| coulomb.max(0.0));
+    let [share, doubt] = SHARE_BEFORE.map(|share| share * coulomb);
+    let c = wind_up.value.max(0.0);
+    let (reversals, _) = flanks(&rows.direction);
+    let of_reversals = (2.0 / reversals.max(1) as f64).sqrt() * rms;
+    let std_error = [2.0 * doubt * c, 2.0 * share * wind_up.std_error, of_reversals]
+        .into_iter()
+        .fold(2.0 * step.std_error, f64::hypot);
+    Estimate { value: 2.0 * (step.value + share * c), std_error }
+}
+
+/// `F_V` [N·m·s/rad or N·s/m] and `F_C` [N·m or N] from the measured torque alone: beside inertia and what changes with the place.
+fn measured_friction(problem: &Problem, rows: &Difference) -> Option<[f64; 2]> {
+    let m = &problem.motion.joints[rows.joint];
+    let pick = |values: &[f64]| -> Vec<f64> { rows.rows.iter().map(|row| values[*row]).collect() };
+    let mut columns = vec![rows.v.clone(), rows.direction.clone(), pick(&m.a)];
+    columns.extend(rows.mounting(problem));
+    let c = solve(&pick(&m.torque), &columns)?.coefficients;
+    Some([c[0], c[1]])
+}
+
+/// What rows leave when only their mounting is fitted.
+pub fn rest(problem: &Problem, rows: &Difference, values: &[f64]) -> Option<Vec<f64>> {
+    Some(solve(values, &rows.mounting(problem))?.residual)
+}
+
+/// Share of what the motor is ahead, a constant a session aside, that a lag alone explains.
+fn explained_by_lag(rows: &Difference, problem: &Problem) -> Option<f64> {
+    let mounting = rows.mounting(problem);
+    let constants: Vec<Vec<f64>> =
+        mounting.iter().filter(|c| c.iter().all(|x| *x == 0.0 || *x == 1.0)).cloned().collect();
+    let plain = |columns: Vec<Vec<f64>>| -> Option<f64> {
+        let unknowns = columns.len();
+        let block = Block { y: rows.ahead.clone(), columns: columns.into_iter().enumerate().collect() };
+        let solution = System { blocks: vec![block], unknowns, priors: Vec::new() }.solve(f64::INFINITY)?;
+        Some(root_mean_square(&solution.residual[0]).powi(2))
+    };
+    let before = plain(constants.clone())?;
+    let after = plain(constants.into_iter().chain([rows.v.clone()]).collect())?;
+    Some(1.0 - after / before.max(1e-300))
+}

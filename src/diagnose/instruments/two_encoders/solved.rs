@@ -1,0 +1,74 @@
+//! A robust fit of the difference of two encoders, its errors alike within blocks of time.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::difference::Difference;
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::regression::{Block, NU, System};
+use crate::diagnose::rows::observe::root_mean_square;
+
+/// [s] Length of the blocks within which errors may be anything, for standard errors.
+const BLOCK: f64 = 1.0;
+
+/// A robust fit.
+pub struct Solved {
+    /// Of each column.
+    pub coefficients: DVector<f64>,
+    /// What each row leaves.
+    pub residual: Vec<f64>,
+    /// Weight of each row.
+    pub weights: Vec<f64>,
+    /// Log-likelihood, a constant left out.
+    pub log_likelihood: f64,
+    /// Scale of the robust error.
+    pub scale: f64,
+    /// Root mean square of what is left.
+    pub rms: f64,
+}
+
+/// Fits columns to values.
+pub fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
+    let block = Block { y: y.to_vec(), columns: columns.iter().cloned().enumerate().collect() };
+    let system = System { blocks: vec![block], unknowns: columns.len(), priors: Vec::new() };
+    let mut solution = system.solve(NU)?;
+    let residual = solution.residual.swap_remove(0);
+    let rms = root_mean_square(&residual);
+    Some(Solved {
+        coefficients: solution.coefficients,
+        residual,
+        weights: solution.weights.swap_remove(0),
+        log_likelihood: solution.log_likelihood[0],
+        scale: solution.scale[0],
+        rms,
+    })
+}
+
+/// Covariance of the coefficients where errors of one block of time may depend on each other in any way (sandwich of Liang and Zeger 1986).
+pub fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved: &Solved) -> DMatrix<f64> {
+    let n = columns.len();
+    let mut bread = DMatrix::zeros(n, n);
+    let mut meat = DMatrix::zeros(n, n);
+    let mut blocks = 0;
+    let mut sum: DVector<f64> = DVector::zeros(n);
+    let key = |index: usize| {
+        let row = rows.rows[index];
+        (problem.motion.session[row], (problem.motion.time[row] / BLOCK) as usize)
+    };
+    for index in 0..rows.rows.len() {
+        let x = DVector::from_iterator(n, columns.iter().map(|column| column[index]));
+        bread += solved.weights[index] * &x * x.transpose();
+        sum += solved.weights[index] * solved.residual[index] * x;
+        if index + 1 == rows.rows.len() || key(index + 1) != key(index) {
+            meat += &sum * sum.transpose();
+            sum.fill(0.0);
+            blocks += 1;
+        }
+    }
+    let scale = DVector::from_iterator(n, bread.diagonal().iter().map(|d: &f64| 1.0 / d.max(1e-300).sqrt()));
+    let scaled = DMatrix::from_fn(n, n, |i, j| bread[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 });
+    let Some(inverse) = scaled.try_inverse() else { return DMatrix::from_element(n, n, f64::INFINITY) };
+    let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+    // Few blocks: what the fit took from them is given back.
+    let correction = f64::from(blocks) / f64::from(blocks - n.min(blocks as usize - 1) as i32).max(1.0);
+    correction * &inverse * meat * &inverse
+}

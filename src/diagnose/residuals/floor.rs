@@ -1,0 +1,64 @@
+//! The error that sensors alone would leave in a row: current noise and resolution, and quantisation of the encoder through acceleration.
+//!
+//! `σ² = (ratio K_t)² (σ_i² + δ_i²/12) g₀ + (H + J)² (δ²/12) g₂ · max(Δt, δ/|v|)/Δt`, `g₀ = Σ value²`, `g₂ = Σ curvature²` of the row's kernel:
+//! independent current samples, and encoder errors that are independent once a count has passed.
+//! Where the model file gives no current sensor its noise is taken from the recording: the median of third differences.
+
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::rows::kernel::Kernel;
+use crate::diagnose::rows::observe::motor_torque;
+use crate::timeseries::TimeSeries;
+
+/// RMS error of each row, `floor[joint][row]`.
+pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Vec<Vec<f64>> {
+    let motion = &problem.motion;
+    // The interval of a session is the median over all of its samples: asked for once, not in every row.
+    let interval: Vec<f64> = sessions.iter().map(|session| session.sample_interval()).collect();
+    let mut floors = Vec::new();
+    for (joint, model) in motion.model.joints.iter().enumerate() {
+        let count = model.encoder_step();
+        let noise: Vec<f64> = (0..sessions.len())
+            .map(|session| match model.current_sensor {
+                Some(sensor) if motion.joints[joint].has_current => {
+                    model.torque_per_ampere() * (sensor.noise.powi(2) + sensor.resolution.powi(2) / 12.0).sqrt()
+                }
+                _ => {
+                    let series = sessions[session].joint(&model.name);
+                    let torque = series.and_then(|series| motor_torque(motion.model, joint, series, None));
+                    third_difference_noise(&torque.unwrap_or_default().0)
+                }
+            })
+            .collect();
+        let mut last: Option<(f64, f64, f64, f64)> = None;
+        let row_floor = |row: usize| {
+            let session = motion.session[row];
+            let dt = interval[session];
+            let w = motion.half_width[row];
+            let gains = match last {
+                Some((width, step, value, curvature)) if width == w && step == dt => (value, curvature),
+                _ => {
+                    let (value, curvature) = Kernel::new(((w / dt - 0.5).round() as usize).max(1), dt).noise_gain();
+                    last = Some((w, dt, value, curvature));
+                    (value, curvature)
+                }
+            };
+            let speed = motion.joints[joint].v[row].abs().max(1e-12);
+            let encoder = inertia[joint].powi(2) * count * count / 12.0 * gains.1 * (count / speed / dt).max(1.0);
+            let widest = (2.0 * w / dt).max(1.0) * inertia[joint].powi(2) * count * count / 12.0 * gains.1;
+            (noise[session].powi(2) * gains.0 + encoder.min(widest)).sqrt()
+        };
+        floors.push((0..motion.rows()).map(row_floor).collect());
+    }
+    floors
+}
+
+/// White noise of a signal: third differences of it have a variance of 20 times its own; the median resists what moves.
+fn third_difference_noise(signal: &[f64]) -> f64 {
+    let mut differences: Vec<f64> = signal.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    if differences.is_empty() {
+        return 0.0;
+    }
+    let middle = differences.len() / 2;
+    // The median of |x| of a normal variable is 0.6745 of its standard deviation.
+    *differences.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 / 20.0_f64.sqrt()
+}

@@ -1,0 +1,113 @@
+//! What a diagnosis is assembled from, and the one place that assembles it.
+
+use std::collections::BTreeMap;
+
+use super::{
+    BaselineEstimate, CandidateRecord, Change, Diagnosis, Findings, FitError, FrequencySpectrum, JointShares, Method,
+    Mistake, OrderSpectrum, ResidualMap, ResidualSeries, TwoEncoders, Verdict,
+};
+use crate::effects::Catalogue;
+use crate::robot::Model;
+
+/// The parts of a diagnosis; fields as those of [`Diagnosis`].
+pub struct Parts {
+    /// Mistakes that end it.
+    pub mistakes: Vec<Mistake>,
+    /// What was named, withdrawn, or left without an explanation.
+    pub findings: Findings,
+    /// Quantities that differ, where two recordings are compared.
+    pub changes: Option<Vec<Change>>,
+    /// Errors before and after.
+    pub fit: Vec<FitError>,
+    /// Free parameters of the nominal model.
+    pub baseline: BTreeMap<String, BaselineEstimate>,
+    /// What second encoders say.
+    pub two_encoders: Vec<TwoEncoders>,
+    /// Every candidate.
+    pub candidates: Vec<CandidateRecord>,
+    /// How the data were read.
+    pub method: Method,
+    /// Where the error of the nominal model lies.
+    pub shares: Vec<JointShares>,
+    /// Maps of the residual.
+    pub maps: Vec<ResidualMap>,
+    /// Spectra against the order of the motor angle.
+    pub order_spectrum: Vec<OrderSpectrum>,
+    /// Spectra against frequency.
+    pub frequency_spectrum: Vec<FrequencySpectrum>,
+    /// The nominal model with baseline and effects.
+    pub extended_model: Model,
+    /// The nominal model with the baseline.
+    pub baseline_model: Model,
+    /// The effects that could be named.
+    pub catalogue: Catalogue,
+    /// Residuals sample by sample.
+    pub series: Vec<ResidualSeries>,
+}
+
+impl Parts {
+    /// Of a model as it was given: nothing fitted, nothing found.
+    pub fn new(model: &Model, method: Method, catalogue: &Catalogue) -> Self {
+        Self {
+            mistakes: Vec::new(),
+            findings: Findings::default(),
+            changes: None,
+            fit: Vec::new(),
+            baseline: BTreeMap::new(),
+            two_encoders: Vec::new(),
+            candidates: Vec::new(),
+            method,
+            shares: Vec::new(),
+            maps: Vec::new(),
+            order_spectrum: Vec::new(),
+            frequency_spectrum: Vec::new(),
+            extended_model: model.clone(),
+            baseline_model: model.clone(),
+            catalogue: catalogue.clone(),
+            series: Vec::new(),
+        }
+    }
+
+    /// The diagnosis. Where a mistake is suspected no effect is named, and the extended model is the baseline's.
+    pub fn assembled(mut self) -> Diagnosis {
+        let suspected = !self.mistakes.is_empty();
+        if suspected {
+            self.findings.effects.clear();
+            self.changes = self.changes.map(|_| Vec::new());
+            self.extended_model.clone_from(&self.baseline_model);
+        }
+        let Findings { effects, withdrawn, unexplained } = self.findings;
+        let changed = self.changes.as_ref().is_some_and(|changes| !changes.is_empty());
+        let verdict = match suspected {
+            true => Verdict::MistakeSuspected,
+            false => Verdict::of(changed || !effects.is_empty(), !unexplained.is_empty()),
+        };
+        Diagnosis {
+            schema: Diagnosis::SCHEMA,
+            versions: BTreeMap::from([
+                ("lostmotion", env!("CARGO_PKG_VERSION")),
+                ("rapier3d", crate::plant::RAPIER_VERSION),
+            ]),
+            verdict,
+            mistakes: self.mistakes,
+            effects,
+            changes: self.changes,
+            fit: self.fit,
+            replay: Vec::new(),
+            baseline: self.baseline,
+            two_encoders: self.two_encoders,
+            unexplained,
+            withdrawn,
+            candidates: self.candidates,
+            method: self.method,
+            shares: self.shares,
+            maps: self.maps,
+            order_spectrum: self.order_spectrum,
+            frequency_spectrum: self.frequency_spectrum,
+            extended_model: self.extended_model,
+            baseline_model: self.baseline_model,
+            catalogue: self.catalogue,
+            series: self.series,
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! The sessions in which a joint turns around most gently: their reversals show the gap best.
+
+use crate::identify::backlash;
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+
+/// [s] Stretch before a turn over which the deceleration is taken.
+const BRAKING: f64 = 0.1;
+
+/// Reversals that a session is judged by: as many as its gap is taken from.
+const GENTLEST: usize = 12;
+
+/// Factor on the deceleration of the gentlest session up to which another counts as gentle too.
+const AS_GENTLE: f64 = 2.0;
+
+/// The sessions in which a joint turns around most gently. Where a motor brakes harder than the link's own friction does, the link
+/// leaves its flank and crosses the gap by itself: such turns agree well with a gap that is none, or twice as wide.
+pub fn gentlest<'s>(model: &Model, joint: usize, sessions: &[&'s TimeSeries]) -> Vec<&'s TimeSeries> {
+    let braking: Vec<f64> = sessions.iter().map(|session| braking(model, joint, session)).collect();
+    let least = braking.iter().copied().fold(f64::INFINITY, f64::min);
+    let gentle = sessions.iter().zip(braking).filter(|(_, braking)| *braking <= AS_GENTLE * least);
+    gentle.map(|(session, _)| *session).collect()
+}
+
+/// [rad/s² or m/s²] Median deceleration of a session's gentlest turns; infinite where there are too few.
+fn braking(model: &Model, joint: usize, session: &TimeSeries) -> f64 {
+    let model = &model.joints[joint];
+    let position = session.joint(&model.name).and_then(|series| series.get(Channel::Position));
+    let (Some(position), dt) = (position, session.sample_interval()) else { return f64::INFINITY };
+    let span = (BRAKING / dt).round().max(1.0) as usize;
+    // From q(t − T) = q − a T²/2.
+    let deceleration = |turn: usize| {
+        let before = position[turn.saturating_sub(span)];
+        2.0 * (position[turn] - before).abs() / (span as f64 * dt).powi(2)
+    };
+    let turns = backlash::find_reversals(position, model.encoder_step());
+    let mut found: Vec<f64> = turns.iter().map(|reversal| deceleration(reversal.turn)).collect();
+    found.sort_by(f64::total_cmp);
+    found.truncate(GENTLEST);
+    if found.len() < 3 { f64::INFINITY } else { found[found.len() / 2] }
+}

@@ -1,0 +1,282 @@
+//! Candidates: each effect of the catalogue where it could act, with the shape that suits it best and the evidence for it.
+
+use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction};
+use crate::diagnose::options::Rules;
+use rayon::prelude::*;
+
+use crate::diagnose::fit::golden::golden_section;
+use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::regression::{Block, Score};
+use crate::effects::{Diagnosable, Scope};
+
+/// Shapes that are fitted in full after a scan of many.
+const SHORTLIST: usize = 3;
+/// More shapes than these are scanned by their score first.
+const MANY_SHAPES: usize = 6;
+/// [nats, rows taken as independent] Training gain below which nothing more is asked.
+const LEAST_GAIN: f64 = 10.0;
+/// Rows that a scan of many shapes looks at, about.
+const SCANNED_ROWS: usize = 2500;
+/// Steps of the golden section that refines a shape.
+const REFINEMENTS: usize = 12;
+
+/// An effect on one or several joints, with its evidence.
+#[derive(Clone)]
+pub struct Candidate {
+    /// One term for each joint of a joint's effect, one in all for the machine's.
+    pub terms: Vec<Term>,
+    /// Evidence on each joint of the model.
+    pub evidence: Vec<Evidence>,
+    /// Whether its parameters make sense.
+    pub sensible: bool,
+}
+
+impl Candidate {
+    /// The effect.
+    pub fn effect(&self) -> &'static dyn Diagnosable {
+        self.terms[0].effect
+    }
+
+    /// [nats] Evidence on all joints.
+    pub fn total(&self) -> f64 {
+        self.evidence.iter().map(|evidence| evidence.nats).sum()
+    }
+
+    /// Number of coefficients and refined shapes.
+    pub fn complexity(&self) -> usize {
+        self.terms.iter().map(|term| term.coefficients() + term.shape.len()).sum()
+    }
+
+    /// Joints that it acts on.
+    pub fn joints(&self) -> Vec<usize> {
+        self.terms.iter().flat_map(|term| term.joints.clone()).collect()
+    }
+
+    /// Whether the rules let it be taken.
+    pub fn is_accepted(&self, rules: &Rules) -> bool {
+        self.sensible && rules.support(self.total(), self.log_scale())
+    }
+
+    /// Best relative improvement of a joint.
+    pub fn log_scale(&self) -> f64 {
+        self.joints().iter().map(|joint| self.evidence[*joint].log_scale).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// Search for the best term of one effect at one place.
+struct Search<'p, 'm> {
+    problem: &'p Problem<'m>,
+    terms: Vec<&'p Term>,
+    fitted: &'p Fitted,
+    before: &'p [f64],
+}
+
+impl Search<'_, '_> {
+    /// The fit with a further term, of the joints where that changes anything.
+    fn with(&self, term: &Term) -> Option<Fitted> {
+        let mut terms = self.terms.clone();
+        terms.push(term);
+        let joints = self.problem.coupled(&terms, &term.joints);
+        self.problem.fit_near(&joints, &terms, Part::Train, self.fitted)
+    }
+
+    /// Training gain [nats] of a term; not finite where it cannot be fitted or makes no sense.
+    fn gain(&self, term: &Term) -> f64 {
+        let Some(fitted) = self.with(term) else { return f64::NEG_INFINITY };
+        let after = &fitted.solution.log_likelihood;
+        fitted.joints.iter().map(|joint| after[*joint] - self.before[*joint]).sum()
+    }
+
+    fn shortlist(&self, effect: &'static dyn Diagnosable, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        if shapes.len() <= MANY_SHAPES || joints.len() > 1 {
+            return shapes;
+        }
+        let joint = joints[0];
+        let rows = self.problem.rows(joint, Part::Train);
+        let (system, _, _) = self.problem.system_of(joints, &self.terms, Part::Train, true);
+        let solution = &self.fitted.solution;
+        // A scan only has to find the peaks: some thousand rows show them.
+        let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
+        let thin = |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride).copied().collect() };
+        let block = &system.blocks[joint];
+        let columns = block.columns.iter().map(|(index, column)| (*index, thin(column))).collect();
+        let block = Block { y: thin(&block.y), columns };
+        let (residual, weights) = (thin(&solution.residual[joint]), thin(&solution.weights[joint]));
+        let score = Score::new(&block, &residual, &weights, solution.scale[joint]);
+        let picked: Vec<usize> = rows.iter().step_by(stride).copied().collect();
+        let motion = self.problem.motion.at_rows(&picked);
+        let gains: Vec<f64> =
+            shapes.par_iter().map(|shape| score.gain(&effect.columns(&motion, joint, shape))).collect();
+        let peak =
+            |i: &usize| (*i == 0 || gains[i - 1] <= gains[*i]) && gains.get(i + 1).is_none_or(|next| *next < gains[*i]);
+        let mut peaks: Vec<usize> = (0..shapes.len()).filter(peak).collect();
+        peaks.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
+        peaks.truncate(SHORTLIST);
+        peaks.into_iter().map(|index| shapes[index].clone()).collect()
+    }
+
+    /// The best term of an effect on these joints, and its training gain.
+    fn best(&self, effect: &'static dyn Diagnosable, joints: &[usize]) -> Option<(Term, f64, usize)> {
+        let motion = &self.problem.motion;
+        let mut shapes = effect.shapes(motion, joints[0]);
+        shapes.retain(|shape| !self.problem.is_taken_out(effect, joints[0], shape));
+        let count = shapes.len();
+        let all = shapes.clone();
+        let mut best: Option<(Term, f64)> = None;
+        for shape in self.shortlist(effect, joints, shapes) {
+            let term = Term::new(motion, effect, joints, shape);
+            let gain = self.gain(&term);
+            if gain.is_finite() && best.as_ref().is_none_or(|(_, most)| gain > *most) {
+                best = Some((term, gain));
+            }
+        }
+        let (term, gain) = best?;
+        let (term, gain) = match neighbours(&all, &term.shape) {
+            Some(ends) if effect.refines() => self.refined(term, gain, ends),
+            _ => (term, gain),
+        };
+        Some((term, gain, count))
+    }
+
+    /// Golden section of the first shape parameter between two ends.
+    fn refined(&self, term: Term, gain: f64, (low, high): (f64, f64)) -> (Term, f64) {
+        let mut best = (term, gain);
+        let mut steps = 0..=REFINEMENTS;
+        golden_section(
+            [low, high],
+            |_, _| steps.next().is_none(),
+            |value| {
+                let mut shape = best.0.shape.clone();
+                shape[0] = value;
+                let term = Term::new(&self.problem.motion, best.0.effect, &best.0.joints, shape);
+                let gain = self.gain(&term);
+                if gain > best.1 {
+                    best = (term, gain);
+                }
+                gain
+            },
+        );
+        best
+    }
+}
+
+/// First parameters of the shapes next to one of those that were scanned, where nothing else of the shape differs: between them the best lies.
+/// A scan may go by factors: near its far end neighbours are many first steps apart.
+fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
+    let at = shapes.iter().position(|other| other == shape)?;
+    let own = *shape.first()?;
+    let beside = |index: Option<usize>| {
+        let other = index.and_then(|index| shapes.get(index)).filter(|other| other[1..] == shape[1..]);
+        other.map_or(own, |other| other[0])
+    };
+    let (before, after) = (beside(at.checked_sub(1)), beside(Some(at + 1)));
+    let (low, high) = (before.min(after).min(own), before.max(after).max(own));
+    (low < high).then_some((low, high))
+}
+
+/// All candidates beside the terms of the model, each with its best shapes, by falling evidence.
+/// Joint effects are gathered over the joints where `enough` holds.
+pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence) -> bool + Sync)) -> Vec<Candidate> {
+    let own: Vec<&Term> = terms.iter().collect();
+    let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
+    let Some(before) = prediction(problem, &own, &loose) else { return Vec::new() };
+    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before.training };
+    let places = places(problem, terms);
+    let found: Vec<Option<Candidate>> =
+        places.par_iter().map(|(effect, joints)| assess(&search, &before, *effect, joints)).collect();
+    let mut gathered: Vec<Candidate> = Vec::new();
+    for candidate in found.into_iter().flatten() {
+        let name = candidate.effect().name();
+        let joint = candidate.terms[0].joints[0];
+        let partner = gathered.iter_mut().find(|other| other.effect().name() == name);
+        match partner {
+            // Joints of one effect belong together where each has enough evidence of its own.
+            Some(other) if candidate.sensible && enough(&candidate.evidence[joint]) => {
+                let first = other.terms[0].joints[0];
+                if other.sensible && enough(&other.evidence[first]) {
+                    other.terms.extend(candidate.terms);
+                    other.evidence[joint] = candidate.evidence[joint];
+                } else {
+                    *other = candidate;
+                }
+            }
+            Some(other) => {
+                let first = other.terms[0].joints[0];
+                if !(other.sensible && enough(&other.evidence[first])) && candidate.total() > other.total() {
+                    *other = candidate;
+                }
+            }
+            None => gathered.push(candidate),
+        }
+    }
+    gathered.sort_by(|a, b| b.total().total_cmp(&a.total()));
+    gathered
+}
+
+/// Effects with the joints where they could act and are not in the model yet.
+fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Diagnosable, Vec<usize>)> {
+    let dof = problem.baseline.len();
+    let mut places: Vec<(&'static dyn Diagnosable, Vec<usize>)> = Vec::new();
+    for effect in problem.catalogue.diagnosable() {
+        let applies = |joint: usize| effect.applies(&problem.motion, joint);
+        let present =
+            |joint: usize| terms.iter().any(|term| term.effect.name() == effect.name() && term.joints.contains(&joint));
+        match effect.about().scope {
+            Scope::Machine if (0..dof).any(applies) && !present(0) => places.push((effect, (0..dof).collect())),
+            Scope::Machine => {}
+            // Another harmonic is another effect of the same name.
+            Scope::Joint => places.extend(
+                (0..dof)
+                    .filter(|joint| {
+                        applies(*joint)
+                            && (!present(*joint) || effect.harmonic().is_some_and(|harmonic| harmonic.several))
+                    })
+                    .map(|joint| (effect, vec![joint])),
+            ),
+        }
+    }
+    places
+}
+
+fn assess(
+    search: &Search,
+    before: &Prediction,
+    effect: &'static dyn Diagnosable,
+    joints: &[usize],
+) -> Option<Candidate> {
+    let (term, training_gain, shapes) = search.best(effect, joints)?;
+    let dof = before.folds.len();
+    let mut evidence = vec![Evidence::default(); dof];
+    let mut terms = search.terms.clone();
+    terms.push(&term);
+    let fitted = search.with(&term)?;
+    let at = *fitted.term_at.last()?;
+    let coefficients: Vec<f64> = (0..term.coefficients()).map(|k| fitted.solution.coefficients[at + k]).collect();
+    let sensible = is_sensible(search.problem, &term, &coefficients);
+    // What gains nothing where it was fitted needs no cross-validation.
+    if training_gain > LEAST_GAIN {
+        evidence = prediction(search.problem, &terms, &fitted)?.against(before);
+        evidence[joints[0]].nats -= (shapes as f64).ln();
+        evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);
+    }
+    Some(Candidate { terms: vec![term], evidence, sensible })
+}
+
+/// [nats] What the current before the first motion says of an effect on one joint.
+fn at_rest(problem: &Problem, term: &Term, coefficients: &[f64]) -> f64 {
+    let joint = term.joints[0];
+    let offset = term.effect.reading_at_rest(coefficients);
+    let span = problem.motion.joints[joint].friction.breakaway / problem.motion.model.joints[joint].torque_per_ampere();
+    match problem.standstill[joint] {
+        Some(standstill) if offset != 0.0 => standstill.evidence(offset, span),
+        _ => 0.0,
+    }
+}
+
+/// Whether the parameters lie in their ranges.
+pub fn is_sensible(problem: &Problem, term: &Term, coefficients: &[f64]) -> bool {
+    let about = term.effect.about();
+    let values = term.effect.parameters(&problem.motion, term.joints[0], &term.shape, coefficients);
+    let in_range = about.parameters.iter().zip(values).all(|(spec, value)| value >= spec.min && value <= spec.max);
+    in_range && term.effect.is_itself(&problem.motion, term.joints[0], &term.shape, coefficients)
+}

@@ -1,0 +1,127 @@
+//! Which of the chosen effects are named: those whose parameters lie in their ranges and that gain on data held out.
+//!
+//! The effects are chosen on the training data alone. Here the data held out are read, once, for the gain of each. What gains no more than
+//! chance is withdrawn, the least first, and the rest is fitted again; so is what a later fit has carried outside the range of a parameter.
+
+use super::own_gains;
+use super::selection::{Selection, evidence_beside, resettle};
+use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
+use crate::effects::{About, Catalogue};
+
+/// What is named, and what is not.
+pub struct Confirmed {
+    /// Gain of each term of the selection.
+    pub gains: Vec<EffectGain>,
+    /// [nats] Evidence of each term beside the others.
+    pub strength: Vec<f64>,
+    /// What was withdrawn.
+    pub withdrawn: Vec<Withdrawn>,
+}
+
+/// Withdraws terms until all that are left gain on data held out; `None` where the rest cannot be fitted.
+///
+/// The first `given` terms belong to the nominal model; of the others those are judged for which `is_effect` holds.
+pub fn confirm(
+    problem: &mut Problem,
+    selection: &mut Selection,
+    given: usize,
+    is_effect: &dyn Fn(&Term) -> bool,
+) -> Option<Confirmed> {
+    let mut withdrawn = Vec::new();
+    loop {
+        let strength = strength(problem, selection);
+        let gains = own_gains::of_terms(problem, selection, given, &strength)?;
+        let terms = selection.terms();
+        let judged = || (given..terms.len()).filter(|index| is_effect(terms[*index]));
+        let outside =
+            judged().find_map(|index| Some((index, outside_of_range(problem, terms[index], selection, index)?)));
+        let least = judged()
+            .filter(|index| !gains[*index].shown())
+            .min_by(|a, b| lower_end(&gains[*a]).total_cmp(&lower_end(&gains[*b])));
+        let without_gain = least.map(|index| (index, of_gain(&gains[index])));
+        let Some((index, reason)) = outside.or(without_gain) else {
+            return Some(Confirmed { gains, strength, withdrawn });
+        };
+        withdrawn.push(Withdrawn {
+            effect: terms[index].effect.name().to_owned(),
+            joints: names(problem, terms[index]),
+            reason,
+        });
+        remove(selection, index);
+        selection.fitted = resettle(problem, &mut selection.taken)?;
+    }
+}
+
+/// Parts effects that are seen otherwise than by torque along the motion into those that gain, within their ranges, and the others.
+pub fn part(effects: Vec<FoundEffect>, catalogue: &Catalogue) -> Findings {
+    let mut findings = Findings::default();
+    for found in effects {
+        let about = catalogue.find(&found.effect).map(crate::effects::Effect::about);
+        let value = |name: &str| found.parameters.get(name).map(|measured| measured.value);
+        let outside = about.and_then(|about| outside(about, &value));
+        match outside.or_else(|| (!found.gain.shown()).then(|| of_gain(&found.gain))) {
+            None => findings.effects.push(found),
+            Some(reason) => {
+                findings.withdrawn.push(Withdrawn { effect: found.effect, joints: found.joints, reason });
+            }
+        }
+    }
+    findings
+}
+
+/// [nats] Evidence of each term beside all others.
+fn strength(problem: &Problem, selection: &Selection) -> Vec<f64> {
+    let of_taken = |index: usize| {
+        let taken = &selection.taken[index];
+        let evidence = evidence_beside(problem, &selection.taken, index).unwrap_or_else(|| taken.evidence.clone());
+        let of_term = |term: &Term| term.joints.iter().map(|joint| evidence[*joint].nats).sum::<f64>();
+        taken.terms.iter().map(of_term).collect::<Vec<f64>>()
+    };
+    (0..selection.taken.len()).flat_map(of_taken).collect()
+}
+
+/// [%] Lower end of the interval.
+const fn lower_end(gain: &EffectGain) -> f64 {
+    gain.gain_interval_percent[0]
+}
+
+fn of_gain(gain: &EffectGain) -> String {
+    let [low, high] = gain.gain_interval_percent;
+    format!("no gain on data held out: {:.1} % ({low:.1} to {high:.1})", gain.gain_percent)
+}
+
+/// The first parameter of a term that lies outside its range, in words.
+fn outside_of_range(problem: &Problem, term: &Term, selection: &Selection, index: usize) -> Option<String> {
+    let at = selection.fitted.term_at[index];
+    let coefficients = &selection.fitted.solution.coefficients.as_slice()[at..at + term.coefficients()];
+    let about = term.effect.about();
+    let values = term.effect.parameters(&problem.motion, term.joints[0], &term.shape, coefficients);
+    let value =
+        |name: &str| about.parameters.iter().position(|spec| spec.name == name).and_then(|k| values.get(k).copied());
+    outside(about, &value)
+}
+
+fn outside(about: &About, value: &dyn Fn(&str) -> Option<f64>) -> Option<String> {
+    about.parameters.iter().find_map(|spec| {
+        let found = value(spec.name)?;
+        (!(spec.min..=spec.max).contains(&found))
+            .then(|| format!("{} = {found:.3}, outside {} to {}", spec.name, spec.min, spec.max))
+    })
+}
+
+fn names(problem: &Problem, term: &Term) -> Vec<String> {
+    term.joints.iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect()
+}
+
+/// Removes one term, counted over all effects.
+fn remove(selection: &mut Selection, index: usize) {
+    let mut position = 0;
+    for taken in &mut selection.taken {
+        taken.terms.retain(|_| {
+            position += 1;
+            position - 1 != index
+        });
+    }
+    selection.taken.retain(|taken| !taken.terms.is_empty());
+}

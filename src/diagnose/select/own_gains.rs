@@ -1,0 +1,39 @@
+//! The gain of each effect of a selection on data held out, see [`gains`](crate::diagnose::residuals::gains).
+
+use super::selection::Selection;
+use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::regression::NU;
+use crate::diagnose::residuals::gains::{Judge, Residuals, TORQUE};
+use crate::diagnose::result::EffectGain;
+use crate::replay::Gain;
+
+/// Gains of the terms of a selection, in the order of [`Selection::terms`]; `strength` puts them in order, and the first `given` of them
+/// belong to the nominal model. `None` where a part of the terms cannot be fitted.
+pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength: &[f64]) -> Option<Vec<EffectGain>> {
+    let terms = selection.terms();
+    let judge = Judge::new(problem, &selection.as_recorded);
+    let mut order: Vec<usize> = (given..terms.len()).collect();
+    order.sort_by(|a, b| strength[*b].total_cmp(&strength[*a]));
+    let all = residuals_with(problem, &terms, &selection.fitted);
+    let mut gains: Vec<EffectGain> = terms.iter().map(|_| EffectGain::of(Gain::default(), TORQUE)).collect();
+    let mut before: Residuals = selection.nominal.residuals.clone();
+    for (position, index) in order.iter().enumerate() {
+        let joints = &terms[*index].joints;
+        let so_far = |other: usize| other < given || order[..=position].contains(&other);
+        let after = if position + 1 == order.len() { all.clone() } else { fitted_with(problem, &terms, &so_far)? };
+        let without = fitted_with(problem, &terms, &|other| other != *index)?;
+        gains[*index] = judge.effect(joints, [&without, &all], [&before, &after]);
+        before = after;
+    }
+    Some(gains)
+}
+
+fn residuals_with(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Residuals {
+    (0..problem.baseline.len()).map(|joint| problem.residual(terms, fitted, joint)).collect()
+}
+
+fn fitted_with(problem: &Problem, terms: &[&Term], picked: &dyn Fn(usize) -> bool) -> Option<Residuals> {
+    let picked: Vec<&Term> = (0..terms.len()).filter(|index| picked(*index)).map(|index| terms[index]).collect();
+    let fitted = problem.fit(&picked, Part::Train, NU)?;
+    Some(residuals_with(problem, &picked, &fitted))
+}

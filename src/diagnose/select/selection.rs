@@ -1,0 +1,243 @@
+//! Which effects the evidence supports: the strongest candidate is taken, the baseline settles, the rest is tried again; what
+//! a later effect has made superfluous is dropped, and what another effect does better in its place, beside the rest, is exchanged.
+//!
+//! An effect has to gain [`Rules::nats`] of likelihood on training rows that it was not fitted on, and lower the scale of the error by
+//! [`Rules::log_scale`]; beside another effect [`Rules::further`], unless the fall is large. Of effects within [`Rules::tie`] the one with fewer parameters is taken.
+//! What is held out takes no part.
+
+use super::candidates::{Candidate, candidates};
+use crate::diagnose::evidence::prediction::{Evidence, predict};
+use crate::diagnose::fit::baseline::JointBaseline;
+use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::options::{MODEL_ERROR, Rules};
+use crate::effects::{Kind, SymmetricFriction};
+
+/// An effect that was taken.
+#[derive(Clone)]
+pub struct Taken {
+    /// Its terms, with the shapes of the end.
+    pub terms: Vec<Term>,
+    /// Evidence per joint when it was taken.
+    pub evidence: Vec<Evidence>,
+    /// Other candidates of that round, by falling evidence.
+    pub rivals: Vec<Candidate>,
+}
+
+impl Taken {
+    /// A candidate, with the others of its round as rivals.
+    fn new(best: &Candidate, found: &[Candidate]) -> Self {
+        let rivals = found.iter().filter(|other| other.effect().name() != best.effect().name()).cloned().collect();
+        Self { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals }
+    }
+}
+
+/// Times that effects are gathered and exchanged at most.
+const PASSES: usize = 3;
+
+/// What a selection ends with.
+pub struct Selection {
+    /// Effects in the order in which they were taken.
+    pub taken: Vec<Taken>,
+    /// Candidates of the first round, each alone beside the baseline.
+    pub first_round: Vec<Candidate>,
+    /// The fit with all of them.
+    pub fitted: Fitted,
+    /// The nominal model before any effect was tried.
+    pub nominal: Nominal,
+    /// Residuals of the nominal model on the recordings as they are: those of [`nominal`](Self::nominal), unless something was corrected
+    /// before.
+    pub as_recorded: Vec<Vec<f64>>,
+}
+
+/// The nominal model with its free parameters fitted by plain least squares, which is the best that it can do in RMS.
+#[derive(Debug, Clone)]
+pub struct Nominal {
+    /// Residual of every row: `residuals[joint][row]` [N·m or N].
+    pub residuals: Vec<Vec<f64>>,
+    /// Friction of each joint.
+    pub friction: Vec<SymmetricFriction>,
+}
+
+impl Nominal {
+    /// Of a problem whose Stribeck velocities suit the baseline alone; `None` where it cannot be fitted.
+    pub fn new(problem: &Problem) -> Option<Self> {
+        let fitted = problem.fit(&[], Part::Train, f64::INFINITY)?;
+        let coefficients = fitted.solution.coefficients.as_slice();
+        let friction =
+            |(baseline, at): (&JointBaseline, &usize)| baseline.friction(&coefficients[*at..*at + baseline.len()]);
+        Some(Self {
+            residuals: (0..problem.baseline.len()).map(|joint| problem.residual(&[], &fitted, joint)).collect(),
+            friction: problem.baseline.iter().zip(&fitted.baseline_at).map(friction).collect(),
+        })
+    }
+}
+
+impl Selection {
+    /// All terms.
+    pub fn terms(&self) -> Vec<&Term> {
+        self.taken.iter().flat_map(|taken| &taken.terms).collect()
+    }
+}
+
+/// Selects effects; `progress` hears what is tried and how far the work is.
+pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&str, f64)) -> Option<Selection> {
+    let mut taken: Vec<Taken> = Vec::new();
+    let mut first_round = Vec::new();
+    let mut fitted = problem.settle(&[])?;
+    let nominal = Nominal::new(problem)?;
+    // Forward, then what a further effect lets another do better in the place of an earlier one; again where that changed something.
+    for pass in 0..PASSES {
+        while taken.len() <= rules.most {
+            progress("trying effects", (pass + taken.len()).min(rules.most) as f64 / (rules.most + 1) as f64);
+            problem.count_independent(&fitted);
+            let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
+            let found = candidates(problem, &terms, &|evidence| evidence.is_enough(rules));
+            if first_round.is_empty() {
+                first_round.clone_from(&found);
+            }
+            let Some(best) = choose(&found, rules).filter(|_| taken.len() < rules.most) else { break };
+            taken.push(Taken::new(best, &found));
+            fitted = resettle(problem, &mut taken)?;
+        }
+        prune(problem, rules, &mut taken);
+        if taken.len() < 2 || !exchange(problem, rules, &mut taken)? {
+            break;
+        }
+        fitted = resettle(problem, &mut taken)?;
+    }
+    // What is weak beside another is let in on the way, because the fit settles with it, but does not stay.
+    prune(problem, &rules.beside_another(), &mut taken);
+    drop_residues(problem, rules, &mut taken)?;
+    let fitted = resettle(problem, &mut taken)?;
+    problem.count_independent(&fitted);
+    let as_recorded = nominal.residuals.clone();
+    Some(Selection { taken, first_round, fitted, nominal, as_recorded })
+}
+
+/// Puts another effect in the place of one that was taken, where that predicts better beside the others; whether it did.
+/// What stays learns its rivals in that place.
+fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option<bool> {
+    for index in 0..taken.len() {
+        let name = taken[index].terms[0].effect.name();
+        let others: Vec<Term> = taken
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != index)
+            .flat_map(|(_, taken)| taken.terms.clone())
+            .collect();
+        let mut found = candidates(problem, &others, &|evidence| evidence.is_enough(rules));
+        let of_others =
+            |candidate: &Candidate| others.iter().any(|term| term.effect.name() == candidate.effect().name());
+        found.retain(|candidate| candidate.effect().name() == name || !of_others(candidate));
+        let Some(best) = choose(&found, rules) else { continue };
+        let own = found.iter().find(|candidate| candidate.effect().name() == name && candidate.is_accepted(rules));
+        if best.effect().name() != name && own.is_none_or(|own| best.total() > own.total()) {
+            taken[index] = Taken::new(best, &found);
+            return Some(true);
+        }
+        if let Some(own) = own {
+            let (terms, mut renewed) = (taken[index].terms.clone(), Taken::new(own, &found));
+            renewed.terms = terms;
+            taken[index] = renewed;
+        }
+    }
+    Some(false)
+}
+
+/// The strongest acceptable candidate, or a simpler one that is as good: as much evidence, and no more error left than laws of the catalogue
+/// get wrong themselves. Of few independent rows evidence alone does not tell an effect from one that explains half as much.
+pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
+    let strongest = found.iter().find(|candidate| candidate.is_accepted(rules))?;
+    let as_good = |other: &&Candidate| {
+        other.total() > strongest.total() * (1.0 - rules.tie) && other.log_scale() > strongest.log_scale() - MODEL_ERROR
+    };
+    found.iter().filter(|other| other.is_accepted(rules)).filter(as_good).min_by_key(|other| other.complexity())
+}
+
+/// Settles the baseline with the terms, whose columns may build on the baseline's friction.
+pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
+    let mut fitted = None;
+    for _ in 0..2 {
+        let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+        fitted = Some(problem.settle(&terms)?);
+        for term in taken.iter_mut().flat_map(|taken| &mut taken.terms) {
+            *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
+        }
+    }
+    let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU).or(fitted)
+}
+
+/// Evidence of one effect beside all others.
+pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize) -> Option<Vec<Evidence>> {
+    let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    let others: Vec<&Term> =
+        taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
+    let (after, before) = (predict(problem, &all)?, predict(problem, &others)?);
+    Some(after.against(&before))
+}
+
+/// RMS torque [N·m or N] that each taken effect moves on each joint: `moved[effect][joint]`.
+fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
+    let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    let with = problem.fit_loosely(&all, Part::Train)?;
+    let moved = |index: usize| {
+        let others: Vec<&Term> =
+            taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
+        let without = problem.fit_loosely(&others, Part::Train)?;
+        let pairs = with.solution.residual.iter().zip(&without.solution.residual);
+        Some(
+            pairs
+                .map(|(a, b)| {
+                    let power: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+                    (power / a.len().max(1) as f64).sqrt()
+                })
+                .collect(),
+        )
+    };
+    (0..taken.len()).map(moved).collect()
+}
+
+/// Drops terms that move little torque, in itself or beside the strongest effect of their joint.
+fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<()> {
+    if taken.is_empty() {
+        return Some(());
+    }
+    let moved = moved_torque(problem, taken)?;
+    let names: Vec<_> = taken.iter().map(|taken| taken.terms[0].effect.about()).collect();
+    let asked = |joint: usize, own: usize| {
+        let largest = (0..moved.len()).max_by(|a, b| moved[*a][joint].total_cmp(&moved[*b][joint])).unwrap_or(own);
+        let (strong, weak) = (names[largest], names[own]);
+        let alike = strong.look_alikes.contains(&weak.name) || weak.look_alikes.contains(&strong.name);
+        let part = if alike || strong.name == weak.name { rules.alike_residue } else { rules.residue };
+        let rows = problem.rows(joint, Part::Train);
+        let power: f64 = rows.iter().map(|row| problem.motion.joints[joint].torque[*row].powi(2)).sum();
+        let least = if weak.kind == Kind::Physics { rules.least_torque } else { 0.0 };
+        (part * moved[largest][joint]).max(least * (power / rows.len().max(1) as f64).sqrt())
+    };
+    for (own, (taken, moved)) in taken.iter_mut().zip(&moved).enumerate() {
+        let enough = |term: &Term| term.joints.iter().any(|joint| moved[*joint] >= asked(*joint, own));
+        taken.terms.retain(enough);
+    }
+    taken.retain(|taken| !taken.terms.is_empty());
+    resettle(problem, taken).map(|_| ())
+}
+
+/// Drops what the others have made superfluous, the weakest first.
+fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
+    while taken.len() > 1 {
+        let weakest = (0..taken.len())
+            .filter_map(|index| Some((index, evidence_beside(problem, taken, index)?)))
+            .map(|(index, evidence)| (index, evidence.iter().map(|e| e.nats).sum::<f64>(), evidence))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((index, total, evidence)) = weakest else { return };
+        let log_scale = evidence.iter().map(|e| e.log_scale).fold(f64::NEG_INFINITY, f64::max);
+        if rules.support(total, log_scale) {
+            return;
+        }
+        taken.remove(index);
+        if resettle(problem, taken).is_none() {
+            return;
+        }
+    }
+}
