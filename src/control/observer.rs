@@ -7,10 +7,10 @@
 //!   q̇ = v,    J v̇ = τ − d,    ḋ = w          d: friction and everything else, a random walk
 //! ```
 //!
-//! At an edge the position is known to a few per cent of a count `δ`. Between edges it is within the count `[p − δ/2, p
-//! + δ/2]`; a prediction that leaves the count is set back to the border that it crossed (an edge that was not
-//! observed). `J` is the inertia of rotor and link together: while the rotor is alone in the gap, the observer treats
-//! its motion as that of the arm and responds slowly. Sign: `d > 0` brakes a motion in the positive direction.
+//! At an edge the position is known to a few per cent of a count `δ`. Between edges it is within the count
+//! `[p − δ/2, p + δ/2]`; a prediction that leaves the count is set back to the border that it crossed (an edge that was
+//! not observed). `J` is the inertia of rotor and link together: while the rotor is alone in the gap, the observer
+//! treats its motion as that of the arm and responds slowly. Sign: `d > 0` brakes a motion in the positive direction.
 //! Left out: coupling of the joints (it becomes part of `d`), delay of the current loop.
 
 use nalgebra::{Matrix3, Vector3};

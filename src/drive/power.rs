@@ -6,8 +6,8 @@
 //! ```
 //!
 //! With `R` but no `L`: `i = i_cmd` while `|R i_cmd + K ω| ≤ V`, else `i = (±V − K ω)/R`. Without `R`: `i = i_cmd`.
-//! While no limit is active, the response of the loop to a constant command is known: `i(t + h) = i_cmd + (i(t) −
-//! i_cmd) e^{−h/T_i}`.
+//! While no limit is active, the response of the loop to a constant command is known:
+//! `i(t + h) = i_cmd + (i(t) − i_cmd) e^{−h/T_i}`.
 //! Sign: positive current drives the joint positively. The command is clamped to ±`current_limit` beforehand.
 //! Left out: switching ripple, dead time of the bridge, heating of the winding.
 

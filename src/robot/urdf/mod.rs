@@ -62,8 +62,8 @@ impl<'a> Urdf<'a> {
     }
 }
 
-/// An error of the URDF parser. For XML errors, line and reason are taken from its text: `Line: 7, Column: 32, Reason:
-/// ...`.
+/// An error of the URDF parser. For XML errors, line and reason are taken from its text:
+/// `Line: 7, Column: 32, Reason: ...`.
 fn unread(file: &Path, message: &str) -> Error {
     let line = message.split_once("Line: ").and_then(|(_, rest)| rest.split(',').next()?.trim().parse().ok());
     let reason = message.split_once("Reason: ").map_or(message, |(_, reason)| reason);
