@@ -20,7 +20,7 @@ pub struct JointRange {
     pub acceleration: f64,
 }
 
-/// Most moves of a joint: a day of one a second.
+/// Largest number of moves of a joint: one per second for a day.
 const MOST_MOVES: usize = 86_400;
 
 /// The joint would make more moves than allowed.
@@ -46,7 +46,7 @@ pub struct Excitation {
 }
 
 impl Excitation {
-    /// The motion from a start [rad or m, one a joint]; it ends at rest.
+    /// The motion from a start [rad or m, one per joint]; it ends at rest.
     ///
     /// # Errors
     /// A joint makes too many moves: its positions are too close to each other for the duration.

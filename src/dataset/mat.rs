@@ -2,7 +2,7 @@
 //! skipped. Left out: structures, cells, text, sparse arrays.
 //!
 //! ```text
-//!   128 bytes of header, the last two `IM` (least byte first) or `MI`; then elements, each a tag (type u32, length u32) and so many bytes:
+//!   128 bytes of header, the last two `IM` (least byte first) or `MI`; then elements, each a tag (type u32, length u32) and that many bytes:
 //!   an array (type 14), or one compressed by zlib (type 15)
 //! ```
 //! Reference: MathWorks, "MAT-File Format", chapter 1.

@@ -6,7 +6,7 @@
 //! Left out: other messages; topics whose set of joints changes.
 //!
 //! ```text
-//!   magic, records, magic; a record is an opcode u8, a length u64 and so many bytes
+//!   magic, records, magic; a record is an opcode u8, a length u64 and that many bytes
 //! ```
 //! The records are read here and not by the crate `mcap`, because its reader does not terminate if a chunk decompresses
 //! to fewer bytes than its header states. Every length is compared with the available bytes before memory is allocated.

@@ -16,7 +16,7 @@
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
 //! # a scenario on recordings has `data` instead of all that follows, see `recorded`
 //! # [session.added_mass]                       # the same in one session of a list [[session]] alone
-//! [[obstacles]]                                # what stands in the way, see `read_obstacles`
+//! [[obstacles]]                                # obstacles, see `read_obstacles`
 //! [expect.joint1]                              # largest errors in per cent, see `expect`
 //! # [expect] effects, [[expect.effect]]         # what a diagnosis names, see `expect_diagnosis`
 //! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
