@@ -13,9 +13,9 @@ pub fn normal_upper_tail(x: f64) -> f64 {
     0.5 * erfc(x * FRAC_1_SQRT_2)
 }
 
-/// `t_{0.975}(f)`: 97.5 % quantile of Student's t with `f` degrees of freedom; fewer than one count as one, and what is no number does.
-/// From 1e5 on it is the normal distribution's, which differs
-/// by 2.4e-5 there: the inverse loses digits as the degrees of freedom grow, 1e-6 at that place.
+/// `t_{0.975}(f)`: 97.5 % quantile of Student's t with `f` degrees of freedom; less than one, and NaN, count as one.
+/// From 1e5 on the quantile of the normal distribution is used, which differs by 2.4e-5 there: the inverse loses digits
+/// as the degrees of freedom grow, 1e-6 at that place.
 pub fn student_975(freedom: f64) -> f64 {
     const NORMAL: f64 = 1e5;
     if freedom >= NORMAL {
@@ -30,7 +30,7 @@ mod tests {
 
     #[test]
     fn published_quantiles_of_students_t() {
-        // Tables, to their last digit.
+        // Values from tables, to their last digit.
         let table = [(1.0, 12.7062), (2.0, 4.3027), (3.0, 3.1824), (5.0, 2.5706), (10.0, 2.2281), (30.0, 2.0423)];
         for (f, expected) in table {
             assert!((student_975(f) - expected).abs() < 5.1e-5, "{f}: {}", student_975(f));
@@ -43,7 +43,7 @@ mod tests {
         let p: f64 = 0.975;
         let two = (2.0 * p - 1.0) * (2.0 / (4.0 * p * (1.0 - p))).sqrt();
         let one = (std::f64::consts::PI * (p - 0.5)).tan();
-        // Found by iteration, to nine digits at least.
+        // Computed by iteration, to at least nine digits.
         assert!((student_975(2.0) / two - 1.0).abs() < 1e-9, "{}", student_975(2.0));
         assert!((student_975(1.0) / one - 1.0).abs() < 1e-9, "{}", student_975(1.0));
     }

@@ -1,4 +1,4 @@
-//! What can go wrong, with the numbers, positions and names a user needs to mend it.
+//! Errors, with the numbers, positions and names that a user needs to correct them.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file holds something that cannot be used.
+    /// A file contains a value that cannot be used.
     #[error(transparent)]
     Input(Box<InputError>),
     /// The operating system refused a file.
@@ -18,31 +18,31 @@ pub enum Error {
     File {
         /// The file or folder.
         path: PathBuf,
-        /// What was tried: "read", "write", "create folder".
+        /// The operation: "read", "write", "create folder".
         action: &'static str,
-        /// The reason that the operating system gives.
+        /// The reason given by the operating system.
         source: std::io::Error,
     },
     /// A planned motion would leave the joint limits or collide.
     #[error(transparent)]
     Motion(Box<MotionError>),
-    /// The data cannot carry the estimate that was asked for.
+    /// The data are not sufficient for the estimate.
     #[error("{quantity} of {joint}: {found} {unit}, at least {needed} needed: {advice}")]
     TooLittleData {
-        /// What was to be estimated.
+        /// The quantity to be estimated.
         quantity: &'static str,
-        /// The joint it belongs to.
+        /// Its joint.
         joint: String,
-        /// How many were found.
+        /// Number found.
         found: usize,
-        /// What is counted, "steady windows" for instance.
+        /// What is counted, for example "steady windows".
         unit: &'static str,
-        /// How many are needed.
+        /// Number needed.
         needed: usize,
         /// What to record or change instead.
         advice: &'static str,
     },
-    /// A simulated machine has left everything that its laws can mean.
+    /// A simulated machine has left the range in which its laws are valid.
     #[error(
         "simulation diverged: at t = {time:.6} s {quantity} of {joint} is {value:e}, and at most {limit:e} can be meant; \
              a controller that is too stiff for the machine or too slow for its gears may be the cause"
@@ -52,35 +52,35 @@ pub enum Error {
         time: f64,
         /// The joint.
         joint: String,
-        /// What is out of bounds, "motor velocity" for instance.
+        /// The quantity that is out of bounds, for example "motor velocity".
         quantity: &'static str,
-        /// Its value, SI; may be no number.
+        /// Its value, SI; may be NaN.
         value: f64,
         /// Its bound.
         limit: f64,
     },
-    /// A simulation takes more steps than it may.
+    /// A simulation takes more steps than allowed.
     #[error(
         "simulation given up at t = {time:.6} s: it has taken {steps} steps, and at most {limit} are allowed; \
              contacts or effects that are very fast may be the cause, or --max-time allows more"
     )]
     TooManySteps {
-        /// [s] reached.
+        /// [s] Time that was reached.
         time: f64,
-        /// Taken so far.
+        /// Steps taken so far.
         steps: usize,
-        /// Most that are allowed.
+        /// Allowed steps.
         limit: usize,
     },
-    /// A recording for the viewer could not be made.
+    /// A recording for the viewer could not be written.
     #[error("recording: {entity} was refused")]
     Recording {
         /// Path of the entity in the recording.
         entity: String,
-        /// The reason that the recorder gives.
+        /// The reason given by the recorder.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// No friction law passes through the measured friction of a joint.
+    /// No friction law fits the measured friction of a joint.
     #[error(
         "friction of {joint}: no law fits the {windows} steady windows, in which the torque may even drive the joint; \
              compare gravity, base tilt, torque constant and signs with the model"
@@ -93,7 +93,7 @@ pub enum Error {
     },
 }
 
-/// One unusable value: where it stands, what it is, what was expected.
+/// One invalid value: its place, the value, and what was expected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputError {
     /// The file.
@@ -102,9 +102,9 @@ pub struct InputError {
     pub place: Place,
     /// Key, column or attribute: `joints.joint1.gear_ratio`.
     pub key: String,
-    /// The value as it stands there; empty where something is missing.
+    /// The value as written in the file; empty if something is missing.
     pub value: String,
-    /// What would have been right, with its range and unit.
+    /// What was expected, with range and unit.
     pub expected: String,
 }
 
@@ -145,7 +145,7 @@ impl std::error::Error for InputError {}
 pub struct MotionError {
     /// [s] First time at which it happens.
     pub time: f64,
-    /// What happens then.
+    /// The fault.
     pub cause: MotionFault,
 }
 
@@ -180,14 +180,15 @@ impl From<MotionError> for Error {
     }
 }
 
-/// Longest key or value, and longest expectation, that an error shows [characters]: what a file holds may be of any length.
+/// Longest key or value, and longest expectation, that an error shows [characters]: values in files may have any
+/// length.
 const SHOWN: usize = 240;
 const SHOWN_EXPECTED: usize = 1200;
 
-/// Text of a file as a message may show it: at most `most` characters, control characters as their escapes, so that a terminal
-/// neither obeys them nor breaks the line.
+/// Text of a file for a message: at most `most` characters, with control characters escaped, so that a terminal does
+/// not interpret them or break the line.
 pub fn shown(text: &str, most: usize) -> String {
-    // A number of hundreds of digits has a short form of the same value.
+    // A number of hundreds of digits also has a short form with the same value.
     if let Some(number) = text.parse::<f64>().ok().filter(|_| text.len() > most) {
         return format!("{number:e}");
     }
@@ -203,7 +204,7 @@ pub fn shown(text: &str, most: usize) -> String {
 }
 
 impl Error {
-    /// An unusable value at a place of a file.
+    /// An invalid value at a place in a file.
     pub fn input(
         file: &Path,
         place: Place,
@@ -220,7 +221,7 @@ impl Error {
         }))
     }
 
-    /// A refusal of the operating system.
+    /// A refusal by the operating system.
     pub fn file(path: &Path, action: &'static str, source: std::io::Error) -> Self {
         Self::File { path: path.to_owned(), action, source }
     }

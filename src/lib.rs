@@ -15,11 +15,11 @@ pub mod distributions;
 pub mod drive;
 /// Inverse dynamics, mass matrix, bias and gravity.
 pub mod dynamics;
-/// The catalogue of what a nominal model can lack.
+/// The catalogue of effects that a nominal model can lack.
 pub mod effects;
-/// What can go wrong, with positions and numbers.
+/// Errors, with positions and numbers.
 pub mod error;
-/// Files on the disk and of the catalogue, and fit names.
+/// Files on disk and in the catalogue, and valid file names.
 pub mod files;
 /// Friction and dead zone between rotor and link.
 pub mod gearhead;
@@ -27,7 +27,7 @@ pub mod gearhead;
 pub mod identify;
 /// The simulated machine on rapier.
 pub mod plant;
-/// A model simulated under recorded inputs, beside the recording.
+/// Simulates a model under recorded inputs, for comparison with the recording.
 pub mod replay;
 /// JSON, HTML and Rerun.
 pub mod report;

@@ -1,4 +1,4 @@
-//! Units: everything in memory is SI and radians; conversions happen here and nowhere else.
+//! Units: everything in memory is SI and radians; conversions are made only here.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ pub const DEG: f64 = PI / 180.0;
 /// [rad/s] in one revolution per minute.
 pub const RPM: f64 = PI / 30.0;
 
-/// Whether a joint turns or slides: it decides how its quantities are called.
+/// Whether a joint turns or slides; its quantities have different names and units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum JointKind {
@@ -77,7 +77,7 @@ pub enum Dimension {
     Temperature,
 }
 
-/// The units that files may use: name, what it measures, and how many SI units it holds.
+/// The units that files may use: name, quantity, and size in SI units.
 pub const UNITS: [(&str, Dimension, f64); 20] = [
     ("s", Dimension::Time, 1.0),
     ("ms", Dimension::Time, 1e-3),

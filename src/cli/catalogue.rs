@@ -1,14 +1,14 @@
-//! What a user names on the command line: a file, or something of the catalogue.
+//! Resolves a name on the command line: a file, or an entry of the catalogue.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
 use crate::files::catalogue;
 
-/// `given` where it is a file or a folder that holds `file`; else `<kind>/<given>/<file>` of the catalogue.
+/// `given` if it is a file, or the file `file` in a folder; otherwise `<kind>/<given>/<file>` of the catalogue.
 ///
 /// # Errors
-/// There is neither.
+/// Neither exists.
 pub fn find(given: &Path, kind: &str, file: &str) -> Result<PathBuf> {
     if given.is_dir() && given.join(file).is_file() {
         return Ok(given.join(file));

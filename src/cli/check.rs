@@ -21,11 +21,12 @@ pub struct Check {
     files: Vec<PathBuf>,
 }
 
-/// What a TOML file can be, by its key `schema`.
+/// Types of TOML file, by their key `schema`.
 const SCHEMAS: [&str; 3] = ["lostmotion/model/1", "lostmotion/dataset/1", "lostmotion/scenario/1"];
 
 impl Check {
-    /// Reads each file as the other commands would. All are tried; the first error ends the command after the last file.
+    /// Reads each file as the other commands would. All files are checked; the first error ends the command after the
+    /// last file.
     pub fn run(self) -> Result<Outcome> {
         let mut first_error = None;
         for file in &self.files {
@@ -39,7 +40,7 @@ impl Check {
     }
 }
 
-/// What the file holds, in one line.
+/// The content of the file, in one line.
 fn check(file: &Path) -> Result<String> {
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => check_toml(file),
@@ -75,7 +76,7 @@ fn scenario(file: &Path) -> Result<String> {
     Ok(format!("scenario {} of {}, {cost}{}", scenario.name, scenario.model.name, noted(&scenario.model.notes())))
 }
 
-/// A scenario on recordings: they and their model are read as a run would read them.
+/// A scenario on recordings: its recordings and model are read as in a run.
 fn on_recordings(scenario: &Recorded) -> Result<String> {
     let model = model(&scenario.robot)?;
     let read = input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &[])?;
@@ -83,7 +84,7 @@ fn on_recordings(scenario: &Recorded) -> Result<String> {
     Ok(format!("scenario {}, {sessions} recordings of {}", scenario.name, model.name))
 }
 
-/// A model from which a machine can be made.
+/// Reads a model, and checks that a machine can be built from it.
 fn model(file: &Path) -> Result<Model> {
     let model = Model::load(file)?;
     Plant::new(&model, &Options::default())?;

@@ -1,4 +1,4 @@
-//! What a command says: results on standard output, progress and warnings on standard error.
+//! Output of a command: results on standard output, progress and warnings on standard error.
 
 use std::error::Error as _;
 use std::io::{self, Write as _};
@@ -26,10 +26,10 @@ pub struct OutputOptions {
     pub json: bool,
 }
 
-/// Writes a result to standard output. A reader that stopped reading is no error.
+/// Writes a result to standard output. A closed pipe is not an error.
 ///
 /// # Errors
-/// Standard output refuses for any other reason.
+/// Standard output refuses for another reason.
 pub fn print(text: &str) -> Result<()> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -40,7 +40,7 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Prints warnings to standard error, one a line, and says how the command ended.
+/// Prints warnings to standard error, one per line, and returns the outcome of the command.
 pub fn warn(warnings: &[String]) -> Outcome {
     for warning in warnings {
         eprintln!("warning: {warning}");
@@ -48,10 +48,11 @@ pub fn warn(warnings: &[String]) -> Outcome {
     if warnings.is_empty() { Outcome::Done } else { Outcome::Warned }
 }
 
-/// Writes the report's files into place, prints it, and says where it stands. What cannot be written is printed all the same.
+/// Writes the report's files, prints the report, and prints its folder. If files cannot be written, the report is
+/// printed even so.
 ///
 /// # Errors
-/// No folder takes the files, or standard output is refused.
+/// No folder accepts the files, or standard output refuses.
 pub fn finish(report: &Report<'_>, folder: &Folder, options: &OutputOptions) -> Result<Outcome> {
     let files = report.files()?;
     let written = folder.write(&files);
@@ -76,12 +77,12 @@ pub fn finish(report: &Report<'_>, folder: &Folder, options: &OutputOptions) -> 
     Ok(warn(&warnings))
 }
 
-/// A progress line on standard error: hidden when quiet or when standard error is no terminal, and wiped when dropped.
+/// A progress line on standard error: hidden if quiet or if standard error is not a terminal, and removed when dropped.
 #[derive(Debug)]
 pub struct Progress(ProgressBar);
 
 impl Progress {
-    /// Starts a line that says what is being done.
+    /// Starts a line with the name of the present step.
     pub fn start(doing: &str, quiet: bool) -> Self {
         const STEPS: u64 = 1000;
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(STEPS) };
@@ -92,14 +93,14 @@ impl Progress {
         Self(bar)
     }
 
-    /// Says what is being done now, from the beginning of the bar.
+    /// Shows the next step, with the bar at its beginning.
     pub fn next(&self, doing: &str) {
         self.0.set_message(doing.to_owned());
         self.0.set_position(0);
         self.0.tick();
     }
 
-    /// Says what is being done, and how much of it.
+    /// Shows the present step, and the share of it that is done.
     pub fn show(&self, doing: &str, share: f64) {
         if self.0.message() != doing {
             self.0.set_message(doing.to_owned());

@@ -18,7 +18,7 @@ pub struct Data {
 }
 
 impl Data {
-    /// Prints a survey of each file; of a foreign layout a manifest to begin with, of a manifest what it yields.
+    /// Prints a survey of each file; for an unknown layout also a first manifest; for a manifest its session.
     pub fn run(self) -> Result<Outcome> {
         for (index, file) in self.files.iter().enumerate() {
             if index > 0 {

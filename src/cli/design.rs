@@ -35,7 +35,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// Simulates experiments and writes the best.
+    /// Simulates experiments and writes the best one.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
         let question = Question::parse(&self.question, &Catalogue::default())?;

@@ -43,7 +43,7 @@ pub struct Diagnose {
 }
 
 impl Diagnose {
-    /// Reads, diagnoses, replays nominal and extended model, reports.
+    /// Reads, diagnoses, replays the nominal and the extended model, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
         let input::Recordings { data: train, hold_out, reference, mut drawn, drawn_before } =
@@ -83,25 +83,26 @@ impl Diagnose {
     }
 }
 
-/// What the sessions of the healthy machine are called.
+/// Prefix of the sessions of the healthy machine.
 const REFERENCE: &str = "reference";
 
-/// The name of a session that tells it from others of the same name.
+/// The name of a session with a prefix, so that it differs from another session of the same name.
 fn named(session: &str, side: &str) -> String {
     format!("{side}: {session}")
 }
 
-/// Channels that a diagnosis and its replay read; all others may be dropped once the recording is drawn.
+/// Channels that a diagnosis and its replay read; all others may be dropped after the recording was reduced for
+/// display.
 pub fn channels() -> Vec<Channel> {
     let mut channels = diagnosis::channels();
     channels.extend(replay::CHANNELS);
     channels
 }
 
-/// A diagnosis with the simulations of both models beside the data held out.
+/// A diagnosis with the simulations of both models beside the held-out data.
 #[derive(Debug)]
 pub struct Findings {
-    /// The diagnosis, its replay errors filled in.
+    /// The diagnosis, with its replay errors.
     pub diagnosis: Diagnosis,
     /// Why the models could not be replayed beside the data.
     replay_failure: Option<Error>,
@@ -121,7 +122,7 @@ impl Findings {
         Ok(findings)
     }
 
-    /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
+    /// Compares with recordings of the healthy machine, and replays the healthy and the present machine.
     ///
     /// # Errors
     /// As [`diagnosis::compare`]. A replay that fails is a warning of the report.
@@ -143,12 +144,12 @@ impl Findings {
         Ok(findings)
     }
 
-    /// Replays; what is diagnosed stays, whatever happens here.
+    /// Replays. The diagnosis is kept even if the replay fails.
     fn add_replay(&mut self, train: Vec<Session>, hold_out: Vec<Session>, share: f64, progress: &Progress) {
         self.replay_failure = Self::replay(&mut self.diagnosis, train, hold_out, share, progress).err();
     }
 
-    /// Both models in simulation beside the data held out.
+    /// Simulates both models beside the held-out data.
     fn replay(
         diagnosis: &mut Diagnosis,
         train: Vec<Session>,
@@ -176,7 +177,7 @@ impl Findings {
         Ok(())
     }
 
-    /// The report: the recordings as they are drawn, with their residuals.
+    /// The report: the reduced recordings with their residuals.
     pub fn report(&self, name: &str, drawn: Vec<Drawn>) -> Report<'_> {
         let json = serde_json::to_value(&self.diagnosis).unwrap_or(Value::Null);
         let model = &self.diagnosis.extended_model;
@@ -210,7 +211,7 @@ fn tail(session: Session, share: f64) -> Session {
     Session { series: session.series.since(from), ..session }
 }
 
-/// Parts of the squared torque error of replays that lie in each zone of a joint.
+/// Shares of the squared torque error of replays in each zone of a joint.
 fn zone_shares(joint: &str, series: &[ResidualSeries], replays: &[Replay]) -> Option<ZoneShares> {
     let (mut sums, mut times) = ([0.0; 3], [0.0; 3]);
     for replay in replays {

@@ -20,7 +20,7 @@ pub struct Explain {
 }
 
 impl Explain {
-    /// Prints what the catalogue knows of the effect.
+    /// Prints the catalogue's description of the effect.
     pub fn run(self) -> Result<Outcome> {
         let Some(effect) = effects::find(&self.effect) else {
             let near = nearest(&self.effect, effects::CATALOGUE.iter().map(|effect| effect.name()));

@@ -61,7 +61,8 @@ impl Identify {
     }
 }
 
-/// The report of an identification; `truth` holds what was injected, where that is known; `drawn` is what the recordings show.
+/// The report of an identification; `truth` contains the injected values, if they are known; `drawn` are the
+/// recordings, reduced for display.
 pub fn report<'a>(
     name: &str,
     found: &Identification,

@@ -1,4 +1,4 @@
-//! Whether the recordings of a command are different ones: what is judged on the data that it was fitted to says nothing.
+//! Checks that the recordings of a command differ: a gain on the data of the fit means nothing.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fs;
@@ -8,22 +8,22 @@ use crate::dataset::Session;
 use crate::error::{Error, Place, Result};
 use crate::timeseries::{Channel, JointSeries};
 
-/// Rows that two recordings must share to be told for parts of one, and the share of them with positions that differ: at rest, the
-/// counts of an encoder repeat by themselves.
+/// Number of equal rows by which a recording counts as part of another, and the share of them with different positions:
+/// at rest, the counts of an encoder repeat anyway.
 const WINDOW: usize = 256;
 const MOVING: f64 = 0.25;
 
-/// What a recording is given as, and the recordings.
+/// The option of some recordings, and the recordings.
 type Given<'a, T> = (&'a str, &'a [T]);
 
 /// Refuses a file that is given twice.
 ///
 /// # Errors
-/// As said.
+/// As stated.
 pub fn of_files(given: [Given<'_, PathBuf>; 3]) -> Result<()> {
     let mut seen: BTreeMap<PathBuf, &str> = BTreeMap::new();
     for (flag, file) in given.iter().flat_map(|(flag, files)| files.iter().map(move |file| (*flag, file))) {
-        // What cannot be found is refused when it is read.
+        // A missing file is refused when it is read.
         let Ok(place) = fs::canonicalize(file) else { continue };
         if let Some(before) = seen.insert(place, flag) {
             return Err(refusal(file, flag, "the same file", before));
@@ -32,10 +32,10 @@ pub fn of_files(given: [Given<'_, PathBuf>; 3]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses two recordings of one name: results are told apart by it.
+/// Refuses two recordings of one name, because results are distinguished by it.
 ///
 /// # Errors
-/// As said.
+/// As stated.
 pub fn of_names(given: &[Given<'_, Session>]) -> Result<()> {
     let mut seen: BTreeMap<&str, &Path> = BTreeMap::new();
     for (flag, session) in each(given) {
@@ -54,7 +54,7 @@ pub fn of_names(given: &[Given<'_, Session>]) -> Result<()> {
 /// Refuses recordings that hold the same samples of a joint, whole or in part.
 ///
 /// # Errors
-/// As said.
+/// As stated.
 pub fn of_samples(given: &[Given<'_, Session>]) -> Result<()> {
     let all: Vec<(&str, &Session)> = each(given).map(|(flag, session)| (*flag, session)).collect();
     for (at, (flag, session)) in all.iter().enumerate() {
@@ -99,7 +99,7 @@ fn same_samples(part: &JointSeries, whole: &JointSeries) -> bool {
         let positions: HashSet<u64> = (*first..first + length).map(|at| part[0][at].to_bits()).collect();
         positions.len() as f64 >= (MOVING * length as f64).max(2.0)
     };
-    // From the middle on: sessions of one procedure may begin alike.
+    // Starting in the middle: sessions of one procedure may begin alike.
     let (last, step) = (part[0].len() - length, (length / 2).max(1));
     let Some(first) = (last / 2..=last).step_by(step).chain((0..last / 2).step_by(step)).find(moves) else {
         return false;

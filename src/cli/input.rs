@@ -1,4 +1,4 @@
-//! What a command reads: the model and the recordings.
+//! Input of a command: the model and the recordings.
 
 use std::path::{Path, PathBuf};
 
@@ -12,12 +12,12 @@ use super::{catalogue, identity};
 /// The model of a file, a folder with a `model.toml`, or a robot of the catalogue.
 ///
 /// # Errors
-/// There is none of that name, or its file is refused.
+/// There is no model of that name, or its file is refused.
 pub fn model(given: &Path) -> Result<Model> {
     Model::load(&catalogue::find(given, "robots", "model.toml")?)
 }
 
-/// The recordings of a command that judges on some of them, or compares.
+/// The recordings of a command with held-out data, or of a comparison.
 pub struct Recordings {
     /// Of `--data`.
     pub data: Vec<Session>,
@@ -25,17 +25,17 @@ pub struct Recordings {
     pub hold_out: Vec<Session>,
     /// Of `--reference`.
     pub reference: Vec<Session>,
-    /// How `--data` and `--hold-out` are drawn.
+    /// `--data` and `--hold-out`, reduced for display.
     pub drawn: Vec<Drawn>,
-    /// How `--reference` is drawn.
+    /// `--reference`, reduced for display.
     pub drawn_before: Vec<Drawn>,
 }
 
 impl Recordings {
-    /// Reads them, for the joints of a model; of the channels those are kept that are wanted.
+    /// Reads them for the joints of a model, and keeps the `wanted` channels.
     ///
     /// # Errors
-    /// A file cannot be read or used, is given twice, holds samples of another, or has the name of another.
+    /// A file cannot be read or used, is given twice, has samples of another one, or has the name of another one.
     pub fn read(
         data: &[PathBuf],
         hold_out: &[PathBuf],
@@ -58,7 +58,7 @@ impl Recordings {
     }
 }
 
-/// Reads recordings one by one, and keeps of each the channels that are wanted and how all of it is drawn.
+/// Reads recordings one by one; keeps the `wanted` channels of each, and a reduced copy of all channels for display.
 ///
 /// # Errors
 /// A file cannot be read or used.
@@ -73,14 +73,14 @@ fn read(files: &[PathBuf], model: &Model, wanted: &[Channel]) -> Result<(Vec<Ses
     Ok(files.iter().map(one).collect::<Result<Vec<_>>>()?.into_iter().unzip())
 }
 
-/// The files that a command reads: those of the model, those that were given, and those of the recordings that manifests name.
+/// All files that a command reads: those of the model, those that were given, and those that manifests name.
 pub fn files(model: &Model, given: &[&[PathBuf]], sessions: &[&[Session]]) -> Vec<PathBuf> {
     let of_model = [&model.source, &model.urdf];
     let of_data = sessions.iter().copied().flatten().map(|session| &session.source);
     of_model.into_iter().chain(given.iter().copied().flatten()).chain(of_data).cloned().collect()
 }
 
-/// What was noticed or mended while reading.
+/// Notes on what was found or repaired while reading.
 pub fn notes(sessions: &[Session]) -> Vec<String> {
     sessions.iter().flat_map(|session| session.notes.iter().map(ToString::to_string)).collect()
 }

@@ -1,4 +1,4 @@
-//! What a simulation may take: `--max-memory`, `--max-time`.
+//! Limits of a simulation: `--max-memory`, `--max-time`.
 
 use clap::Args;
 
@@ -22,7 +22,7 @@ impl LimitOptions {
     }
 }
 
-/// Units of memory; those of 1024 are read as what they are.
+/// Units of memory, decimal and binary.
 const UNITS: [(&str, f64); 10] = [
     ("kib", 1024.0),
     ("mib", 1_048_576.0),

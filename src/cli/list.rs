@@ -23,7 +23,7 @@ enum What {
 }
 
 impl List {
-    /// Prints name and one line on each.
+    /// Prints one line per entry, with its name.
     pub fn run(self) -> Result<Outcome> {
         let lines = match self.what {
             What::Robots => described("robots", "model.toml"),

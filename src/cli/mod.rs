@@ -50,7 +50,7 @@ enum Verb {
     Demo(run::Demo),
 }
 
-/// How a command that could be carried out ended.
+/// How a command ended, unless it was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Exit code 0.
@@ -74,7 +74,7 @@ impl From<Outcome> for ExitCode {
 /// Parses the process's arguments and carries out the verb. Usage errors end the process with exit code 2.
 ///
 /// # Errors
-/// Whatever the verb cannot do: bad input, a refused file, data that carry no estimate.
+/// The reason why the verb cannot be carried out: bad input, a refused file, insufficient data.
 pub fn run() -> Result<Outcome> {
     match Cli::parse().verb {
         Verb::Check(verb) => verb.run(),

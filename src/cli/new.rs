@@ -25,7 +25,7 @@ impl New {
     pub fn run(self) -> Result<Outcome> {
         let model = Model::from_urdf(&self.urdf)?;
         let file = self.out.unwrap_or_else(|| self.urdf.with_file_name("model.toml"));
-        // A link that leads to nothing is there as well.
+        // A broken symbolic link counts as an existing file.
         if file.symlink_metadata().is_ok() {
             return Err(Error::input(&file, Place::File, "--out", "", "a file that does not exist yet"));
         }

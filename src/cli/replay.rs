@@ -85,7 +85,7 @@ impl Replay {
     }
 }
 
-/// A replay of one session and what is shown of it.
+/// The replay of one session, and its curves for display.
 fn shown(model: &Model, session: &Session, options: &Options) -> Result<(replay::Replay, Shown)> {
     let mut shown = Shown::default();
     let replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;

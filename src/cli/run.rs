@@ -87,7 +87,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
         eprintln!("{cost}");
     }
     let progress = Progress::start("simulating", common.output.quiet);
-    // The truth is drawn, and no procedure sees it.
+    // The truth is drawn, but no procedure gets it.
     let keep = if scenario.procedure == Procedure::None && !common.csv { Keep::Nothing } else { Keep::Measured };
     let mut run = scenario::simulate_keeping(keep, &scenario, seed, &|done, all| progress.set(done / all))?;
     let drawn = std::mem::take(&mut run.drawn);
@@ -110,7 +110,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
     Ok(judged(outcome, &unmet))
 }
 
-/// The outcome of a report, or a failure where an expectation is not met.
+/// The outcome of a report, or a failure if an expectation is not met.
 fn judged(outcome: Outcome, unmet: &[String]) -> Outcome {
     unmet.iter().for_each(|unmet| eprintln!("expectation failed: {unmet}"));
     if unmet.is_empty() { outcome } else { Outcome::Failed }
@@ -126,7 +126,7 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
     Folder::reserve(common.output.out.as_deref(), request)
 }
 
-/// Diagnoses recordings, and checks what is named.
+/// Diagnoses recordings, and checks the named effects.
 fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = Model::load(&scenario.robot)?;
     let wanted = diagnose::channels();
@@ -149,7 +149,7 @@ fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<
     Ok(judged(outcome, &unmet))
 }
 
-/// The report of a run that was only simulated.
+/// The report of a run without a procedure.
 fn simulated(scenario: &Scenario, drawn: Vec<Drawn>) -> Report<'_> {
     let mut document = crate::report::Document { title: scenario.name.clone(), ..crate::report::Document::default() };
     let seconds: f64 = scenario.sessions.iter().map(|session| session.duration).sum();
@@ -159,7 +159,7 @@ fn simulated(scenario: &Scenario, drawn: Vec<Drawn>) -> Report<'_> {
     Report { document, json, motions, model: None, extra: Vec::new() }
 }
 
-/// Identification of what was measured with a model that is trusted, beside what was injected.
+/// Identification of the measured data with a trusted model, beside the injected values.
 fn identified<'a>(
     trusted: &Model,
     base: &Model,
@@ -177,8 +177,8 @@ fn identified<'a>(
     Ok((Report { model: Some(found.apply(base)), ..report }, unmet))
 }
 
-/// The nominal machine compared with what was measured; then friction and gap, with the
-/// cause in the model that the identification trusts.
+/// Diagnosis of the measured data with the nominal machine; then identification of friction and gap, with a model that
+/// contains the named cause.
 fn diagnosed<'a>(
     scenario: &'a Scenario,
     drawn: Vec<Drawn>,
@@ -192,11 +192,12 @@ fn diagnosed<'a>(
     let identification = corrected(extended)
         .and_then(|trusted| identified(&trusted, extended, scenario, drawn.clone(), measured, progress));
     let (mut report, mut unmet) = match identification {
-        // A finished diagnosis is written, whatever becomes of the identification.
+        // A finished diagnosis is written even if the identification fails.
         Err(why) => {
             let (json, mut document, model) = (diagnosis.json, diagnosis.document, Some(extended.clone()));
             let mut unmet = Vec::new();
-            // Friction has no laws of its own where no motion is steady; a diagnosis does without them, where nothing is expected of them.
+            // Without steady motion, friction laws cannot be identified; that is not worth a warning if no expectation
+            // needs them.
             if !(matches!(why, Error::TooLittleData { .. }) && scenario.expectations.is_empty()) {
                 document.warnings.push(format!("friction and gap were not identified: {why}"));
             }
@@ -225,7 +226,7 @@ fn diagnosed<'a>(
     Ok((report, unmet))
 }
 
-/// The model with its effects carried into its numbers, as far as they alter those.
+/// The model with its effects applied to its parameters, as far as they change parameters.
 fn corrected(model: &Model) -> Result<Model> {
     let mut corrected = Model { effects: Vec::new(), ..model.clone() };
     for entry in &model.effects {
@@ -243,7 +244,7 @@ fn recording(series: &TimeSeries, source: &Path) -> Session {
     Session { series: series.clone(), notes: Vec::new(), source: source.to_owned(), controllers }
 }
 
-/// Writes what was touched into the report and its recording.
+/// Writes the contacts into the report and its recording.
 fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &scenario::Run) {
     for ((motion, session), touched) in report.motions.iter_mut().zip(&run.sessions).zip(&run.contacts) {
         motion.obstacles = &scenario.options.obstacles;
@@ -271,7 +272,7 @@ fn csv_name(session: &str) -> String {
     format!("{session}.csv")
 }
 
-/// Name and content of a session as its machine would have recorded it.
+/// Name and content of a session in the format of a real machine's recording.
 fn csv<'a>(scenario: &Scenario, session: &'a TimeSeries) -> File<'a> {
     let kinds: Vec<_> = scenario.model.joints.iter().map(|joint| joint.kind).collect();
     let rows = Content::Stream(Box::new(move |out| dataset::write_csv_rows(out, session, &kinds)));

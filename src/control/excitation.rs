@@ -1,18 +1,18 @@
-//! Fast motions of several joints at once, drawn by a seed: data that a diagnosis can tell effects apart with.
+//! Fast random motions of several joints at once: data in which a diagnosis can separate effects.
 //!
-//! Every joint goes from place to place of its range, quickest way within a speed and an acceleration, with rests between;
-//! speeds are drawn between a tenth of the joint's speed and all of it, so that slow and fast moves come in random order and
-//! what grows with time is not taken for what grows with speed.
+//! Every joint moves between positions of its range, in the shortest time for a given speed and acceleration, with
+//! rests in between. Speeds are drawn between a tenth of the joint's speed and all of it, so that slow and fast moves
+//! come in random order and effects that grow with time are not confused with effects that grow with speed.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Profile, Track};
 
-/// What a joint may do.
+/// Positions and limits of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointRange {
-    /// [rad or m] places to go to.
+    /// [rad or m] Positions to move to.
     pub positions: [f64; 2],
     /// [rad/s or m/s] > 0.
     pub speed: f64,
@@ -20,36 +20,36 @@ pub struct JointRange {
     pub acceleration: f64,
 }
 
-/// Most moves of a joint: a day of one a second.
+/// Largest number of moves of a joint: one per second for a day.
 const MOST_MOVES: usize = 86_400;
 
-/// A joint would move more often than anything is meant to.
+/// The joint would make more moves than allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TooManyMoves {
     /// Index of the joint.
     pub joint: usize,
-    /// Most moves that are made.
+    /// Largest allowed number of moves.
     pub most: usize,
 }
 
 /// A fast motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excitation {
-    /// One a joint; `None` rests at its start.
+    /// One per joint; `None`: the joint rests at its start.
     pub joints: Vec<Option<JointRange>>,
-    /// [s] Moves begin until then.
+    /// [s] No move begins after this time.
     pub duration: f64,
     /// [s] Longest rest between moves, ≥ 0.
     pub longest_rest: f64,
-    /// Decides places, speeds and rests.
+    /// Seed of positions, speeds and rests.
     pub seed: u64,
 }
 
 impl Excitation {
-    /// The motion from a start [rad or m, one a joint]; it ends at rest.
+    /// The motion from a start [rad or m, one per joint]; it ends at rest.
     ///
     /// # Errors
-    /// A joint goes to and fro more often than anything is meant to: its places are too close to each other for the duration.
+    /// A joint makes too many moves: its positions are too close to each other for the duration.
     pub fn profile(&self, start: &[f64]) -> Result<Profile, TooManyMoves> {
         let track = |(joint, &position): (usize, &f64)| self.track(joint, position);
         Ok(Profile::new(start.iter().enumerate().map(track).collect::<Result<_, _>>()?))

@@ -1,7 +1,8 @@
 //! Reference and state to command.
 //!
-//! All on the joint side, SI. `q_d q̇_d q̈_d` is what a [`Profile`] wants, `q q̇` what the sensors or an [`EdgeObserver`] say,
-//! `τ` what the motors are to drive with, friction of the gears not known. Rigid-body terms come in as matrices and vectors.
+//! All quantities are on the joint side, SI. `q_d q̇_d q̈_d` is the target from a [`Profile`], `q q̇` the reading of
+//! the sensors or of an [`EdgeObserver`], `τ` the torque command to the motors, without compensation of gear friction.
+//! Rigid-body terms are passed as matrices and vectors.
 
 mod excitation;
 mod observer;
@@ -19,7 +20,7 @@ pub use staircase::{Gentle, Staircase, Steps};
 
 use nalgebra::DMatrix;
 
-/// How a machine moves: what it is controlled by.
+/// The measured motion that a machine is controlled by.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion<'a> {
     /// `q` [rad or m].
@@ -41,6 +42,6 @@ pub struct Terms<'a> {
 
 /// A law from reference and motion to the motors' torques on the joint side.
 pub trait Controller: Send {
-    /// Writes `τ` [N·m or N], one a joint.
+    /// Writes `τ` [N·m or N], one per joint.
     fn torque(&mut self, target: &[Target], motion: Motion, terms: &Terms, tau: &mut [f64]);
 }

@@ -1,21 +1,21 @@
-//! Velocity from the edges of an incremental encoder and the torque that was commanded: a Kalman filter.
+//! Velocity from the edges of an incremental encoder and the commanded torque: a Kalman filter.
 //!
-//! At half a degree a second a joint's encoder gives ten to fifteen edges a second, and a velocity measured from their periods
-//! comes late by one period. Between edges the torque is known, so the motion can be foretold:
+//! At half a degree per second the encoder of a joint gives ten to fifteen edges a second, and a velocity measured from
+//! their periods lags by one period. Between edges the torque is known, so the motion can be predicted:
 //!
 //! ```text
 //!   q̇ = v,    J v̇ = τ − d,    ḋ = w          d: friction and everything else, a random walk
 //! ```
 //!
-//! At an edge the position is known to a few percent of a count `δ`; between edges it lies within the count `[p − δ/2, p + δ/2]`,
-//! and a prediction that leaves the count is put back to the border that it passed (as an edge that did not come).
-//! `J` is that of rotor and link together: while the rotor is alone in the gap the observer takes its motion for that of the
-//! arm, and its answer is slow. Sign: `d > 0` brakes a motion in positive direction.
-//! Left out: coupling of the joints (it goes into `d`), delay of the current loop.
+//! At an edge the position is known to a few per cent of a count `δ`. Between edges it is within the count
+//! `[p − δ/2, p + δ/2]`; a prediction that leaves the count is set back to the border that it crossed (an edge that was
+//! not observed). `J` is the inertia of rotor and link together: while the rotor is alone in the gap, the observer
+//! treats its motion as that of the arm and responds slowly. Sign: `d > 0` brakes a motion in the positive direction.
+//! Left out: coupling of the joints (it becomes part of `d`), delay of the current loop.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// How much the observer trusts its model.
+/// Noise parameters of the observer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObserverNoise {
     /// [N·m/√s or N/√s] random walk of `d`, > 0.
@@ -41,28 +41,29 @@ pub struct EdgeObserver {
 }
 
 impl EdgeObserver {
-    /// At rest where the encoder reads a position [rad or m].
+    /// At rest at an encoder position [rad or m].
     pub fn new(count: f64, noise: ObserverNoise, reading: f64) -> Self {
         let p = Matrix3::from_diagonal(&Vector3::new(count * count / 12.0, count * count, 1e-2));
         Self { count, noise, x: Vector3::new(reading, 0.0, 0.0), p, reading }
     }
 
-    /// `q` [rad or m] as observed.
+    /// Estimated `q` [rad or m].
     pub fn position(&self) -> f64 {
         self.x[0]
     }
 
-    /// `v` [rad/s or m/s] as observed.
+    /// Estimated `v` [rad/s or m/s].
     pub fn velocity(&self) -> f64 {
         self.x[1]
     }
 
-    /// `d` [N·m or N] as observed.
+    /// Estimated `d` [N·m or N].
     pub fn disturbance(&self) -> f64 {
         self.x[2]
     }
 
-    /// Takes the encoder's position [rad or m] `h` [s] after the last one, between which `τ` [N·m or N] drove an inertia `J`.
+    /// Processes the encoder's position [rad or m] `h` [s] after the last one; in between, `τ` [N·m or N] drives an
+    /// inertia `J`.
     pub fn update(&mut self, reading: f64, tau: f64, inertia: f64, h: f64) {
         self.predict(tau, inertia, h);
         let half = 0.5 * self.count;
@@ -94,7 +95,7 @@ impl EdgeObserver {
         self.p[(2, 2)] += h * self.noise.disturbance.powi(2);
     }
 
-    /// Takes a position as measured: the edge lies anywhere within the last sampling interval.
+    /// Processes a measured position: the edge lies anywhere within the last sampling interval.
     fn correct(&mut self, border: f64, h: f64) {
         let r = (self.noise.edge * self.count).powi(2) + (h * self.x[1]).powi(2) / 12.0;
         let gain = self.p.column(0) / (self.p[(0, 0)] + r);

@@ -3,7 +3,7 @@
 //! ```text
 //!   τ = −K_P ė − K_I ∫ė dt,    ė = q̇ − q̇_d,  ∫ė dt = q − q_d
 //! ```
-//! Knows nothing of the arm: gravity and inertia are left to its integral.
+//! It has no model of the arm: its integral compensates gravity and friction.
 
 use super::{Controller, Motion, Target, Terms};
 
@@ -16,14 +16,14 @@ pub struct PiGains {
     pub integral: f64,
 }
 
-/// A PI controller a joint.
+/// One PI controller per joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pi {
     gains: Vec<PiGains>,
 }
 
 impl Pi {
-    /// One set of gains a joint.
+    /// One set of gains per joint.
     pub fn new(gains: Vec<PiGains>) -> Self {
         Self { gains }
     }

@@ -1,4 +1,4 @@
-//! References of piecewise constant acceleration: one track a joint.
+//! References of piecewise constant acceleration: one track per joint.
 //!
 //! ```text
 //!   q̇_d      ______              q_d(t) = q_k + q̇_k (t − t_k) + ½ q̈_k (t − t_k)²      t_k ≤ t < t_{k+1}
@@ -6,7 +6,7 @@
 //!     _____/        \_____
 //! ```
 
-/// What a reference wants of a joint at an instant.
+/// Target of a joint at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Target {
     /// `q_d` [rad or m].
@@ -18,7 +18,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// Where constant acceleration leads in a duration [s].
+    /// Position and velocity after a duration [s] of constant acceleration.
     fn after(&self, duration: f64) -> Self {
         Self {
             position: self.position + duration * (self.velocity + 0.5 * duration * self.acceleration),
@@ -31,7 +31,7 @@ impl Target {
 /// The reference of one joint, built piece by piece; after its last piece the joint rests.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
-    /// Start time [s] and motion of every piece; the last one is where the track ends.
+    /// Start time [s] and motion of every piece; the last entry is the end of the track.
     pieces: Vec<(f64, Target)>,
 }
 
@@ -41,7 +41,7 @@ impl Track {
         Self { pieces: vec![(0.0, Target { position, ..Target::default() })] }
     }
 
-    /// Appends a piece of constant acceleration [rad/s² or m/s²]. Pieces without duration [s] change nothing.
+    /// Appends a piece of constant acceleration [rad/s² or m/s²]. Pieces of zero duration [s] are ignored.
     pub fn accelerate(&mut self, acceleration: f64, duration: f64) {
         if duration <= 0.0 {
             return;
@@ -53,13 +53,13 @@ impl Track {
         self.pieces.push(next);
     }
 
-    /// Goes on at the velocity that it has.
+    /// Continues at its present velocity.
     pub fn coast(&mut self, duration: f64) {
         self.accelerate(0.0, duration);
     }
 
-    /// From rest to a velocity [rad/s or m/s] with one acceleration, constant for a while [s], to rest with a deceleration
-    /// [rad/s² or m/s², both > 0].
+    /// From rest to a velocity [rad/s or m/s] with one acceleration, constant for a time [s], and to rest with a
+    /// deceleration [rad/s² or m/s², both > 0].
     pub fn trapezoid(&mut self, velocity: f64, acceleration: f64, constant: f64, deceleration: f64) {
         let towards = velocity.signum();
         self.accelerate(towards * acceleration, velocity.abs() / acceleration);
@@ -68,7 +68,8 @@ impl Track {
         self.rest();
     }
 
-    /// The quickest move to a position within a speed [rad/s or m/s] and an acceleration [rad/s² or m/s²], from rest to rest.
+    /// The fastest move to a position within a speed [rad/s or m/s] and an acceleration [rad/s² or m/s²], from rest to
+    /// rest.
     pub fn move_to(&mut self, position: f64, speed: f64, acceleration: f64) {
         let way = position - self.end().position;
         let peak = speed.min((way.abs() * acceleration).sqrt());
@@ -79,23 +80,23 @@ impl Track {
         self.pieces[end].1.position = position;
     }
 
-    /// Takes away what rounding left of the velocity.
+    /// Sets a velocity that is only rounding error to zero.
     fn rest(&mut self) {
         let end = self.pieces.len() - 1;
         self.pieces[end].1.velocity = 0.0;
     }
 
-    /// [s] from start to rest.
+    /// [s] Duration until rest.
     pub fn duration(&self) -> f64 {
         self.pieces[self.pieces.len() - 1].0
     }
 
-    /// Where the track ends.
+    /// Position at the end of the track.
     pub fn end(&self) -> Target {
         self.pieces[self.pieces.len() - 1].1
     }
 
-    /// [rad or m] Way from its start to its end, there and back counted.
+    /// [rad or m] Total distance travelled, in both directions.
     fn way(&self) -> f64 {
         let ways = self.pieces.windows(2).map(|pair| (pair[1].1.position - pair[0].1.position).abs());
         ways.sum()
@@ -109,7 +110,7 @@ impl Track {
     }
 }
 
-/// The reference of a machine, one track a joint.
+/// The reference of a machine, one track per joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     tracks: Vec<Track>,
@@ -131,7 +132,7 @@ impl Profile {
         &self.tracks
     }
 
-    /// The joints' tracks, to be continued.
+    /// The joints' tracks, for appending.
     pub fn tracks_mut(&mut self) -> &mut [Track] {
         &mut self.tracks
     }
@@ -141,7 +142,7 @@ impl Profile {
         self.tracks.iter().map(Track::duration).fold(0.0, f64::max)
     }
 
-    /// [rad or m] Ways of all joints together, there and back counted.
+    /// [rad or m] Total distance travelled by all joints, in both directions.
     pub fn way(&self) -> f64 {
         self.tracks.iter().map(Track::way).sum()
     }

@@ -10,9 +10,9 @@
 //! Inside the layer it is linear: velocity gain `K_S/Φ + H Λ`, position gain `Λ K_S/Φ`. Where friction falls with speed, at
 //! `−dF/dv`, the layer holds the velocity only while `K_S/Φ > −dF/dv`.
 //!
-//! The integral of the velocity error is taken as the difference of positions, `∫ė dt = q − q_d`: exact where the motion starts
-//! on its reference, and free of the drift of a velocity that was measured.
-//! Left out: the gap; in it `H` is too large by the link.
+//! The integral of the velocity error is computed as a difference of positions, `∫ė dt = q − q_d`: it is exact if the
+//! motion starts on its reference, and has no drift from errors of a measured velocity.
+//! Left out: the gap; within it, `H` is too large by the inertia of the link.
 //! Reference: L. Márton, B. Lantos (2009), section III.C.
 
 use super::{Controller, Motion, Target, Terms};
@@ -44,7 +44,7 @@ pub struct SlidingMode {
 }
 
 impl SlidingMode {
-    /// One set of gains a joint.
+    /// One set of gains per joint.
     pub fn new(gains: Vec<SlidingGains>) -> Self {
         let zero = vec![0.0; gains.len()];
         Self { gains, acceleration: zero.clone(), velocity: zero }

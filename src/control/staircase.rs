@@ -7,10 +7,10 @@
 //!             \__/            \______/      when it reverses against friction that the controller does not know
 //! ```
 //!
-//! The joint ends every pair of steps where it began, or a little further on: a gap measured at turns that all share one phase
-//! of an encoder count would share its error as well. It brakes gently, so that the link's own friction keeps it pressed to
-//! the flank that drives it and the gap is still whole when the motor reverses ("uniform deceleration, with low velocity
-//! rate change value"); it may speed up faster, because then the flank pushes.
+//! Every pair of steps ends where it began, or a little further on: if all reversals were at the same phase of an
+//! encoder count, their gap measurements would share its error. The joint brakes gently, so that the link's own
+//! friction keeps it on the flank that drives it, and the motor crosses the whole gap when it reverses ("uniform
+//! deceleration, with low velocity rate change value"). It may accelerate faster, because then the flank pushes.
 //! Reference: L. Márton, B. Lantos (2009), Figure 2 and section III.
 
 use super::Profile;
@@ -27,7 +27,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// How many speeds there are, a whole number; infinite where it is beyond counting.
+    /// Number of speeds, a whole number; infinite if it is too large to count.
     pub fn count(&self) -> f64 {
         ((self.last - self.first) / self.increment + 1e-9).floor().max(0.0) + 1.0
     }
@@ -39,11 +39,11 @@ impl Steps {
     }
 }
 
-/// Steps at which the gap is to be measured: they brake so gently that the link, braked by its own friction, stays on the flank that
-/// drives it.
+/// Steps at which the gap is measured: they brake so gently that the link, decelerated by its own friction, stays on
+/// the flank that drives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gentle {
-    /// [rad/s or m/s] Fastest step that brakes so, ≥ 0.
+    /// [rad/s or m/s] Fastest step with gentle braking, ≥ 0.
     pub up_to: f64,
     /// [rad/s² or m/s²] > 0.
     pub deceleration: f64,
@@ -60,20 +60,20 @@ pub struct Staircase {
     pub acceleration: f64,
     /// [rad/s² or m/s²] > 0.
     pub deceleration: f64,
-    /// The steps that brake more gently than that; `None`: all steps brake alike.
+    /// The steps that brake more gently; `None`: all steps brake in the same way.
     pub gentle: Option<Gentle>,
-    /// `T` [s] every step at least, ≥ 0.
+    /// `T` [s] minimum duration of every step, ≥ 0.
     pub steady_time: f64,
-    /// `s` [rad or m] way at constant velocity on top of it, ≥ 0.
+    /// `s` [rad or m] additional distance at constant velocity, ≥ 0.
     pub settling_way: f64,
-    /// [rad or m] how far each pair of steps ends beyond where it began, in the direction of its first step, ≥ 0.
+    /// [rad or m] Distance by which each pair of steps ends beyond its start, in the direction of its first step, ≥ 0.
     pub advance: f64,
     /// Direction of each pair's first step: +1 or −1.
     pub direction: f64,
 }
 
 impl Staircase {
-    /// Appends the staircase after everything that the profile already holds.
+    /// Appends the staircase to the profile.
     pub fn append(&self, profile: &mut Profile) {
         let start = profile.duration();
         let track = &mut profile.tracks_mut()[self.joint];
@@ -85,9 +85,9 @@ impl Staircase {
             }
         }
     }
-    /// What a step of this speed brakes with.
+    /// Deceleration of a step of this speed.
     fn deceleration(&self, speed: f64) -> f64 {
-        // Speeds are sums of increments: one that is meant to be the last must not miss it by rounding.
+        // Speeds are sums of increments: the last one must not be missed by rounding.
         let gentle = self.gentle.filter(|gentle| speed <= gentle.up_to * (1.0 + 1e-9));
         gentle.map_or(self.deceleration, |gentle| gentle.deceleration)
     }

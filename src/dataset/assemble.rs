@@ -11,11 +11,11 @@ use super::{JointLimits, Session, checks};
 use crate::error::{Error, Place, Result};
 use crate::timeseries::{JointSeries, Samples, TimeSeries};
 
-/// [s] Time that begins later than this, or earlier than its negative, is counted from the first sample: since 1970, not since the start
-/// of a recording. Above it, an `f64` resolves time no better than 1e-10 s.
+/// [s] Time that begins later than this, or earlier than its negative, is counted from the first sample: it is likely a
+/// time since 1970. Above this value, an `f64` resolves time no better than 1e-10 s.
 const FAR: f64 = 1e6;
 
-/// Takes the planned columns out of a table and checks them.
+/// Takes the planned columns from a table and checks them.
 ///
 /// # Errors
 /// A column is missing, or its content cannot be used.
@@ -24,7 +24,7 @@ pub(super) fn assemble(mut table: Table, plan: Plan, limits: &JointLimits) -> Re
     notes.extend(plan.notes);
     let (time, unit) = time(&table, &plan.time, plan.time_unit)?;
     let sources = || plan.joints.iter().flat_map(|joint| joint.channels.iter().map(|(_, source)| source));
-    // A column is copied only where another channel is made of it too.
+    // A column is copied only if another channel uses it too.
     let mut uses: HashMap<&str, usize> = HashMap::new();
     sources().for_each(|source| *uses.entry(&source.column).or_default() += 1);
     let mut signals = vec![(plan.time.column.clone(), time)];
@@ -67,7 +67,7 @@ fn session(
     Session { series: TimeSeries { name, time, joints }, notes, source: source.to_owned(), controllers }
 }
 
-/// [s] The time, and how its unit is known.
+/// [s] The time, and the source of its unit.
 fn time(table: &Table, source: &Source, given: Option<String>) -> Result<(Vec<f64>, TimeUnit)> {
     let column = table.wanted(&source.column, source.named_at.as_ref())?;
     let (factor, unit) = match (column.seconds, given) {
@@ -89,7 +89,7 @@ fn time(table: &Table, source: &Source, given: Option<String>) -> Result<(Vec<f6
     Ok((column.values.iter().map(|value| (value - begin) * factor).collect(), unit))
 }
 
-/// The values of a channel; the `last` that is made of a column takes them from it.
+/// The values of a channel. The `last` channel that uses a column takes the values out of the table.
 fn values(table: &mut Table, source: &Source, last: bool) -> Result<Vec<f64>> {
     let column = table.wanted(&source.column, source.named_at.as_ref())?;
     let (origin, factor) = (column.origin as f64, source.factor * column.seconds.unwrap_or(1.0));

@@ -1,4 +1,4 @@
-//! Numbers beyond physical sense, and positions outside the limits of a joint.
+//! Checks for numbers without physical sense, and for positions outside the limits of a joint.
 
 use std::path::Path;
 
@@ -8,11 +8,12 @@ use crate::error::{Error, Place, Result};
 use crate::timeseries::Channel;
 use crate::units::JointKind;
 
-/// Part of the range of a joint by which a position may miss its limits unsaid: 3.6° of a range of 180°, where a tracking error at the
-/// limit and the error of a zero that was set by eye are about 1° each.
+/// Part of the range of a joint by which a position may exceed its limits without a note: 3.6° for a range of 180°. A
+/// tracking error at the limit and the error of a zero set by eye are about 1° each.
 const MARGIN: f64 = 0.02;
 
-/// Refuses a number that no machine reaches: a thousand times what the largest does, so that no unit that is merely wrong is meant.
+/// Refuses a number that no machine reaches. The bound is a thousand times that of the largest machines, so a value in
+/// a wrong unit may still pass.
 ///
 /// # Errors
 /// The first such number, with row and column.
@@ -27,7 +28,7 @@ pub(super) fn physical(file: &Path, name: &str, channel: Channel, kind: JointKin
     }
 }
 
-/// What a channel can be, with its unit.
+/// Possible values of a channel, with their unit.
 fn range(channel: Channel, kind: JointKind) -> (f64, f64, &'static str) {
     let turns = kind == JointKind::Revolute;
     let (size, unit) = match channel {
@@ -49,7 +50,7 @@ fn range(channel: Channel, kind: JointKind) -> (f64, f64, &'static str) {
     (-size, size, unit)
 }
 
-/// What there is to say of a position that lies outside the limits of its joint.
+/// A note on a position that lies outside the limits of its joint.
 pub(super) fn outside_limits(
     file: &Path,
     name: &str,

@@ -1,7 +1,8 @@
-//! What is checked of every recording: lengths, numbers, time, gaps, dead channels.
+//! Checks of every recording: lengths, numbers, time, gaps, constant channels.
 //!
-//! Refused: a channel shorter than the rest, NaN and ±Inf, time that runs backwards or repeats with other samples, long gaps.
-//! Mended and reported: rows that repeat the row before them are dropped. Reported: single missing rows, constant channels.
+//! Refused: a channel shorter than the rest, NaN and ±Inf, time that runs backwards or repeats with other samples, long
+//! gaps. Repaired and reported: rows that repeat the row before them are dropped. Reported: single missing rows,
+//! constant channels.
 
 use std::path::Path;
 
@@ -9,17 +10,18 @@ use super::Note;
 use super::time_base::{self, TimeUnit};
 use crate::error::{Error, Place, Result};
 
-/// Fewest samples that make a session.
+/// Least number of samples of a session.
 const MIN_SAMPLES: usize = 2;
-/// A step longer than this many median steps misses samples.
+/// A step longer than this many median steps lacks samples.
 const MISSING: f64 = 1.5;
-/// A step longer than this many median steps is a gap across which no filter may run.
+/// A step longer than this many median steps is a gap; no filter may run across it.
 const GAP: f64 = 10.5;
 
-/// Checks the time, the first of some columns of one length and of finite numbers; drops rows that repeat.
+/// Checks the time, which is the first column; the columns have equal lengths and finite numbers. Drops rows that
+/// repeat.
 ///
 /// # Errors
-/// The first thing that cannot be mended, with its row and column.
+/// The first fault that cannot be repaired, with its row and column.
 pub(super) fn check(
     file: &Path,
     signals: &mut [(String, Vec<f64>)],
@@ -44,7 +46,7 @@ fn median_step(time: &[f64]) -> f64 {
 /// Refuses a column that is shorter than the others, and fewer than two rows.
 ///
 /// # Errors
-/// As said.
+/// As stated.
 pub(super) fn lengths(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
     let longest = signals.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
     if longest < MIN_SAMPLES {
@@ -63,7 +65,7 @@ pub(super) fn lengths(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()>
 /// Refuses NaN and infinity.
 ///
 /// # Errors
-/// The first row that holds one.
+/// The first row that contains one.
 pub(super) fn finite(file: &Path, signals: &[(String, Vec<f64>)]) -> Result<()> {
     let first = |(name, values): &(String, Vec<f64>)| {
         values.iter().position(|value| !value.is_finite()).map(|row| (row, name.clone(), values[row]))

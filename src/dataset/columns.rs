@@ -1,4 +1,4 @@
-//! From columns of a file to channels of joints: names, units, scale.
+//! Maps columns of a file to channels of joints: names, units, scale.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,8 @@ pub const CHANNEL_COLUMNS: [(&str, Channel); 11] = [
     ("temperature", Channel::Temperature),
 ];
 
-/// Channel of a canonical name, where it fits the kind of the joint: `force` slides, `torque` turns, `effort` does either.
+/// Channel of a canonical name, if it fits the kind of the joint: `force` for sliding joints, `torque` for turning
+/// ones, `effort` for both.
 pub fn column_of(name: &str, kind: JointKind) -> Option<Channel> {
     let misfit = match kind {
         JointKind::Revolute => "force",
@@ -34,7 +35,7 @@ pub fn column_of(name: &str, kind: JointKind) -> Option<Channel> {
     CHANNEL_COLUMNS.iter().find(|(known, _)| *known == name && name != misfit).map(|&(_, channel)| channel)
 }
 
-/// What a channel measures at a joint of that kind.
+/// Physical quantity of a channel at a joint of that kind.
 fn dimension(channel: Channel, kind: JointKind) -> Option<Dimension> {
     let turning = kind == JointKind::Revolute;
     match channel {
@@ -51,9 +52,9 @@ fn dimension(channel: Channel, kind: JointKind) -> Option<Dimension> {
     }
 }
 
-/// SI units of a channel in one unit of the file, or what units would fit.
+/// Factor from the file's unit to SI for a channel; the error lists the units that would fit.
 ///
-/// Volts stand for a current or a torque where a scale says how much of it a volt is.
+/// Volts are accepted for a current or a torque if a scale converts them.
 pub(super) fn conversion(
     name: &str,
     channel: Channel,
@@ -75,7 +76,7 @@ fn fitting_units(wanted: Dimension, drives: bool) -> String {
     format!("a unit of this quantity: {}{volts}", names.join(", "))
 }
 
-/// A column, and what one unit of it is in SI.
+/// A column, and its factor to SI.
 #[derive(Debug, Clone)]
 pub(super) struct Source {
     /// Name in the file.
@@ -86,22 +87,22 @@ pub(super) struct Source {
     pub(super) named_at: Option<(PathBuf, Place, String)>,
 }
 
-/// Which columns make up a session.
+/// The columns that make up a session.
 #[derive(Debug)]
 pub(super) struct Plan {
     /// Name of the session.
     pub(super) name: String,
     /// The time.
     pub(super) time: Source,
-    /// The unit of the time, where a manifest gives it.
+    /// The unit of the time, if a manifest gives it.
     pub(super) time_unit: Option<String>,
     /// The joints that were recorded.
     pub(super) joints: Vec<PlannedJoint>,
-    /// What was noticed while planning.
+    /// Notes from planning.
     pub(super) notes: Vec<Note>,
 }
 
-/// Where the channels of a joint come from.
+/// The columns of a joint's channels.
 #[derive(Debug)]
 pub(super) struct PlannedJoint {
     /// Name of the joint in the model.

@@ -1,4 +1,4 @@
-//! Comma-separated values with a header: reading any, writing canonical ones.
+//! Comma-separated values with a header: reads any layout, writes canonical columns.
 
 mod guard;
 
@@ -22,15 +22,15 @@ use crate::units::JointKind;
 /// Bytes of a cell that an error message shows.
 const SHOWN_BYTES: usize = 40;
 
-/// Rows after which the length of all columns is foreseen for the first time.
+/// Number of rows after which the length of all columns is estimated for the first time.
 const FIRST_ROOM: usize = 4096;
-/// Bytes that the parser reads at once.
+/// Number of bytes that the parser reads at once.
 const BUFFER: usize = 1 << 16;
 
 /// Reads all columns of a file. A last row that was cut off is dropped and reported.
 ///
 /// # Errors
-/// The file cannot be read, is no text, has no header, or a row with another number of fields than the header.
+/// The file cannot be read, is not text, has no header, or has a row whose number of fields differs from the header's.
 pub(super) fn read(path: &Path) -> Result<Table> {
     let (mut file, size) = source_file::open(path)?;
     let complete = ends_a_line(&mut file).map_err(|source| Error::file(path, "read", source))?;
@@ -107,7 +107,7 @@ fn parse(path: &Path, input: impl Read, size: u64, complete: bool) -> Result<Tab
     Ok(table)
 }
 
-/// Refuses a last record that holds the end of the file within a quoted cell.
+/// Refuses a last record in which the file ends within a quoted cell.
 fn check_quotes(path: &Path, record: &ByteRecord, complete: bool) -> Result<()> {
     let ends = |cell: &[u8]| cell.last().is_some_and(|&byte| is_line_end(byte)) || !complete;
     let open = |cell: &[u8]| cell.iter().any(|&byte| is_line_end(byte)) && ends(cell);
@@ -119,8 +119,8 @@ fn check_quotes(path: &Path, record: &ByteRecord, complete: bool) -> Result<()> 
     Ok(())
 }
 
-/// Rows that are still to come in a file of `size` bytes of which `read` were `rows` rows, and a few more: columns that grow by doubling
-/// are copied from place to place, and leave holes in memory as large as themselves.
+/// Expected number of further rows in a file of `size` bytes, of which `read` bytes gave `rows` rows, with some margin.
+/// Columns that grow by doubling are copied repeatedly, and leave holes in memory as large as themselves.
 fn rows_to_come(rows: usize, read: u64, size: u64) -> usize {
     let left = size.saturating_sub(read) as f64 / read.max(1) as f64;
     (1.02 * left * rows as f64) as usize + rows / 8
@@ -129,7 +129,7 @@ fn rows_to_come(rows: usize, read: u64, size: u64) -> usize {
 fn put(column: &mut Column, cell: &[u8]) {
     let bytes = cell.trim_ascii();
     let text = std::str::from_utf8(bytes).ok();
-    // Only a column that begins with a large number is kept relative to it.
+    // Only a column that begins with a large number is stored relative to it.
     let relative = column.values.is_empty() || column.origin != 0;
     match text.filter(|_| relative).and_then(parts) {
         Some((whole, fraction)) => column.put_parts(whole, fraction),
@@ -142,7 +142,7 @@ fn put(column: &mut Column, cell: &[u8]) {
 
 /// Whole part and fraction of a long decimal number such as a time stamp since 1970; `None` for anything else.
 fn parts(text: &str) -> Option<(i64, f64)> {
-    /// Fewest digits before the point of a number that is split.
+    /// Least number of digits before the decimal point of a number that is split.
     const LONG: usize = 9;
     let digits = text.bytes().take_while(u8::is_ascii_digit).count();
     if digits < LONG {
@@ -206,7 +206,7 @@ fn refuse_text(path: &Path, fault: &Fault) -> Error {
     }
 }
 
-/// Writes a session with canonical columns, whole or not at all: [`text`] as a file.
+/// Writes a session with canonical columns, completely or not at all: [`text`] as a file.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -217,17 +217,17 @@ pub fn write(path: &Path, series: &TimeSeries, kinds: &[JointKind]) -> Result<()
 /// A session with canonical columns as text: what [`write_rows`] writes.
 pub fn text(series: &TimeSeries, kinds: &[JointKind]) -> String {
     let mut bytes = Vec::new();
-    // Writing to memory cannot fail, and what is written is text.
+    // Writing to memory cannot fail, and the bytes are valid text.
     let _ = write_rows(&mut bytes, series, kinds);
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-/// Writes a session with canonical columns, row by row. Channels that only a simulation knows are left out.
+/// Writes a session with canonical columns, row by row. Channels that exist only in a simulation are left out.
 ///
 /// Numbers are written so that reading them gives the same bits.
 ///
 /// # Errors
-/// Those of `out`.
+/// Errors of `out`.
 pub fn write_rows(out: &mut dyn io::Write, series: &TimeSeries, kinds: &[JointKind]) -> io::Result<()> {
     let mut header = vec!["time".to_owned()];
     let mut columns: Vec<&[f64]> = vec![&series.time];

@@ -1,4 +1,4 @@
-//! Whether the joints of a recording turn or slide, where no model says so.
+//! Whether the joints of a recording turn or slide, if there is no model.
 
 use std::collections::HashMap;
 
@@ -27,7 +27,8 @@ pub(super) fn joints_of_table(table: &Table) -> Vec<(String, JointKind)> {
     joints
 }
 
-/// The joints of a manifest: one with a `force`, or with a unit of length, speed or force, slides. Its errors are left to the reader.
+/// The joints of a manifest: one with a `force`, or with a unit of length, linear velocity or force, slides. Errors of
+/// the manifest are left to its reader.
 pub(super) fn joints_of_manifest(manifest: &Manifest) -> Vec<(String, JointKind)> {
     let root = manifest.document().root();
     let joints = root.table("joints").and_then(|joints| joints.named_tables()).unwrap_or_default();

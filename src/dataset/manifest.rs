@@ -1,4 +1,4 @@
-//! The manifest: which column of a foreign file is which channel, in what unit.
+//! The manifest: maps columns of any file to channels and units.
 //!
 //! ```toml
 //! schema = "lostmotion/dataset/1"
@@ -33,29 +33,30 @@ const SCHEMA: &str = "lostmotion/dataset/1";
 /// Longest difference quotient of a controller [samples].
 const MAX_VELOCITY_SAMPLES: i64 = 1000;
 
-/// Sizes of a scale: the finest unit in use, nm or µA, is 1e-9 of the SI unit, and counts of a converter of 24 bits divide it by 1e7 more.
+/// Allowed scales: the finest unit in use, nm or µA, is 1e-9 of the SI unit, and the counts of a 24-bit converter
+/// divide it by another 1e7.
 const SMALLEST_SCALE: f64 = 1e-16;
 const LARGEST_SCALE: f64 = 1e16;
 
 /// Environment variable that names the folder of recordings.
 const DATA_FOLDER: &str = "LOSTMOTION_DATA";
 
-/// The machine's own controller: position and velocity loop in cascade, each sample `k` of interval `T`,
+/// The machine's own controller: position and velocity loop in cascade, at each sample `k` of interval `T`,
 /// `τ = k_v (k_p (q_ref − q(k)) − (q(k) − q(k−n))/(n T))`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller {
-    /// `k_p` [1/s] velocity asked for per position error, > 0.
+    /// `k_p` [1/s] commanded velocity per position error, > 0.
     pub position_gain: f64,
     /// `k_v` [N·m·s/rad or N·s/m] torque on the joint side per velocity error, > 0.
     pub velocity_gain: f64,
-    /// `n` samples over which it takes the difference quotient of the position, ≥ 1; 1 where the manifest does not say.
+    /// `n` number of samples of the position's difference quotient, ≥ 1; 1 if the manifest does not give it.
     pub velocity_samples: usize,
 }
 
-/// A manifest as it was read.
+/// A manifest.
 #[derive(Debug)]
 pub struct Manifest {
-    /// The file of data, found.
+    /// The data file.
     pub file: PathBuf,
     /// Who recorded it.
     pub source: Option<String>,
@@ -66,7 +67,7 @@ impl Manifest {
     /// Reads a manifest and finds its file of data.
     ///
     /// # Errors
-    /// The manifest cannot be read, is of another schema, or its file is nowhere.
+    /// The manifest cannot be read, has another schema, or its file does not exist.
     pub fn read(path: &Path) -> Result<Self> {
         let document = Document::read(path)?;
         let root = document.root();
@@ -78,12 +79,12 @@ impl Manifest {
         Ok(Self { file, source, document })
     }
 
-    /// The file as it was parsed.
+    /// The parsed file.
     pub(super) fn document(&self) -> &Document {
         &self.document
     }
 
-    /// Which columns become which channels.
+    /// The columns of the channels.
     ///
     /// # Errors
     /// A joint that the model lacks, a channel that its joint cannot have, a unit that does not fit, an unknown key.
@@ -135,7 +136,7 @@ fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
     Err(root.error("file", format!("a file {} or {}", beside.display(), there.display())))
 }
 
-/// The column of the time, and its unit where one is given.
+/// The column of the time, and its unit if one is given.
 fn time_source(table: &Table<'_>) -> Result<(Source, Option<String>)> {
     let source = source(table, 1.0)?;
     let given = table.optional_text("unit")?;

@@ -1,8 +1,8 @@
-//! MATLAB 5 files: every numeric vector is a column; arrays of one element are parameters of the experiment and left out.
-//! Left out: structures, cells, text, sparse arrays.
+//! MATLAB 5 files: every numeric vector is a column. Arrays of one element are parameters of the experiment and are
+//! skipped. Left out: structures, cells, text, sparse arrays.
 //!
 //! ```text
-//!   128 bytes of header, the last two `IM` (least byte first) or `MI`; then elements, each a tag (type u32, length u32) and so many bytes:
+//!   128 bytes of header, the last two `IM` (least byte first) or `MI`; then elements, each a tag (type u32, length u32) and that many bytes:
 //!   an array (type 14), or one compressed by zlib (type 15)
 //! ```
 //! Reference: MathWorks, "MAT-File Format", chapter 1.
@@ -22,14 +22,15 @@ use crate::error::{Error, Place, Result};
 /// Length of the header and of an element's tag [bytes].
 const HEADER: usize = 128;
 const TAG: u64 = 8;
-/// Types of the elements that a file is made of.
+/// Types of the elements of a file.
 const ARRAY: u32 = 14;
 const COMPRESSED: u32 = 15;
 
 /// Reads all numeric arrays with more than one element.
 ///
 /// # Errors
-/// The file cannot be read, is not a MATLAB 5 file, is cut off or damaged, holds complex numbers or matrices, or more than is read.
+/// The file cannot be read, is not a MATLAB 5 file, is cut off or damaged, contains complex numbers or matrices, or is
+/// too large.
 pub(super) fn read(path: &Path) -> Result<Table> {
     let (file, size) = source_file::open(path)?;
     decode(path, io::BufReader::new(file.take(size)), size)
@@ -91,7 +92,7 @@ fn decode(path: &Path, mut input: impl Read, size: u64) -> Result<Table> {
     Table::new(path, Place::File, columns, Vec::new())
 }
 
-/// Reads the header; gives whether the least byte stands first.
+/// Reads the header; returns whether the least byte comes first.
 fn header(path: &Path, input: &mut impl Read) -> Result<bool> {
     let mut header = Vec::new();
     input.take(HEADER as u64).read_to_end(&mut header).map_err(|source| Error::file(path, "read", source))?;
@@ -106,7 +107,7 @@ fn header(path: &Path, input: &mut impl Read) -> Result<bool> {
     }
 }
 
-/// The array in a compressed element. Nothing is inflated but what is kept.
+/// The array in a compressed element. Only the data that are kept are decompressed.
 fn inflated(body: &mut impl Read, little_endian: bool, cells: u64) -> io::Result<Found> {
     let mut plain = ZlibDecoder::new(body);
     let mut tag = Bytes { input: &mut plain, left: TAG, little_endian };
@@ -115,7 +116,7 @@ fn inflated(body: &mut impl Read, little_endian: bool, cells: u64) -> io::Result
         return Err(io::ErrorKind::InvalidData.into());
     }
     let found = array::read(Bytes { input: &mut plain, left: length, little_endian }, cells)?;
-    // Reading on to the end of the stream compares its checksum.
+    // Reading to the end of the stream verifies its checksum.
     if matches!(found, Found::Column(_)) && plain.read(&mut [0; 8])? != 0 {
         return Err(io::ErrorKind::InvalidData.into());
     }

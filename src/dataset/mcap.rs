@@ -1,13 +1,15 @@
-//! MCAP recordings of robots that speak ROS: the messages `sensor_msgs/JointState` become `<joint>.position`, `.velocity`, `.effort`.
+//! MCAP recordings of ROS robots: the messages `sensor_msgs/JointState` become `<joint>.position`, `.velocity`,
+//! `.effort`.
 //!
-//! Both encodings are read, that of ROS 1 and the CDR of ROS 2. Time is that of the message headers, from the first message on.
-//! Left out: other messages; joints that come and go between messages of one topic.
+//! Two encodings are read: that of ROS 1 and the CDR of ROS 2. Time is that of the message headers, starting at the
+//! first message.
+//! Left out: other messages; topics whose set of joints changes.
 //!
 //! ```text
-//!   magic, records, magic; a record is an opcode u8, a length u64 and so many bytes
+//!   magic, records, magic; a record is an opcode u8, a length u64 and that many bytes
 //! ```
-//! The records are walked here and not by the crate `mcap`: its reader does not end where a chunk decompresses to fewer bytes than its
-//! header says. What is read of a record is few lines, and every length is compared with what is there before anything is allocated.
+//! The records are read here and not by the crate `mcap`, because its reader does not terminate if a chunk decompresses
+//! to fewer bytes than its header states. Every length is compared with the available bytes before memory is allocated.
 //! Reference: the MCAP format, version 0.
 
 mod chunk;
@@ -23,12 +25,12 @@ use super::source_file::{self, MAX_BYTES};
 use super::table::Table;
 use crate::error::{Error, Place, Result};
 
-/// What stands at both ends of a file.
+/// The magic bytes at both ends of a file.
 const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 /// Length of opcode and length before a record [bytes].
 const HEAD: u64 = 9;
 
-/// Opcodes of the records that matter.
+/// Opcodes of the records that are read.
 mod opcode {
     pub(super) const SCHEMA: u8 = 3;
     pub(super) const CHANNEL: u8 = 4;
@@ -36,10 +38,11 @@ mod opcode {
     pub(super) const CHUNK: u8 = 6;
 }
 
-/// Most bytes that the chunks of a file decompress to in all: what is not a joint state, pictures above all, is inflated and left out.
+/// Largest total size of the decompressed chunks of a file [bytes]: other content, above all pictures, is decompressed
+/// and skipped.
 const MAX_INFLATED: u64 = 2 * MAX_BYTES;
 
-/// Reads the joint states of the topic that has most of them.
+/// Reads the joint states of the topic with the most messages.
 ///
 /// # Errors
 /// The file cannot be read or is cut off; it has no joint states, or ones whose joints change.
@@ -61,7 +64,7 @@ fn decode(path: &Path, mut input: impl Read + Seek, size: u64) -> Result<Table> 
     if input.read_exact(&mut magic).is_err() || magic != MAGIC {
         return Err(Error::input(path, Place::File, "format", "", "an MCAP file"));
     }
-    // Once for the sizes, before anything is inflated, and once for the content.
+    // One pass for the sizes, before anything is decompressed, and one for the content.
     let mut inflated = 0;
     each_record(path, &mut input, size, |at, opcode, _, record| {
         if opcode == opcode::CHUNK {
@@ -98,7 +101,7 @@ fn decode(path: &Path, mut input: impl Read + Seek, size: u64) -> Result<Table> 
 /// Hands place, opcode, length and content of every record to `take`.
 ///
 /// # Errors
-/// A record does not lie within the file, the file does not end with its magic, or `take` fails.
+/// A record does not lie within the file, the file does not end with its magic bytes, or `take` fails.
 fn each_record<R: Read + Seek>(
     path: &Path,
     input: &mut R,

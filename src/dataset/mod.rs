@@ -1,9 +1,9 @@
-//! Measured data: files become sampled signals, and what is wrong with them is said or refused.
+//! Measured data: converts files to sampled signals, and reports or refuses what is wrong with them.
 //!
 //! A file with canonical columns needs no manifest: `time`, then `<joint>.position` and so on ([`CHANNEL_COLUMNS`]).
 //! Any other layout gets a manifest (`schema = "lostmotion/dataset/1"`) beside it. One file is one session.
-//! What cannot be used is refused with file, row and column; what can be mended without inventing data is mended and
-//! reported as a [`Note`].
+//! Unusable data are refused with file, row and column. Faults that can be repaired without inventing data are repaired
+//! and reported as a [`Note`].
 
 mod assemble;
 mod bounds;
@@ -38,7 +38,7 @@ use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 use crate::units::JointKind;
 
-/// Names and kinds of the joints that data may speak of.
+/// Names and kinds of the joints that data may contain.
 pub type JointKinds = [(String, JointKind)];
 
 /// [rad or m] Lower and upper limit of joints, by name.
@@ -49,24 +49,24 @@ type JointLimits = HashMap<String, (f64, f64)>;
 pub struct Session {
     /// The signals, SI, joint side.
     pub series: TimeSeries,
-    /// What was noticed or mended while reading.
+    /// Notes on what was found or repaired while reading.
     pub notes: Vec<Note>,
-    /// The file that holds the samples.
+    /// The file with the samples.
     pub source: PathBuf,
-    /// The machine's own controllers, one a joint of `series`, where the manifest gives them.
+    /// The machine's own controllers, one per joint of `series`, if the manifest gives them.
     pub controllers: Vec<Option<Controller>>,
 }
 
-/// Something about a file that its user should know.
+/// A note about a file for its user.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Note {
     /// The file.
     pub file: PathBuf,
     /// Where in it.
     pub place: Place,
-    /// The column; empty where all are meant.
+    /// The column; empty if the note is about all columns.
     pub column: String,
-    /// What was seen, and what was done about it.
+    /// What was found, and what was done about it.
     pub text: String,
 }
 
@@ -85,7 +85,7 @@ impl fmt::Display for Note {
     }
 }
 
-/// The joints of a model as the readers want them.
+/// The joints of a model, in the form that the readers need.
 pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
     model.joints.iter().map(|joint| (joint.name.clone(), joint.kind)).collect()
 }
@@ -93,7 +93,8 @@ pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
 /// Reads a recording: a manifest (`.toml`), or a file with canonical columns (`.csv`, `.mat`, `.parquet`, `.mcap`).
 ///
 /// # Errors
-/// The file is no regular file of bounded size, its format is not known, or its content cannot be used: the error names file, row and column.
+/// The file is not a regular file of bounded size, its format is unknown, or its content cannot be used: the error
+/// names file, row and column.
 pub fn load(path: &Path, joints: &JointKinds) -> Result<Session> {
     load_with(path, |_| joints.to_vec(), |_| joints.to_vec(), &JointLimits::new())
 }
@@ -111,10 +112,10 @@ pub fn load_for(path: &Path, model: &Model) -> Result<Session> {
     load_with(path, |_| joints.clone(), |_| joints.clone(), &limits.collect())
 }
 
-/// Reads a recording without a model: whether a joint turns or slides is told by its units and channels.
+/// Reads a recording without a model: whether a joint turns or slides follows from its units and channels.
 ///
 /// # Errors
-/// As [`load`], apart from joints that no model has.
+/// As [`load`], except for joints that the model lacks.
 pub fn load_alone(path: &Path) -> Result<Session> {
     load_with(path, guess::joints_of_manifest, guess::joints_of_table, &JointLimits::new())
 }
@@ -138,10 +139,10 @@ fn load_with(
     assemble::assemble(table, plan, limits)
 }
 
-/// Refuses what is no regular file, and one that is too large for a manifest, a model or a scenario, before it is read.
+/// Refuses a file that is not regular, or too large for a manifest, a model or a scenario, before it is read.
 ///
 /// # Errors
-/// As said. A file that is not there is left to its reader.
+/// As stated. A file that does not exist is left to its reader.
 pub fn check_manifest(path: &Path) -> Result<()> {
     match source_file::check(path, source_file::MAX_MANIFEST_BYTES) {
         Err(Error::File { source, .. }) if source.kind() == io::ErrorKind::NotFound => Ok(()),
@@ -149,10 +150,10 @@ pub fn check_manifest(path: &Path) -> Result<()> {
     }
 }
 
-/// Reads all columns of a file of data as they stand, without units and without checks of their content.
+/// Reads all columns of a data file, without units and without checks of their content.
 ///
 /// # Errors
-/// The file is no regular file of bounded size, cannot be read, or its format is not known.
+/// The file is not a regular file of bounded size, cannot be read, or its format is unknown.
 pub fn read_table(path: &Path) -> Result<Table> {
     match extension(path).as_str() {
         "csv" => csv::read(path),
@@ -165,10 +166,10 @@ pub fn read_table(path: &Path) -> Result<Table> {
     }
 }
 
-/// As [`read_table`], from bytes in memory; `path` is what errors call them, and its extension tells the format.
+/// As [`read_table`], from bytes in memory. `path` is the name that errors use; its extension determines the format.
 ///
 /// # Errors
-/// The format is not known, or the bytes are not of it.
+/// The format is unknown, or the bytes do not follow it.
 pub fn parse_table(path: &Path, bytes: &[u8]) -> Result<Table> {
     match extension(path).as_str() {
         "csv" => csv::parse_bytes(path, bytes),

@@ -1,4 +1,4 @@
-//! Apache Parquet: every top-level column of numbers; time stamps become seconds.
+//! Apache Parquet: reads every top-level column of numbers; time stamps are converted to seconds.
 //!
 //! Left out: nested and repeated columns, text, decimal numbers of more than 18 digits, compression by gzip and brotli.
 
@@ -25,10 +25,10 @@ use super::source_file;
 use super::table::{Column, Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
 
-/// Reads all columns. What is no number is remembered as a fault of its column.
+/// Reads all columns. A value that is not a number is stored as a fault of its column.
 ///
 /// # Errors
-/// The file cannot be read, is no Parquet file, is damaged, or holds more than is read.
+/// The file cannot be read, is not a Parquet file, is damaged, or is too large.
 pub(super) fn read(path: &Path) -> Result<Table> {
     let (file, size) = source_file::open(path)?;
     let probe = file.try_clone().map_err(|source| Error::file(path, "read", source))?;
@@ -44,11 +44,11 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Table> {
     decode::<Bytes>(path, bytes.len() as u64, bytes.clone(), &bytes)
 }
 
-/// `probe` is the file once more: what the library allocates for is looked at before.
+/// `probe` is the same file again, for checks before the library allocates memory.
 fn decode<R: ChunkReader + 'static>(path: &Path, size: u64, source: R, probe: &R) -> Result<Table> {
     let footer_size = footer::check(path, size, probe)?;
-    // The decoders assert what a damaged page may not hold, in many places that no check from outside can foresee. Nothing is shared
-    // with the caller but files that are only read.
+    // The decoders assert properties that a damaged page may violate, in many places that a check beforehand cannot
+    // cover. Only files that are read are shared with the caller.
     quiet::catch(AssertUnwindSafe(|| columns(path, size - footer_size, source, probe)))
         .unwrap_or_else(|| Err(damaged(path, "broken pages")))
 }

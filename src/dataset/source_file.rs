@@ -1,4 +1,4 @@
-//! How large a recording may be, and opening one.
+//! Size limits of recordings, and opening one.
 
 use std::fs::File;
 use std::path::Path;
@@ -7,32 +7,32 @@ use crate::error::{Error, Place, Result};
 use crate::files::regular;
 pub(super) use crate::files::regular::shown;
 
-/// Cells, rows times columns, of the largest table that is read: 30 minutes of six joints with eight channels each at 1 kHz are
-/// 0.9·10⁸, and as numbers of eight bytes they fill the 0.8 GB that a recording may take in memory.
+/// Cells (rows times columns) of the largest table that is read. 30 minutes of six joints with eight channels each at 1
+/// kHz are 0.9·10⁸ cells; with eight bytes each they use the 0.8 GB that a recording may take in memory.
 pub(super) const MAX_CELLS: usize = 100_000_000;
 
-/// Columns of the widest table that is read. Above the 2400 of 300 joints with eight channels by a factor of 40.
+/// Columns of the widest table that is read: 40 times the 2400 columns of 300 joints with eight channels.
 pub(super) const MAX_COLUMNS: usize = 100_000;
 
-/// Largest file of data [bytes], and the most that one decompresses to: [`MAX_CELLS`] written with twenty characters each, which is
-/// what a number in full precision takes.
+/// Largest data file, and largest decompressed size [bytes]: [`MAX_CELLS`] with twenty characters each, the length of a
+/// number in full precision.
 pub(super) const MAX_BYTES: u64 = 2 << 30;
 
 /// Largest manifest [bytes]: 10,000 joints with eight channels of 100 characters each are 8 MB.
 pub(super) const MAX_MANIFEST_BYTES: u64 = 16 << 20;
 
-/// What to do with a larger one.
+/// Advice for a larger file.
 const ADVICE: &str = "cut the recording into shorter sessions, or leave out what is not needed";
 
-/// Refuses what is no regular file, is empty, or is larger than `max` bytes.
+/// Refuses a file that is not regular, is empty, or is larger than `max` bytes.
 ///
 /// # Errors
-/// As said; and the operating system refuses.
+/// As stated; or the operating system refuses.
 pub(super) fn check(path: &Path, max: u64) -> Result<()> {
     regular::size(path, max, ADVICE).and_then(|size| not_empty(path, size))
 }
 
-/// Opens a recording that is not empty, of at most [`MAX_BYTES`]; gives its length too.
+/// Opens a recording that is not empty and has at most [`MAX_BYTES`]; returns its length too.
 ///
 /// # Errors
 /// As [`check`].

@@ -1,4 +1,4 @@
-//! What a file of data holds, for someone who sees it for the first time, and a first manifest for it.
+//! Describes a data file for a first look, and proposes a first manifest.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -10,7 +10,7 @@ use super::{Session, guess};
 use crate::timeseries::Channel;
 use crate::toml_input::{written_key, written_text};
 
-/// Words in the names of columns that tell a channel, most telling first.
+/// Words in column names that indicate a channel, the most specific first.
 const CHANNEL_WORDS: [(&[&str], &str); 12] = [
     (&["reference", "velocity"], "reference_velocity"),
     (&["reference"], "reference_position"),
@@ -26,7 +26,7 @@ const CHANNEL_WORDS: [(&[&str], &str); 12] = [
     (&["pos"], "position"),
 ];
 
-/// Endings of the names of columns that tell a unit.
+/// Endings of column names that indicate a unit.
 const UNIT_ENDINGS: [(&str, &str); 14] = [
     ("_rad_s", "rad/s"),
     ("_deg_s", "deg/s"),
@@ -44,7 +44,7 @@ const UNIT_ENDINGS: [(&str, &str); 14] = [
     ("_v", "V"),
 ];
 
-/// Lines on a file: rows, then each column with its range and what is remarkable in it.
+/// Text on a file: rows, then each column with its range and anything unusual.
 pub fn survey(table: &Table) -> String {
     let rows = table.rows();
     let mut text = format!("{}: {rows} rows, {} columns\n", table.file.display(), table.columns.len());
@@ -71,13 +71,13 @@ pub fn is_canonical(table: &Table) -> bool {
     table.column("time").is_some() && foreign_time(table).is_none() && !guess::joints_of_table(table).is_empty()
 }
 
-/// The units that the steps of the column `time` tell, where they are not seconds.
+/// The units that fit the steps of the column `time`, if it is not in seconds.
 fn foreign_time(table: &Table) -> Option<String> {
     let units = likely_time_units(table.column("time")?);
     (!units.is_empty() && !units.contains(&"s")).then(|| units.join(" or "))
 }
 
-/// The units that the steps of a column tell; empty where its type has a unit, or where it does not increase.
+/// The units that fit the steps of a column; empty if its type has a unit, or if it does not increase.
 fn likely_time_units(column: &Column) -> Vec<&'static str> {
     if column.seconds.is_some() {
         return Vec::new();
@@ -85,7 +85,7 @@ fn likely_time_units(column: &Column) -> Vec<&'static str> {
     clock(&column.values).map(likely_units).unwrap_or_default()
 }
 
-/// Lines on a session: samples, time, then each channel with its range in SI.
+/// Text on a session: samples, time, then each channel with its range in SI.
 pub fn survey_session(session: &Session) -> String {
     let series = &session.series;
     let (first, last) = (series.time.first().copied().unwrap_or(0.0), series.time.last().copied().unwrap_or(0.0));
@@ -111,7 +111,7 @@ fn channel_name(channel: Channel) -> &'static str {
     CHANNEL_COLUMNS.iter().find(|entry| entry.1 == channel).map_or("", |entry| entry.0)
 }
 
-/// What values are; `column` is what they were read from, as far as there is one.
+/// Describes values; `column` is their source, if there is one.
 fn about(values: &[f64], column: &Column, rows: usize) -> String {
     if let Some((row, cell)) = &column.fault {
         return format!("not a number in row {row}: {cell:?}");
@@ -145,7 +145,7 @@ fn clock(values: &[f64]) -> Option<f64> {
     Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// A manifest to begin with: what the names of the columns tell is filled in, the rest is listed for its user.
+/// A first manifest: filled in as far as column names indicate, with the other columns listed for the user.
 pub fn first_manifest(table: &Table) -> String {
     let file = table.file.file_name().unwrap_or_default().to_string_lossy();
     let mut text = format!(
@@ -196,7 +196,7 @@ pub fn first_manifest(table: &Table) -> String {
     text
 }
 
-/// The line of the unit of the time, where its name or its steps tell one.
+/// The line with the unit of the time, if its name or its steps indicate one.
 fn time_unit(column: &Column) -> String {
     if column.seconds.is_some() {
         return String::new();
@@ -220,7 +220,7 @@ fn time_column(table: &Table) -> Option<&Column> {
     clocks().find(named).or_else(|| clocks().next())
 }
 
-/// Joint and channel that a name like `A1_motor_position_deg` or `joint1.position` tells.
+/// Joint and channel indicated by a name like `A1_motor_position_deg` or `joint1.position`.
 fn channel_of(name: &str) -> Option<(&str, &'static str)> {
     let canonical = name
         .rsplit_once('.')

@@ -1,4 +1,4 @@
-//! Columns of numbers as a file holds them, before names and units are given to them.
+//! Columns of numbers as in the file, before they get names and units.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -7,18 +7,18 @@ use super::Note;
 use super::source_file::{MAX_CELLS, MAX_COLUMNS};
 use crate::error::{Error, Place, Result};
 
-/// Smallest size of a first value from which on a column keeps its values relative to a whole number: above it, an `f64` resolves a
-/// time stamp in seconds to no better than 1e-8 s, one in nanoseconds to no better than 256 ns.
+/// A column whose first value is at least this large is stored relative to a whole number: above it, an `f64` resolves
+/// a time stamp in seconds to no better than 1e-8 s, and one in nanoseconds to no better than 256 ns.
 const LARGE: u64 = 100_000_000;
 
-/// The columns of a file of data.
+/// The columns of a data file.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// The file.
     pub file: PathBuf,
     /// Its columns, in the order of the file.
     pub columns: Vec<Column>,
-    /// What was noticed while reading.
+    /// Notes from reading.
     pub notes: Vec<Note>,
     index: HashMap<String, usize>,
 }
@@ -28,12 +28,12 @@ pub struct Table {
 pub struct Column {
     /// Its name in the file.
     pub name: String,
-    /// Its values less `origin`; NaN where a cell is not a number.
+    /// Its values minus `origin`; NaN for a cell that is not a number.
     pub values: Vec<f64>,
-    /// What has to be added to each of `values`. Zero but for columns that begin at 1e8 or above, such as time stamps since 1970:
-    /// their differences keep their digits this way.
+    /// The number to add to each of `values`. It is zero, except for columns that begin at 1e8 or above, such as time
+    /// stamps since 1970; their differences keep their precision in this way.
     pub origin: i64,
-    /// [s] in one unit of the column, where the type of the column says so.
+    /// [s] Size of one unit, if the type of the column defines it.
     pub seconds: Option<f64>,
     /// The first cell that is not a number: its row, counted from 1, and its text.
     pub fault: Option<(usize, String)>,
@@ -45,7 +45,7 @@ impl Column {
         Self { name: name.into(), ..Self::default() }
     }
 
-    /// Adds the value of a row, or what stands there instead of a number.
+    /// Adds the value of a row, or the text of a cell that is not a number.
     pub(super) fn put(&mut self, value: Option<f64>, shown: impl FnOnce() -> String) {
         if value.is_none() && self.fault.is_none() {
             self.fault = Some((self.values.len() + 1, shown()));
@@ -53,7 +53,7 @@ impl Column {
         self.values.push(value.map_or(f64::NAN, |value| value - self.origin as f64));
     }
 
-    /// Adds a whole number and the fraction beside it, without a rounding of their sum.
+    /// Adds a whole number and its fraction, without rounding of their sum.
     pub(super) fn put_parts(&mut self, whole: i64, fraction: f64) {
         if self.values.is_empty() && whole.unsigned_abs() >= LARGE {
             self.origin = whole;
@@ -65,7 +65,7 @@ impl Column {
         self.values.push(value);
     }
 
-    /// The value of a row as the file means it.
+    /// The value of a row in the file's own terms.
     pub fn value(&self, row: usize) -> f64 {
         self.values[row] + self.origin as f64
     }
@@ -75,7 +75,7 @@ impl Table {
     /// Puts columns together.
     ///
     /// # Errors
-    /// A name is there twice or holds control characters, or there are more columns than are read.
+    /// A name occurs twice or contains control characters, or there are too many columns.
     pub(super) fn new(file: &Path, place: Place, columns: Vec<Column>, notes: Vec<Note>) -> Result<Self> {
         check_count(file, place, columns.len())?;
         let mut index = HashMap::with_capacity(columns.len());
@@ -101,10 +101,10 @@ impl Table {
         self.columns.iter().map(|column| column.values.len()).max().unwrap_or(0)
     }
 
-    /// The column that a session wants. `named_at`: file, place and key of the manifest that names it.
+    /// A column that a session needs. `named_at`: file, place and key of the manifest that names it.
     ///
     /// # Errors
-    /// There is no such column, or it holds text.
+    /// There is no such column, or it contains text.
     pub(super) fn wanted(&self, name: &str, named_at: Option<&(PathBuf, Place, String)>) -> Result<&Column> {
         let Some(column) = self.column(name) else {
             let names: Vec<&str> = self.columns.iter().map(|column| column.name.as_str()).collect();
@@ -121,17 +121,17 @@ impl Table {
         Ok(column)
     }
 
-    /// The values of a column, which is left without them.
+    /// Takes the values of a column out of the table.
     pub(super) fn take_values(&mut self, name: &str) -> Vec<f64> {
         let column = self.index.get(name).and_then(|&at| self.columns.get_mut(at));
         column.map(|column| std::mem::take(&mut column.values)).unwrap_or_default()
     }
 }
 
-/// Refuses more columns than are read.
+/// Refuses too many columns.
 ///
 /// # Errors
-/// As said.
+/// As stated.
 pub(super) fn check_count(file: &Path, place: Place, columns: usize) -> Result<()> {
     if columns > MAX_COLUMNS {
         return Err(Error::input(file, place, "columns", columns, format!("at most {MAX_COLUMNS}")));
@@ -139,10 +139,10 @@ pub(super) fn check_count(file: &Path, place: Place, columns: usize) -> Result<(
     Ok(())
 }
 
-/// Refuses more cells than are read.
+/// Refuses too many cells.
 ///
 /// # Errors
-/// As said.
+/// As stated.
 pub(super) fn check_cells(file: &Path, rows: u64, columns: usize) -> Result<()> {
     if rows.saturating_mul(columns as u64) > MAX_CELLS as u64 {
         let value = format!("{rows} rows of {columns} columns");

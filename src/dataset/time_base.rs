@@ -1,36 +1,39 @@
-//! Whether the time of a recording is in the unit that it is taken for.
+//! Checks whether the time of a recording has the assumed unit.
 //!
-//! A robot's log has steps of 50 µs (a drive at 20 kHz) to 0.1 s (a supervisor at 10 Hz). Seconds taken for what is in ms, µs or ns gives
-//! steps that are longer by 10³, 10⁶ or 10⁹; seconds taken for days, MATLAB's and a spreadsheet's unit, gives shorter ones by 86,400.
-//! A unit that nobody gave is refused where its steps tell another one: the numbers are sound, and one line says what they mean.
+//! A robot's log has steps of 50 µs (a drive at 20 kHz) to 0.1 s (a supervisor at 10 Hz). If a time in ms, µs or ns is
+//! read as seconds, its steps are longer by 10³, 10⁶ or 10⁹; if a time in days, the unit of MATLAB and spreadsheets, is
+//! read as seconds, they are shorter by 86,400. If no unit is given and the steps indicate another unit than seconds,
+//! the file is refused: the numbers are valid, and one line in a manifest states the unit.
 
 use std::path::Path;
 
 use super::Note;
 use crate::error::{Error, Place, Result};
 
-/// [s] Steps that a robot's log has.
+/// [s] Steps of a robot's log.
 const SHORTEST: f64 = 50e-6;
 const LONGEST: f64 = 0.1;
 
-/// [s] Steps that nothing is read with: no drive samples above 1 MHz, and in 10 s a joint comes to rest and moves again unseen.
+/// [s] Steps outside of this range are always refused: no drive samples above 1 MHz, and in 10 s a joint can stop and
+/// move again between two samples.
 const TOO_SHORT: f64 = 1e-6;
 const TOO_LONG: f64 = 10.0;
 
-/// A median step may miss these bounds by this share, as a step of 0.1 s does that is the difference of two rounded numbers.
+/// Tolerance of these bounds for a median step that is the difference of two rounded numbers, such as 0.1 s.
 const ROUNDING: f64 = 1e-6;
 
-/// [s] Longest session: a day. What is slow in a machine, its temperature above all, is one state of a session; over more than a day it is
-/// that of several. This bounds what a replay simulates whatever stands in the column: at 1 kHz, 9·10⁷ steps.
+/// [s] Longest session: a day. Slow states of a machine, above all its temperature, count as constant within a session;
+/// over more than a day they are not. The limit also bounds what a replay simulates, whatever the column contains:
+/// 9·10⁷ steps at 1 kHz.
 const LONGEST_SESSION: f64 = 86_400.0;
 
-/// Units that a time may be in where it is taken for seconds, and their size [s].
+/// Possible units of a time that is read as seconds, and their size [s].
 const UNITS: [(&str, f64); 4] = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("d", 86_400.0)];
 
-/// How the unit of a time is known.
+/// Source of the unit of a time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum TimeUnit {
-    /// The column is of a type that has a unit.
+    /// The type of the column has a unit.
     Typed,
     /// A manifest gives it.
     Given(String),
@@ -40,7 +43,7 @@ pub(super) enum TimeUnit {
     Canonical,
 }
 
-/// The units in which steps are those of a robot's log, for a step [s] that was taken for seconds.
+/// The units in which a step [s], read as seconds, would be that of a robot's log.
 pub(super) fn likely_units(step: f64) -> Vec<&'static str> {
     if fits(step) {
         return vec!["s"];
@@ -52,10 +55,10 @@ fn fits(step: f64) -> bool {
     (SHORTEST * (1.0 - ROUNDING)..=LONGEST * (1.0 + ROUNDING)).contains(&step)
 }
 
-/// Checks increasing time [s] by its median step and its length.
+/// Checks an increasing time [s] by its median step and its length.
 ///
 /// # Errors
-/// Its steps tell another unit, are those of no log of a robot, or the session is longer than a day.
+/// Its steps indicate another unit or do not fit a robot's log, or the session is longer than a day.
 pub(super) fn check(
     file: &Path,
     (name, time): (&str, &[f64]),

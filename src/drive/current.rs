@@ -1,4 +1,4 @@
-//! What the current sensor says: noise, then rectification, then the converter.
+//! Reading of the current sensor: noise, then rectification, then the converter.
 //!
 //! ```text
 //!   a = i + n,  n ~ N(0, σ²)        the amplifier's noise adds to the voltage of the shunt

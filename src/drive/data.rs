@@ -1,4 +1,4 @@
-//! What is known of a drive and its sensors: the numbers of the model file.
+//! Data of a drive and its sensors, as in the model file.
 
 /// A DC motor. Motor torque on the joint side is `ratio · K_t · i`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,7 +11,7 @@ pub struct Motor {
     pub inductance: Option<f64>,
 }
 
-/// The power stage. Its current loop asks for `u = R i + K_t ω_m + L (i_cmd − i)/T_i`, within its limits.
+/// The power stage. Its current loop demands `u = R i + K_t ω_m + L (i_cmd − i)/T_i`, within its limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplifier {
     /// [V] supply, > 0; infinite where not given.
@@ -59,7 +59,7 @@ pub enum Sensing {
 pub struct CurrentSensor {
     /// [A] standard deviation of its noise, ≥ 0.
     pub noise: f64,
-    /// [A] step of its converter, ≥ 0; 0 where none.
+    /// [A] step of its converter, ≥ 0; 0 if there is none.
     pub resolution: f64,
     /// Whether the sign is measured.
     pub sensing: Sensing,

@@ -1,4 +1,4 @@
-//! What an incremental encoder says: quantised position, and velocity from its counts.
+//! Reading of an incremental encoder: quantised position, and velocity from its counts.
 //!
 //! With the size of a count at the joint `δ = 2π/(counts · ratio)` and a phase `φ ∈ [0, 1)` that the mounting decides,
 //!
@@ -6,14 +6,15 @@
 //!   c = ⌊θ/δ + φ⌋        position = (c + ½ − φ) δ          |position − θ| ≤ δ/2, zero on average
 //! ```
 //!
-//! **Pulse period** (frequency measurement). With `t_e` the last edge, `t_p` the edge before it, both crossed in direction `s`,
+//! **Pulse period** (frequency measurement). With `t_e` the last edge and `t_p` the edge before it, both crossed in
+//! direction `s`,
 //!
 //! ```text
 //!   velocity(t) = s δ / max(t_e − t_p, t − t_e)
 //! ```
 //!
-//! so it is stale between edges, but never more than one count over the time since the last edge. Two edges of equal direction
-//! define it: before that, and after a reversal until the second edge of the new direction, it is zero.
+//! The value is outdated between edges, but never more than one count over the time since the last edge. It needs two
+//! edges of equal direction: before these, and after a reversal until the second edge of the new direction, it is zero.
 //!
 //! **Low-pass.** `v ← v + (1 − e^{−Δt/τ}) ((p − p_last)/Δt − v)` at every reading, `p` the quantised position.
 //!
@@ -105,7 +106,7 @@ pub enum VelocityMeter {
         time_constant: f64,
         /// Time and position of the last reading.
         last: Option<(f64, f64)>,
-        /// [rad/s or m/s] as it stands.
+        /// [rad/s or m/s] current value.
         velocity: f64,
     },
     /// One count over the time between edges.
@@ -134,7 +135,7 @@ impl VelocityMeter {
         }
     }
 
-    /// Watches a stretch of the true motion in which the count changes from `from` to `to`.
+    /// Processes a stretch of the true motion in which the count changes from `from` to `to`.
     pub fn watch(&mut self, counter: &Counter, stretch: &Stretch, from: f64, to: f64) {
         let Self::PulsePeriod { last_edge, period } = self else { return };
         if from == to {

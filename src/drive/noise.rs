@@ -1,4 +1,4 @@
-//! Reproducible random numbers: one ChaCha stream a sensor, the same on every machine.
+//! Reproducible random numbers: one ChaCha stream per sensor, identical on every computer.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 pub struct Noise(ChaCha8Rng);
 
 impl Noise {
-    /// The stream of that number under a seed; streams are independent.
+    /// The stream of that number under a seed; the streams are independent.
     pub fn new(seed: u64, stream: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);

@@ -1,4 +1,4 @@
-//! Command to current: a DC motor on a current loop that has only so many volts.
+//! Command to current: a DC motor with a current loop of limited voltage.
 //!
 //! ```text
 //!   L di/dt = u − R i − K ω        K = ratio · K_t, ω the rotor's velocity at the joint: K_t ω_m = K ω
@@ -6,9 +6,10 @@
 //! ```
 //!
 //! With `R` but no `L`: `i = i_cmd` while `|R i_cmd + K ω| ≤ V`, else `i = (±V − K ω)/R`. Without `R`: `i = i_cmd`.
-//! While no limit is met the loop's answer to a constant command is known: `i(t + h) = i_cmd + (i(t) − i_cmd) e^{−h/T_i}`.
+//! While no limit is active, the response of the loop to a constant command is known:
+//! `i(t + h) = i_cmd + (i(t) − i_cmd) e^{−h/T_i}`.
 //! Sign: positive current drives the joint positively. The command is clamped to ±`current_limit` beforehand.
-//! Left out: switching ripple, dead time of the bridge, warming of the winding.
+//! Left out: switching ripple, dead time of the bridge, heating of the winding.
 
 use super::{Amplifier, Motor};
 
@@ -21,16 +22,16 @@ pub struct PowerStage {
     pub voltage_limit: f64,
     /// [A] largest command.
     pub current_limit: f64,
-    /// What the winding does.
+    /// Electrical model of the winding.
     pub winding: Winding,
 }
 
-/// What stands between command and current.
+/// Electrical model between command and current.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Winding {
     /// Nothing: `i = i_cmd`.
     Ideal,
-    /// `R` [Ω] alone: the current jumps within what the voltage allows.
+    /// `R` [Ω] alone: the current jumps, within the limits of the voltage.
     Resistive {
         /// `R` [Ω] > 0.
         resistance: f64,
@@ -69,7 +70,7 @@ impl PowerStage {
         command.clamp(-self.current_limit, self.current_limit)
     }
 
-    /// `u*` [V] that the current loop asks for; 0 where the current obeys without a voltage.
+    /// `u*` [V] that the current loop demands; 0 if the model has no voltage.
     pub fn demand(&self, command: f64, current: f64, velocity: f64) -> f64 {
         match self.winding {
             Winding::Ideal => 0.0,
@@ -82,7 +83,7 @@ impl PowerStage {
         }
     }
 
-    /// Which limit a demand [V] meets: −1, 0 or +1.
+    /// Limit that a demand [V] exceeds: −1, 0 or +1.
     pub fn saturation(&self, demand: f64) -> i8 {
         if demand > self.voltage_limit {
             1
@@ -93,7 +94,7 @@ impl PowerStage {
         }
     }
 
-    /// Current [A] that flows: the state, or what command and voltage limit make of it.
+    /// Current [A] that flows: the state, or the result of command and voltage limit.
     pub fn current(&self, command: f64, state: f64, velocity: f64, saturation: i8) -> f64 {
         match self.winding {
             Winding::Ideal => command,
@@ -105,8 +106,8 @@ impl PowerStage {
         }
     }
 
-    /// `e^{−h/T_i}`: what remains after `h` [s] of a current's distance from its command, while no limit is met; 1 where the
-    /// current is no state.
+    /// `e^{−h/T_i}`: the share of the distance between current and command that remains after `h` [s], while no limit
+    /// is active; 1 if the current is not a state.
     pub fn remainder(&self, h: f64) -> f64 {
         match self.winding {
             Winding::Inductive { time_constant, .. } => (-h / time_constant).exp(),

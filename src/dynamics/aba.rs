@@ -1,7 +1,8 @@
-//! Forward dynamics: articulated bodies, one pass out, one in, one out; the work grows with the number of joints.
+//! Forward dynamics: articulated-body algorithm with three passes (outwards, inwards, outwards); its cost is linear in
+//! the number of joints.
 //!
-//! A body with everything that hangs from it answers a wrench like a rigid body with inertia `[A Bᵀ; B D]` (angular and
-//! linear blocks) and a wrench of its own. With `U = I_A S`, `d = S · U` and `u = τ − S · p_A`:
+//! A body and everything that hangs from it responds to a wrench like a rigid body with inertia `[A Bᵀ; B D]` (angular
+//! and linear blocks) and a wrench of its own. With `U = I_A S`, `d = S · U` and `u = τ − S · p_A`:
 //!
 //! ```text
 //!   a = (u − U · a') / d          a' the body's acceleration if the joint were locked
@@ -13,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Dynamics, Frame, Moments, Twist, Wrench};
 use crate::units::JointKind;
 
-/// Articulated inertia: `torque = a ω̇ + b v̇`, `force = bᵀ ω̇ + d v̇`; and what the joint needs of it.
+/// Articulated inertia: `torque = a ω̇ + b v̇`, `force = bᵀ ω̇ + d v̇`; and the joint's terms.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Articulated {
     a: Matrix3<f64>,
@@ -24,7 +25,7 @@ pub(super) struct Articulated {
     /// `u / d`, `d = S · U`.
     share: f64,
     per_inertia: f64,
-    /// Acceleration that velocities alone give the body against its parent.
+    /// Acceleration of the body relative to its parent due to velocities alone.
     drift: Twist,
 }
 
@@ -32,7 +33,7 @@ impl Dynamics {
     /// `a = H(q)⁻¹ (τ − C v − G)`.
     pub fn forward(&mut self, q: &[f64], v: &[f64], tau: &[f64], a: &mut [f64]) {
         self.place(q);
-        // The wrench of every body, and its acceleration, if no joint accelerated at all.
+        // The wrench of every body, and its acceleration, for zero joint accelerations.
         self.move_bodies(v, |_| 0.0);
         for i in 0..self.links.len() {
             self.articulated[i] = Articulated::rigid(&self.links[i].moments);
@@ -58,14 +59,14 @@ impl Dynamics {
         }
     }
 
-    /// `[N; F]` of velocity alone: `ω × I ω`, `ω × (ω × h)`.
+    /// `[N; F]` due to velocity alone: `ω × I ω`, `ω × (ω × h)`.
     fn velocity_wrench(&self, i: usize) -> Wrench {
         let Moments { h, i: tensor, .. } = &self.links[i].moments;
         let omega = &self.motions[i].omega;
         Wrench { torque: omega.cross(&(tensor * omega)), force: omega.cross(&omega.cross(h)) }
     }
 
-    /// Acceleration of body `i` that velocities alone add to that of its parent.
+    /// Acceleration of body `i` due to velocities alone, in addition to that of its parent.
     fn drift(&self, i: usize, v: f64) -> Twist {
         let (link, frame) = (&self.links[i], &self.frames[i]);
         let above = link.parent.map_or_else(Vector3::zeros, |parent| self.motions[parent].omega);
@@ -78,7 +79,7 @@ impl Dynamics {
         }
     }
 
-    /// Prepares joint `i`, and hands what remains of its body to the parent.
+    /// Prepares joint `i`, and passes the articulated inertia of its body to the parent.
     fn close_joint(&mut self, i: usize, tau: f64) {
         let link = &self.links[i];
         let mut own = self.articulated[i];
@@ -128,7 +129,7 @@ impl Articulated {
         }
     }
 
-    /// `I_A − U Uᵀ / d`: what is felt through a joint that is free to give way.
+    /// `I_A − U Uᵀ / d`: the inertia that is felt through a free joint.
     fn without_axis(&self) -> Self {
         let Wrench { torque, force } = self.axis;
         Self {

@@ -1,8 +1,9 @@
-//! Whether a planned motion stays within the joint limits and keeps the links apart; the only place that names `parry3d_f64`.
+//! Checks whether a planned motion stays within the joint limits and keeps the links apart; the only place that names
+//! `parry3d_f64`.
 //!
-//! Two shapes of one body never collide. Shapes of neighbouring bodies that touch at q = 0 belong together there (a hinge
-//! and its bearing) and are left out for good; all other pairs are watched. The motion between two samples is taken as
-//! straight, and looked at in steps of at most [`STEP`].
+//! Two shapes of one body never collide. Shapes of neighbouring bodies that touch at q = 0 belong together (a hinge and
+//! its bearing) and are never checked; all other pairs are. The motion between two samples is taken as straight, and
+//! checked in steps of at most [`STEP`].
 
 use std::path::Path;
 
@@ -15,13 +16,13 @@ use super::Dynamics;
 use crate::error::{Error, MotionError, MotionFault, Place, Result};
 use crate::robot::{Geometry, Limits, Robot, Shape};
 
-/// [rad or m] Largest motion of a joint between two looks at the links.
+/// [rad or m] Largest motion of a joint between two checks.
 pub const STEP: f64 = 0.005;
 
 /// [m] Shapes of neighbouring bodies that are this close at q = 0 belong together.
 const TOUCH: f64 = 1e-3;
 
-/// [rad or m] Rounding that a motion up to its limit is forgiven.
+/// [rad or m] Tolerance for rounding of a motion up to its limit.
 const SLACK: f64 = 1e-9;
 
 /// A robot's limits and shapes, prepared for checking motions.
@@ -40,7 +41,7 @@ struct Solid {
     body: Option<usize>,
     pose: Isometry3<f64>,
     shape: SharedShape,
-    /// [m] No point of it is farther from the origin of its pose.
+    /// [m] Largest distance of its points from the origin of its pose.
     radius: f64,
 }
 
@@ -72,7 +73,8 @@ impl MotionCheck {
         Ok(check)
     }
 
-    /// Checks a motion: one time a sample [s], and the samples of each joint in the order of the robot's joints [rad or m].
+    /// Checks a motion: one time per sample [s], and the samples of each joint in the order of the robot's joints [rad
+    /// or m].
     ///
     /// # Errors
     /// The first time at which a joint leaves its range, or two links meet.
@@ -87,7 +89,7 @@ impl MotionCheck {
         self.check_links(seen.0, &seen.1)?;
         for (k, &time) in times.iter().enumerate().take(samples).skip(1) {
             let q = sample(k);
-            // A fault between here and the last look comes first.
+            // A fault between here and the last check comes first.
             let outside = self.check_limits(time, &q);
             let motion = seen.1.iter().zip(&q).fold(0.0, |most: f64, (a, b)| most.max((b - a).abs()));
             if motion >= STEP || k + 1 == samples || outside.is_err() {
@@ -99,7 +101,7 @@ impl MotionCheck {
         Ok(())
     }
 
-    /// Looks at the links in equal steps after `from` up to `to`.
+    /// Checks the links in equal steps after `from` up to `to`.
     fn look_between(&mut self, from: &(f64, Vec<f64>), to: (f64, &[f64]), steps: f64) -> Result<(), MotionError> {
         let at = |part: f64| {
             let q: Vec<f64> = from.1.iter().zip(to.1).map(|(a, b)| a + (b - a) * part).collect();
@@ -117,7 +119,7 @@ impl MotionCheck {
     fn check_limits(&self, time: f64, q: &[f64]) -> Result<(), MotionError> {
         for ((joint, limits), &position) in self.joints.iter().zip(q) {
             let Limits { lower, upper, .. } = *limits;
-            // Not `position < lower`: a position that is no number is outside as well.
+            // Not `position < lower`: NaN counts as outside too.
             if !(lower - SLACK..=upper + SLACK).contains(&position) {
                 return Err(MotionError {
                     time,
@@ -137,7 +139,8 @@ impl MotionCheck {
             if apart > a.radius + b.radius {
                 continue;
             }
-            // All shapes are convex and every pair of them is supported; if one were not, it would count as meeting.
+            // All shapes are convex, and all pairs of them are supported; an unsupported pair would count as a
+            // collision.
             let met = intersection_test(&pose_of(&pose_a), &*a.shape, &pose_of(&pose_b), &*b.shape);
             if met.is_ok_and(|met| !met.intersecting) {
                 continue;
@@ -186,7 +189,7 @@ impl Solid {
     }
 }
 
-/// A collision shape as the collision library has it, and its pose in the frame of its body.
+/// A collision shape as the collision library represents it, and its pose in the frame of its body.
 ///
 /// # Errors
 /// The points of a convex hull span no volume.
@@ -198,7 +201,7 @@ pub fn solid(robot: &Robot, shape: &Shape) -> Result<(Isometry3<f64>, SharedShap
         Geometry::Sphere(radius) => SharedShape::ball(*radius),
         Geometry::Capsule(radius, length) => SharedShape::capsule_z(half(*length), *radius),
         Geometry::Cylinder(radius, length) => {
-            // Its axis is y there and z here.
+            // Its axis is y in the library and z here.
             pose *= nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
             SharedShape::cylinder(half(*length), *radius)
         }

@@ -1,7 +1,7 @@
-//! Mass matrix: composite rigid bodies.
+//! Mass matrix: composite-rigid-body algorithm.
 //!
-//! Everything beyond joint `i` is one body while only `i` accelerates: `H_ij` is what joint `j` has to hold against then.
-//! A body seen from its parent, with `h' = R h`:
+//! If only joint `i` accelerates, everything beyond it is one body; `H_ij` is the effort that holds joint `j` still. A
+//! body seen from its parent, with `h' = R h`:
 //!
 //! ```text
 //!   m,   h' + m p,   R I Rᵀ + 2 (h' · p) E − h' pᵀ − p h'ᵀ + m (p² E − p pᵀ)

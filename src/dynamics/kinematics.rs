@@ -1,4 +1,4 @@
-//! Where the bodies are, and how each moves with each joint.
+//! Poses of the bodies, and their Jacobians.
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
@@ -34,7 +34,8 @@ impl Dynamics {
         false
     }
 
-    /// Columns of every body's Jacobian, in the body's own frame; those of joints that do not move it stay untouched.
+    /// Columns of every body's Jacobian, in the body's own frame; columns of joints that do not move it are left
+    /// unchanged.
     pub(super) fn update_columns(&mut self) {
         let n = self.dof();
         for i in 0..n {

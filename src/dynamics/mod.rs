@@ -3,14 +3,16 @@
 //! ```text
 //!   H(q) a + C(q, v) v + G(q) = τ
 //! ```
-//! `q v a τ`: position, velocity, acceleration and effort of every joint, in the order of [`Robot::bodies`], SI; effort is
-//! positive where it drives the joint positively. Rotors, gears and friction are not in it: only the links and their gravity.
+//! `q v a τ`: position, velocity, acceleration and effort of every joint, in the order of [`Robot::bodies`], SI.
+//! Positive effort drives the joint in its positive direction. Only links and their gravity are included: no rotors,
+//! gears or friction.
 //!
 //! Quantities of a body are written in its own frame, about the frame's origin: angular velocity `ω`, its derivative `α`,
 //! acceleration of the origin `p̈` (gravity is an acceleration of the base by `−g`); mass `m`, first moment `h = m c` and
 //! tensor `I` about the origin. `R`, `p`: pose of a body in its parent. The joint's axis is `s`.
 //!
-//! Once a [`Dynamics`] is built nothing allocates but `poses` and `potential_energy`. Reference: R. Featherstone (2008), Rigid Body Dynamics Algorithms.
+//! After a [`Dynamics`] is built, only `poses` and `potential_energy` allocate memory. Reference: R. Featherstone
+//! (2008), Rigid Body Dynamics Algorithms.
 
 #![allow(clippy::needless_range_loop, reason = "a body, its parent, frame and motion are visited by one index")]
 
@@ -30,7 +32,7 @@ use crate::units::JointKind;
 
 pub use collision::{MotionCheck, STEP, solid};
 
-/// A robot prepared for computing, with the room that its algorithms work in.
+/// A robot prepared for computation, with working memory for its algorithms.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     links: Vec<Link>,
@@ -47,7 +49,7 @@ pub struct Dynamics {
     column_rates: Vec<Twist>,
 }
 
-/// What does not change: a body and its joint.
+/// Constant data of a body and its joint.
 #[derive(Debug, Clone)]
 struct Link {
     parent: Option<usize>,
@@ -126,12 +128,12 @@ impl Dynamics {
         self.links.len()
     }
 
-    /// Takes another gravity [m/s²], seen from the base: for a base that is tilted.
+    /// Sets the gravity [m/s²], seen from the base: for a tilted base.
     pub fn set_gravity(&mut self, gravity: Vector3<f64>) {
         self.gravity = gravity;
     }
 
-    /// Places every body in its parent.
+    /// Computes the pose of every body in its parent.
     fn place(&mut self, q: &[f64]) {
         for ((frame, link), &q) in self.frames.iter_mut().zip(&self.links).zip(q) {
             *frame = link.frame(q);
@@ -186,7 +188,7 @@ impl Link {
         }
     }
 
-    /// The part of a wrench that the joint's drive has to supply.
+    /// The part of a wrench that the joint's drive must supply.
     fn effort(&self, wrench: &Wrench) -> f64 {
         match self.kind {
             JointKind::Revolute => self.s.dot(&wrench.torque),

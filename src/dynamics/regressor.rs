@@ -35,7 +35,7 @@ impl Dynamics {
     }
 }
 
-/// What a unit of each of the ten numbers of a body adds to the effort of one joint.
+/// Effort of one joint per unit of each of the ten parameters of a body.
 fn row(motion: &Motion, column: &Twist) -> [f64; 10] {
     let Motion { omega, alpha, acceleration } = motion;
     let (w, l) = (&column.omega, &column.v);

@@ -25,13 +25,13 @@ impl Dynamics {
         self.newton_euler(v, |i| a[i], tau);
     }
 
-    /// `C(q, v) v + G(q)` [N·m or N]: what holds the joints at constant velocity.
+    /// `C(q, v) v + G(q)` [N·m or N]: the effort that keeps the joint velocities constant.
     pub fn bias(&mut self, q: &[f64], v: &[f64], tau: &mut [f64]) {
         self.place(q);
         self.newton_euler(v, |_| 0.0, tau);
     }
 
-    /// `G(q)` [N·m or N]: what holds the robot still.
+    /// `G(q)` [N·m or N]: the effort that holds the robot still.
     pub fn gravity(&mut self, q: &[f64], tau: &mut [f64]) {
         self.place(q);
         for i in 0..self.links.len() {
@@ -58,7 +58,7 @@ impl Dynamics {
         self.gather(tau);
     }
 
-    /// Motion of every body, once all are placed.
+    /// Motion of every body, after all poses are set.
     pub(super) fn move_bodies(&mut self, v: &[f64], a: impl Fn(usize) -> f64) {
         let base = Motion { omega: Vector3::zeros(), alpha: Vector3::zeros(), acceleration: -self.gravity };
         for i in 0..self.links.len() {
@@ -79,7 +79,7 @@ impl Dynamics {
         }
     }
 
-    /// Hands the wrenches inwards, and takes each joint's share.
+    /// Passes the wrenches inwards, and takes the component of each joint.
     fn gather(&mut self, tau: &mut [f64]) {
         for i in (0..self.links.len()).rev() {
             let link = &self.links[i];

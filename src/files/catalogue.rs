@@ -1,14 +1,14 @@
-//! The robots and scenarios that the binary carries, under paths `catalogue:/robots/scara/model.toml`.
+//! The robots and scenarios that are embedded in the binary, under paths `catalogue:/robots/scara/model.toml`.
 
 use std::path::{Component, Path, PathBuf};
 
 /// First part of every path in the catalogue.
 const ROOT: &str = "catalogue:";
 
-/// Path in the project and content of every file under `robots/` and `scenarios/`.
+/// Project path and content of every file under `robots/` and `scenarios/`.
 static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/catalogue.rs"));
 
-/// Names of the folders of `kind` (`robots`, `scenarios`) that hold a file `file`, in alphabetical order.
+/// Names of the folders of `kind` (`robots`, `scenarios`) that contain a file `file`, in alphabetical order.
 pub fn names(kind: &str, file: &str) -> Vec<&'static str> {
     let entry = |path: &'static str| path.strip_prefix(kind)?.strip_prefix('/')?.strip_suffix(file)?.strip_suffix('/');
     FILES.iter().filter_map(|(path, _)| entry(path)).filter(|name| !name.contains('/')).collect()
@@ -29,7 +29,7 @@ pub(super) fn content(name: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(known, _)| *known == name).map(|&(_, content)| content)
 }
 
-/// The name of a file of the catalogue that a path means, `..` resolved; `None` for paths of the disk.
+/// The catalogue name of a path, with `..` resolved; `None` for paths on disk.
 pub(super) fn path_in(path: &Path) -> Option<String> {
     let mut parts: Vec<&str> = Vec::new();
     for part in path.strip_prefix(ROOT).ok()?.components() {

@@ -1,6 +1,7 @@
-//! Files by their paths: those on the disk, and those of the catalogue that the binary carries.
+//! Files by their paths: files on disk, and files of the catalogue that is embedded in the binary.
 //!
-//! What reads a model, a scenario, a manifest or a URDF reads it here, so that the catalogue needs no place on the disk.
+//! All readers of models, scenarios, manifests and URDFs read through this module, so the catalogue needs no place on
+//! the disk.
 
 pub mod catalogue;
 mod name;
@@ -11,7 +12,7 @@ use std::path::Path;
 
 pub use name::{FIT_NAME, is_fit_name};
 
-/// The content of a file of the catalogue; `None` for a path of the disk.
+/// The content of a file of the catalogue; `None` for a path on disk.
 ///
 /// # Errors
 /// The catalogue has no such file.
@@ -20,12 +21,12 @@ pub fn embedded(path: &Path) -> Option<io::Result<Vec<u8>>> {
     Some(catalogue::content(&name).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into()))
 }
 
-/// Whether a path leads to anything: what is no regular file is refused where it is read, by what it is.
+/// Whether a path exists. A path that is not a regular file is refused by its reader, with the reason.
 pub fn exists(path: &Path) -> bool {
     is_file(path) || path.exists()
 }
 
-/// Whether a path leads to a file.
+/// Whether a path is a file.
 pub fn is_file(path: &Path) -> bool {
     match catalogue::path_in(path) {
         Some(name) => catalogue::content(&name).is_some(),

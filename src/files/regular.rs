@@ -1,16 +1,18 @@
-//! Opening what is to be read: a regular file of bounded size.
+//! Opens files for reading: regular files of bounded size.
 //!
-//! A device or a pipe never ends or never answers, and a file of any length takes any memory. Both are refused before the first byte is read.
+//! Reading a device or a pipe may never end, and a file of unlimited size takes unlimited memory. Both are refused
+//! before the first byte is read.
 
 use std::fs::{self, File, Metadata};
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
 
-/// Size [bytes] of a regular file of at most `max` bytes; `advice` is what to do where it is larger. Symbolic links are followed.
+/// Size [bytes] of a regular file of at most `max` bytes; `advice` says what to do with a larger one. Symbolic links
+/// are followed.
 ///
 /// # Errors
-/// It is no regular file, or larger; and the operating system refuses.
+/// It is not a regular file, it is larger, or the operating system refuses it.
 pub fn size(path: &Path, max: u64, advice: &str) -> Result<u64> {
     let found = fs::metadata(path).map_err(|source| Error::file(path, "read", source))?;
     if !found.is_file() {
@@ -25,14 +27,14 @@ pub fn size(path: &Path, max: u64, advice: &str) -> Result<u64> {
     Ok(size)
 }
 
-/// Opens a file that [`size`] lets pass; gives its length too.
+/// Opens a file that passes [`size`]; returns its length too.
 ///
 /// # Errors
 /// As [`size`].
 pub fn open(path: &Path, max: u64, advice: &str) -> Result<(File, u64)> {
     size(path, max, advice)?;
     let file = File::open(path).map_err(|source| Error::file(path, "read", source))?;
-    // The same question to what was opened: the name may point elsewhere by now.
+    // The same check on the open file: the name may refer to another file by now.
     let found = file.metadata().map_err(|source| Error::file(path, "read", source))?;
     if !found.is_file() || found.len() > max {
         size(path, max, advice)?;
@@ -49,7 +51,7 @@ pub fn shown(bytes: u64) -> String {
     }
 }
 
-/// What it is instead of a regular file.
+/// What kind of file it is, if it is not a regular one.
 fn kind(found: &Metadata) -> &'static str {
     #[cfg(unix)]
     {

@@ -1,6 +1,7 @@
-//! Figures of a replay: RMS differences after the same low-pass on both sides.
+//! Error figures of a replay: RMS differences after the same low-pass on both sides.
 //!
-//! Velocity is the rate of the smooth position, on both sides: how a machine made its own velocity channel need not be known.
+//! On both sides, velocity is the derivative of the smoothed position, so the machine's own velocity measurement need
+//! not be known.
 
 use super::inputs::Input;
 use super::low_pass::low_pass;
@@ -26,7 +27,7 @@ pub struct Side<'a> {
     pub simulated: &'a [f64],
 }
 
-/// The differences of position, torque and velocity of one joint; `see` is shown both sides of each, and says whether
+/// The differences of position, torque and velocity of one joint. `see` gets both sides of each, and returns whether
 /// their difference is kept.
 pub(super) fn compare(
     joint: &JointModel,
@@ -67,7 +68,7 @@ pub(super) fn compare(
     vec![of_position, of_torque, of_velocity]
 }
 
-/// Rate of a smooth position.
+/// Derivative of a smooth position.
 fn rate(smooth: &[f64], interval: f64) -> Vec<f64> {
     let last = smooth.len().saturating_sub(1);
     let at = |k: usize| {

@@ -1,4 +1,4 @@
-//! How the true states of a replayed machine are drawn.
+//! Reduces the true states of a replayed machine for display.
 
 use std::collections::BTreeMap;
 
@@ -6,11 +6,11 @@ use crate::effects::JointState;
 use crate::robot::Model;
 use crate::timeseries::{Channel, Drawn, DrawnJoint, Envelope, TimeSeries, pose_step};
 
-/// What a simulation alone knows, thinned while it runs.
+/// Signals that exist only in the simulation, reduced while it runs.
 #[derive(Debug)]
 pub(super) struct Drawing {
     joints: Vec<Joint>,
-    /// Samples from one pose to the next.
+    /// Number of samples from one pose to the next.
     step: usize,
 }
 
@@ -25,7 +25,7 @@ struct Joint {
 }
 
 impl Drawing {
-    /// Of so many samples.
+    /// For this many samples.
     pub(super) fn new(model: &Model, samples: usize) -> Self {
         let joint = |joint: &crate::robot::JointModel| Joint {
             name: joint.name.clone(),
@@ -38,7 +38,7 @@ impl Drawing {
         Self { joints: model.joints.iter().map(joint).collect(), step: pose_step(samples) }
     }
 
-    /// Takes the next sample of a joint.
+    /// Adds the next sample of a joint.
     pub(super) fn sample(&mut self, joint: usize, time: f64, state: &JointState, contact: f64) {
         let joint = &mut self.joints[joint];
         joint.gear_torque.push(time, state.gear_torque);
@@ -50,7 +50,7 @@ impl Drawing {
         joint.seen += 1;
     }
 
-    /// The drawn session, under the name and at the times of the recorded one.
+    /// The reduced session, with the name and the times of the recorded one.
     pub(super) fn finish(self, recorded: &TimeSeries) -> Drawn {
         let joint = |mut joint: Joint| {
             for envelope in [&mut joint.gear_torque, &mut joint.contact, &mut joint.travel] {

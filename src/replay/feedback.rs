@@ -1,11 +1,11 @@
-//! What keeps a replayed machine beside its recording.
+//! The feedback that keeps a replayed machine close to its recording.
 //!
 //! ```text
 //!   τ(k) = τ_rec(k) + c(q_rec, k) − c(q_sim, k)          c(q, k) = −k_v (k_p q(k) + (q(k) − q(k−n))/(n T))
 //! ```
-//! Where `c` is the machine's own controller (the manifest gives it), this **is** its closed loop: reference, pulses and
-//! feedforward stand in `τ_rec − c(q_rec)`, whatever they are, and the noise of the recorded position cancels.
-//! Else `c` is a tracking controller of a given bandwidth `ω` on the inertia `J` that the joint moves, both poles at `ω`:
+//! If `c` is the machine's own controller (given in the manifest), this is exactly its closed loop: `τ_rec − c(q_rec)`
+//! contains reference, pulses and feedforward, and the noise of the recorded position cancels. Otherwise `c` is a
+//! tracking controller of a given bandwidth `ω` on the inertia `J` that the joint moves, with both poles at `ω`:
 //! `k_v = 2 ω J`, `k_p = ω/2`, along the recorded motion after a low-pass. In open loop `c = 0`.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -19,7 +19,7 @@ use crate::effects::JointState;
 use crate::robot::Model;
 use crate::timeseries::Samples;
 
-/// One feedback a joint: the machine's own where the session gives it; in open loop none for what was recorded.
+/// One feedback per joint: the machine's own if the session gives it; in open loop none for recorded joints.
 pub(super) fn of_joints(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Vec<Feedback> {
     let interval = session.series.sample_interval();
     let start: Vec<f64> = inputs.iter().map(|input| input.position[0]).collect();
@@ -48,14 +48,14 @@ pub(super) struct Feedback {
     start: [f64; 2],
     interval: f64,
     recorded: Samples,
-    /// The last simulated positions, as many as the difference quotient spans; the next takes the place of the oldest.
+    /// The last simulated positions, as many as the difference quotient spans, in a ring buffer.
     simulated: Vec<f64>,
-    /// Samples so far.
+    /// Number of samples so far.
     seen: usize,
 }
 
 impl Feedback {
-    /// The machine's own controller on the recorded positions as they are.
+    /// The machine's own controller, on the unfiltered recorded positions.
     pub(super) fn machine(controller: Controller, recorded: &Samples, interval: f64) -> Self {
         let last = controller.velocity_samples.min(recorded.len() - 1);
         let velocity = (recorded[last] - recorded[0]) / (last.max(1) as f64 * interval);
@@ -69,9 +69,10 @@ impl Feedback {
         }
     }
 
-    /// No correction. Nothing makes a wrong start good, so it is that of a parabola through the first samples.
+    /// No correction. A wrong start would never be corrected, so the start is taken from a parabola through the first
+    /// samples.
     fn none(recorded: &Samples, interval: f64) -> Self {
-        /// [s] Length of the parabola: some tens of samples, in which a joint hardly changes its acceleration.
+        /// [s] Length of the parabola: some tens of samples, in which the acceleration of a joint hardly changes.
         const SPAN: f64 = 0.02;
         let samples = ((SPAN / interval).round() as usize).clamp(3, recorded.len().max(3)).min(recorded.len());
         let controller = Controller { position_gain: 0.0, velocity_gain: 0.0, velocity_samples: 1 };
@@ -82,7 +83,7 @@ impl Feedback {
 
     /// A tracking controller of bandwidth `bandwidth` [Hz] for an inertia [kg·m² or kg].
     pub(super) fn tracking(recorded: &[f64], interval: f64, bandwidth: f64, inertia: f64) -> Self {
-        /// Cut-off of the recorded motion against the bandwidth of the loop.
+        /// Cut-off of the recorded motion divided by the bandwidth of the loop.
         const MARGIN: f64 = 5.0;
         let omega = 2.0 * std::f64::consts::PI * bandwidth;
         let controller =
@@ -90,7 +91,7 @@ impl Feedback {
         Self::machine(controller, &low_pass(recorded, interval, MARGIN * bandwidth).into(), interval)
     }
 
-    /// The motion that the recording begins with, the link in the middle of the gap.
+    /// The initial motion of the recording, with the link in the middle of the gap.
     pub(super) fn start(&self) -> JointState {
         let [position, velocity] = self.start;
         JointState {
@@ -102,7 +103,7 @@ impl Feedback {
         }
     }
 
-    /// `c(q_rec, k) − c(q_sim, k)` [N·m or N] at the next sample `k`, where the simulated position is `position`.
+    /// `c(q_rec, k) − c(q_sim, k)` [N·m or N] at the next sample `k`, with `position` as the simulated position.
     pub(super) fn correction(&mut self, position: f64) -> f64 {
         let Controller { position_gain, velocity_gain, velocity_samples } = self.controller;
         let k = self.seen;
@@ -116,7 +117,7 @@ impl Feedback {
     }
 }
 
-/// Value and rate at the first sample of the parabola closest to all; `None` where there are too few for one.
+/// Value and derivative at the first sample of the least-squares parabola; `None` if there are too few samples.
 fn parabola(samples: &[f64], interval: f64) -> Option<[f64; 2]> {
     let first = *samples.first()?;
     let (mut a, mut b) = (Matrix3::zeros(), Vector3::zeros());

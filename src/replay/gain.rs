@@ -1,18 +1,22 @@
-//! By how much one model errs less than another on the same data, and whether that is more than chance.
+//! By how much the error of one model is smaller than that of another on the same data, and whether this is
+//! significant.
 //!
 //! ```text
 //!   g = 1 − √(Σ e_after² / Σ e_before²)          pairs (e_before, e_after) of the same instants
 //! ```
-//! Errors of neighbouring samples are alike, so whole blocks of some seconds are drawn with replacement, both errors of a block
-//! together: a stretch on which both models are bad says nothing for either. The ends are those percentiles of the draws whose tails hold
+//! Errors of neighbouring samples are correlated, so whole blocks of some seconds are drawn with replacement, both
+//! errors of a block together: a stretch on which both models are bad favours neither. The ends of the interval are the
+//! percentiles of the draws with the tails
 //!
 //! ```text
 //!   Φ(−t_{0.975, m−1} √(m/(m−1)))          2.5 % for many blocks, less for few
 //! ```
-//! because few or unequal blocks scatter less among themselves than blocks at large do: `m = 1/Σ w²` is the number of equal blocks that weigh
-//! as much, `w_i` the share of block `i` in the squared errors. No draw gains more than the best of the blocks or less than the worst: what
-//! gains on every block has an interval above zero, even where one of them holds most of the error.
-//! A gain counts as shown where its 95 % interval excludes zero. Left out: what differs between sessions where only one was judged.
+//! because few or unequal blocks scatter less among themselves than blocks in general do: `m = 1/Σ w²` is the effective
+//! number of equal blocks, and `w_i` the share of block `i` in the squared errors. No draw gains more than the best
+//! block or less than the worst. So a gain on every block gives an interval above zero, even if one block has most of
+//! the error.
+//! A gain is significant if its 95 % interval excludes zero. Left out: variation between sessions if only one was
+//! evaluated.
 //! References: H. R. Künsch (1989), The jackknife and the bootstrap for general stationary observations;
 //! T. C. Hesterberg (2015), What teachers should know about the bootstrap, section 3.5; L. Kish (1965), Survey sampling, for `m`.
 
@@ -23,13 +27,14 @@ use crate::distributions::{normal_upper_tail, student_975};
 
 /// [s] Length of a block, unless that leaves fewer than [`WANTED_BLOCKS`].
 const BLOCK: f64 = 5.0;
-/// [s] Shortest block: errors behind the low-pass of a comparison forget themselves in less.
+/// [s] Shortest block: after the low-pass of a comparison, errors are correlated over a shorter time.
 const SHORTEST_BLOCK: f64 = 0.5;
-/// Blocks that short data are divided into.
+/// Number of blocks that short data are divided into.
 const WANTED_BLOCKS: f64 = 10.0;
-/// Fewer blocks show nothing: four of them draw the same one four times in 1/256 of all cases.
+/// Fewer blocks give no interval: of four blocks, a draw repeats the same one four times in 1/256 of all cases.
 const FEWEST_BLOCKS: usize = 4;
-/// Draws: the ends of a 95 % interval then scatter by a fiftieth of its width, and the smallest tail, 1.2e-4, holds two of them.
+/// Number of draws: the ends of a 95 % interval then scatter by a fiftieth of its width, and two draws lie in the
+/// smallest tail, 1.2e-4.
 const DRAWS: usize = 16_000;
 /// Seed of the draws: the same data give the same interval.
 const SEED: u64 = 0x6761_696e;
@@ -37,11 +42,11 @@ const SEED: u64 = 0x6761_696e;
 /// A gain with its interval.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Gain {
-    /// [%] by which the RMS error falls; negative where it grows.
+    /// [%] by which the RMS error falls; negative if it grows.
     pub gain_percent: f64,
-    /// [%] ends of its 95 % interval; of data too short for one, zero and the gain.
+    /// [%] ends of its 95 % interval; zero and the gain if the data are too short for an interval.
     pub interval_percent: [f64; 2],
-    /// Whether the interval lies above zero: otherwise no gain is shown.
+    /// Whether the interval lies above zero; otherwise no gain is reported.
     pub shown: bool,
 }
 
@@ -89,7 +94,7 @@ impl Power {
         Self { before: self.before + other.before, after: self.after + other.after }
     }
 
-    /// `L`, finite even where a model errs nowhere.
+    /// `L`, finite even if a model has no error.
     fn log_ratio(self) -> f64 {
         0.5 * (self.after.max(1e-300) / self.before.max(1e-300)).ln()
     }
@@ -105,7 +110,8 @@ fn blocks(sessions: &[Pairs]) -> Vec<Power> {
         (Some(first), Some(last)) => last - first,
         _ => 0.0,
     };
-    // Time in which something was judged: of a recording that is judged here and there, whole blocks would hold nothing.
+    // Only the time with evaluated rows counts: in a recording that is evaluated only in places, many blocks of the
+    // whole time would be empty.
     let judged = |pairs: &Pairs| pairs.time.windows(2).map(|pair| (pair[1] - pair[0]).min(SHORTEST_BLOCK)).sum::<f64>();
     let total: f64 = sessions.iter().map(judged).sum();
     let length = BLOCK.min(total / WANTED_BLOCKS).max(SHORTEST_BLOCK);
@@ -118,13 +124,13 @@ fn blocks(sessions: &[Pairs]) -> Vec<Power> {
             let block = (((time - pairs.time[0]) / width) as usize).min(powers.len() - 1);
             powers[block] = powers[block].plus(Power { before: before * before, after: after * after });
         }
-        // Nothing was judged in some of them.
+        // Blocks without evaluated rows are left out.
         blocks.extend(powers.into_iter().filter(|power| power.before + power.after > 0.0));
     }
     blocks
 }
 
-/// Ends of the interval of `L`, the one of the larger gain last.
+/// Ends of the interval of `L`; the one of the larger gain is last.
 fn interval(blocks: &[Power], all: Power) -> [f64; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut draw = || {

@@ -1,4 +1,4 @@
-//! What a recording says about the torque that the motors gave.
+//! Recorded motor torques, as inputs of a replay.
 
 use super::Loop;
 use crate::dataset::Session;
@@ -7,12 +7,12 @@ use crate::error::{Error, Place, Result};
 use crate::robot::{JointModel, Model};
 use crate::timeseries::{Channel, JointSeries, Samples};
 
-/// A recorded signal, times a constant: it shares the samples of the recording.
+/// A recorded signal times a constant; it shares the samples of the recording.
 #[derive(Debug, Clone)]
 pub(super) struct Signal {
     samples: Samples,
     scale: f64,
-    /// Samples by which it is read ahead; its last one stands for what comes after.
+    /// Number of samples by which it is read ahead; after the end, its last sample is used.
     ahead: usize,
 }
 
@@ -21,7 +21,7 @@ impl Signal {
         Self { samples: samples.clone(), scale, ahead: 0 }
     }
 
-    /// Nothing at all times.
+    /// Zero at all times.
     fn zero(samples: usize) -> Self {
         Self::new(&vec![0.0; samples].into(), 1.0)
     }
@@ -32,7 +32,7 @@ impl Signal {
         if self.scale == 1.0 { sample } else { self.scale * sample }
     }
 
-    /// All of it.
+    /// All values.
     pub(super) fn values(&self) -> Vec<f64> {
         (0..self.samples.len()).map(|k| self.at(k)).collect()
     }
@@ -43,22 +43,23 @@ impl Signal {
 pub(super) struct Input {
     /// [rad or m] motor position.
     pub(super) position: Samples,
-    /// [N·m or N] what to ask of the drive from a sample to the next, before any correction.
+    /// [N·m or N] torque command to the drive from one sample to the next, before any correction.
     pub(super) forward: Signal,
-    /// [N·m or N] what to compare the simulated torque with.
+    /// [N·m or N] torque to compare the simulated one with.
     pub(super) torque: Signal,
-    /// Whether `torque` is what was asked for at a sample, or what was measured then.
+    /// Whether `torque` is a command at a sample, or a measurement.
     pub(super) commanded: bool,
     /// Whether `torque` is a magnitude: its sign was not measured.
     pub(super) magnitude: bool,
-    /// Whether it was recorded at all.
+    /// Whether the joint was recorded.
     pub(super) recorded: bool,
 }
 
-/// One input a joint of the model. A joint that was not recorded stands still at zero.
+/// One input per joint of the model. A joint that was not recorded stands still at zero.
 ///
 /// # Errors
-/// No joint of the model was recorded; one lacks its position, or torque and current; in open loop nothing says which way it was driven.
+/// No joint of the model was recorded; a joint lacks its position, or both torque and current; in open loop, only the
+/// magnitude of the current is known.
 pub(super) fn inputs(model: &Model, session: &Session, control: Loop, notes: &mut Vec<String>) -> Result<Vec<Input>> {
     let series = &session.series;
     if !model.joints.iter().any(|joint| series.joint(&joint.name).is_some()) {
@@ -121,7 +122,7 @@ fn input(joint: &JointModel, series: &JointSeries, session: &Session, control: L
             Err(Error::input(&session.source, Place::File, key, "a magnitude", expected))
         }
         (None, Some(torque)) => {
-            // A reading shows what was asked for one sample before.
+            // A reading shows the command of the sample before.
             let ahead = || Signal { ahead: 1, ..torque.clone() };
             let forward = if magnitude { Signal::zero(torque.samples.len()) } else { ahead() };
             Ok(Input { position, forward, torque, commanded: false, magnitude, recorded })

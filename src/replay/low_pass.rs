@@ -5,12 +5,12 @@
 //!                                                   a₁ = 2 (1 − c²) b,  a₂ = (1 − √2 c + c²) b
 //! ```
 //! Both runs together have gain `1/(1 + (tan(π f T)/tan(π f_c T))⁴)`: one half at `f_c`.
-//! The ends are continued by point reflection over two periods of `f_c`. Left out: uneven sampling.
+//! The signal is extended at both ends by point reflection, over two periods of `f_c`. Left out: uneven sampling.
 //! Reference: F. Gustafsson (1996), Determining the initial states in forward-backward filtering.
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// Largest share of the sampling rate that a cut-off may be.
+/// Largest cut-off as a share of the sampling rate.
 const MAX_SHARE: f64 = 0.45;
 
 /// Filters samples of interval `interval` [s] with the cut-off `cutoff` [Hz].

@@ -1,10 +1,10 @@
-//! Replay: a model is simulated under recorded inputs, beside the recording.
+//! Replay: simulates a model under recorded inputs, for comparison with the recording.
 //!
-//! Recorded torques in open loop let any model drift away by metres, however good it is. So the machine's controller, or a tracking
-//! one, corrects the recorded torque by what it makes of the difference of the positions ([`feedback`]). Three figures a joint then say
-//! how well the model fits: the RMS difference of position, of velocity, and of the torque that the motors had to give.
-//! [`Loop::Open`] leaves the correction away, for those who want the figure of the literature: the position then shows every error of
-//! the torque, integrated twice.
+//! In open loop, recorded torques let any model drift away by metres, however good it is. So the machine's controller,
+//! or a tracking one, corrects the recorded torque according to the difference of the positions ([`feedback`]). Three
+//! figures per joint then measure how well the model fits: the RMS difference of position, of velocity, and of motor
+//! torque. [`Loop::Open`] omits the correction, for comparison with figures from the literature: the position then
+//! contains every error of the torque, integrated twice.
 //! Both sides of every comparison go through the same zero-phase low-pass ([`low_pass`]).
 
 mod compare;
@@ -40,18 +40,18 @@ pub enum Loop {
     /// By the machine's own controller, or a tracking one.
     #[default]
     Closed,
-    /// Nothing does. A joint that was not recorded is held still nevertheless.
+    /// None. A joint that was not recorded is held still even then.
     Open,
 }
 
-/// How to replay.
+/// Options of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Whether the simulated machine is kept beside the recorded one.
     pub control: Loop,
-    /// Who computes the links' dynamics.
+    /// Which engine computes the links' dynamics.
     pub engine: Engine,
-    /// [Hz] Bandwidth of the tracking controller where the machine's own is not known, > 0.
+    /// [Hz] Bandwidth of the tracking controller if the machine's own is not known, > 0.
     pub bandwidth: f64,
     /// [Hz] Cut-off of the low-pass on both sides of a comparison, > 0.
     pub cutoff: f64,
@@ -77,13 +77,13 @@ impl Default for Options {
 pub enum Quantity {
     /// Motor position, joint side.
     Position,
-    /// Rate of the smooth motor position.
+    /// Derivative of the smoothed motor position.
     Velocity,
     /// Motor torque, joint side.
     Torque,
 }
 
-/// How far a simulated signal is from the recorded one.
+/// Difference between a simulated signal and the recorded one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ChannelError {
     /// The joint.
@@ -94,14 +94,14 @@ pub struct ChannelError {
     pub unit: &'static str,
     /// RMS of the difference.
     pub rms: f64,
-    /// [1] `rms` against the RMS of the recorded signal; 0 where that is 0.
+    /// [1] `rms` divided by the RMS of the recorded signal; 0 if that is 0.
     pub relative: f64,
-    /// Recorded less simulated, sample by sample, behind the low-pass; empty where it is not kept.
+    /// Recorded minus simulated, sample by sample, after the low-pass; empty if it is not kept.
     #[serde(skip)]
     pub difference: Vec<f64>,
 }
 
-/// A simulated session beside a recorded one.
+/// A simulated session with its comparison.
 #[derive(Debug, Clone)]
 pub struct Replay {
     /// Name of the session.
@@ -110,22 +110,22 @@ pub struct Replay {
     pub time: Vec<f64>,
     /// The differences, joint by joint.
     pub errors: Vec<ChannelError>,
-    /// What the reader of the figures should know.
+    /// Notes on the figures.
     pub notes: Vec<String>,
-    /// How the simulated machine is drawn: position, velocity, torque and true states.
+    /// The simulated machine for display: position, velocity, torque and true states.
     pub simulated: Drawn,
 }
 
 /// Simulates `model` under the inputs of `session`.
 ///
 /// # Errors
-/// A joint lacks position or torque and current, or the sign of its current in open loop, the model's effects do not fit, or the
-/// simulation diverges.
+/// A joint lacks position, or torque and current; in open loop, only the magnitude of its current is known; the model's
+/// effects do not fit; or the simulation diverges.
 pub fn replay(model: &Model, session: &Session, options: &Options) -> Result<Replay> {
     replayed(model, session, options, &mut |_| true)
 }
 
-/// As [`replay`]; `see` is shown both sides of each signal, and no differences are kept.
+/// As [`replay`]; `see` gets both sides of each signal, and no differences are kept.
 ///
 /// # Errors
 /// As [`replay`].
@@ -141,7 +141,7 @@ pub fn replay_seen(
     })
 }
 
-/// As [`replay`]; `see` is shown both sides of each signal and says whether their difference is kept.
+/// As [`replay`]; `see` gets both sides of each signal and returns whether their difference is kept.
 fn replayed(
     model: &Model,
     session: &Session,
@@ -166,13 +166,13 @@ fn replayed(
         errors.extend(compare::compare(&model.joints[index], input, simulated, sampled, options.cutoff, &mut seen));
     }
     if options.control == Loop::Open {
-        // The torque is given, not simulated.
+        // The torque is an input here, not a result.
         errors.retain(|error| error.quantity != Quantity::Torque);
     }
     Ok(Replay { session: session.series.name.clone(), time: time.clone(), errors, notes, simulated: drawn })
 }
 
-/// What is compared of a simulated joint.
+/// Compared signals of a simulated joint.
 #[derive(Debug)]
 struct Simulated {
     /// [rad or m]
@@ -181,7 +181,7 @@ struct Simulated {
     torque: Vec<f64>,
 }
 
-/// The simulated joints, and how the true states of the machine are drawn.
+/// The simulated joints, and the true states of the machine for display.
 fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Options) -> Result<(Vec<Simulated>, Drawn)> {
     let time = &session.series.time;
     let catalogue = options.catalogue.clone();
@@ -204,7 +204,7 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
         for i in 0..n {
             let torque_per_ampere = model.joints[i].torque_per_ampere();
             let state = plant.states()[i];
-            // What an effect adds to the readings stands in the recorded current, not in the motor.
+            // An effect on the readings is contained in the recorded current, not in the motor.
             let added = torque_per_ampere * (readings[i].current - state.current);
             let asked = inputs[i].forward.at(k) - added + feedback[i].correction(readings[i].position);
             commands[i] = asked / torque_per_ampere;

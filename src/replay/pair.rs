@@ -1,4 +1,4 @@
-//! Two models under the inputs of the same recordings: how far each is off, and what the second gains.
+//! Two models under the inputs of the same recordings: the error of each, and the gain of the second.
 
 use rayon::prelude::*;
 
@@ -21,12 +21,12 @@ pub struct Compared {
     pub before: f64,
     /// RMS error of the second model.
     pub after: f64,
-    /// By how much the second errs less.
+    /// By how much the error of the second is smaller.
     pub gain: Gain,
 }
 
-/// Simulates both models under the inputs of each session, all at once where there are cores for it; a model equal to the first is
-/// not simulated again. Returns the comparison and the replays of the first model.
+/// Simulates both models under the inputs of each session, in parallel if there are cores for it; a model equal to the
+/// first is not simulated again. Returns the comparison and the replays of the first model.
 ///
 /// # Errors
 /// As [`replay`].
@@ -46,7 +46,7 @@ pub fn compare_models(
     Ok((compared, replays))
 }
 
-/// Errors of two models, recording by recording in the same order.
+/// Errors of two models, one recording after the other, in the same order.
 pub fn compared(before: &[Replay], after: &[Replay]) -> Vec<Compared> {
     let Some(first) = before.first() else { return Vec::new() };
     let channel = |(index, error): (usize, &ChannelError)| {

@@ -1,4 +1,4 @@
-//! What has changed between two recordings, as a reader meets it.
+//! The changes between two recordings, for readers.
 
 use super::display;
 use super::document::Section;

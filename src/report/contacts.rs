@@ -1,4 +1,4 @@
-//! What was touched in a simulated run, for readers.
+//! The contacts of a simulated run, for readers.
 
 use serde_json::{Value, json};
 
@@ -8,7 +8,7 @@ use super::{Role, Table};
 use crate::scenario::{Contact, Run};
 use crate::timeseries::Envelope;
 
-/// A table of what was touched; `None` where nothing was.
+/// A table of the contacts; `None` if there were none.
 pub fn section(run: &Run) -> Option<Section> {
     let heads = ["session", "link", "against", "first [s]", "last [s]", "met", "peak force"];
     let mut table = Table::new("", &heads);
@@ -31,7 +31,8 @@ pub fn json(run: &Run) -> Vec<Value> {
     touched(run).map(entry).collect()
 }
 
-/// Adds the forces to the motion of a session with those sample times: that on an obstacle beside every joint that bears it.
+/// Adds the contact forces to the motion of a session with those sample times: each force is shown at every joint that
+/// carries it.
 pub fn trace(motion: &mut Motion<'_>, time: &[f64], contacts: &[Contact]) {
     for contact in contacts {
         let force = Envelope::of(time, contact.force.iter().copied());

@@ -1,4 +1,4 @@
-//! A diagnosis as a reader meets it: what was found, how sure, what it gains, what is left.
+//! A diagnosis for readers: what was found, with which confidence and gain, and what remains.
 
 use super::changes;
 use super::display::{self, shown};
@@ -43,7 +43,7 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
     }
 }
 
-/// The document of a diagnosis that ended with a suspicion.
+/// The document of a diagnosis that ended with a suspected mistake.
 fn mistaken(name: &str, diagnosis: &Diagnosis) -> Document {
     Document {
         title: format!("{name}: a mistake in the data or in the model is suspected"),
@@ -53,7 +53,7 @@ fn mistaken(name: &str, diagnosis: &Diagnosis) -> Document {
     }
 }
 
-/// Each mistake, what was measured, what to change.
+/// Each mistake, the measurement that shows it, and the remedy.
 fn suspicions(diagnosis: &Diagnosis) -> Section {
     let mut table = Table::new("", &["mistake", "joints", "factor", "or", "measured", "remedy"]);
     for one in &diagnosis.mistakes {
@@ -111,7 +111,7 @@ fn parameters(found: &FoundEffect) -> String {
     found.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Effects of the machine, then effects of the measurement, then what has no name.
+/// Effects of the machine, then effects of the measurement, then structure without a name.
 fn found(diagnosis: &Diagnosis) -> Section {
     let mut section = Section::new("What was found");
     for (title, kind) in
@@ -119,7 +119,7 @@ fn found(diagnosis: &Diagnosis) -> Section {
     {
         let mut table = Table::new(title, &["effect", "joints", "parameter", "value", "probability", "gain held out"]);
         for found in diagnosis.effects.iter().filter(|found| found.kind == kind) {
-            // An effect on several joints is explained once.
+            // An effect on several joints is explained only once.
             let new: Vec<String> =
                 about(found, diagnosis).into_iter().filter(|line| !section.text.contains(line)).collect();
             section.text.extend(new);
@@ -144,10 +144,10 @@ fn found(diagnosis: &Diagnosis) -> Section {
     section
 }
 
-/// Standard errors by which breakaway friction has to lie below Coulomb friction to be said to.
+/// A note is given if breakaway friction lies below Coulomb friction by more than this number of standard errors.
 const SURELY_BELOW: f64 = 3.0;
 
-/// A word on friction at rest that is less than in motion: the law assumes that it falls with speed.
+/// A note on friction that is less at rest than in motion: the law assumes that friction falls with speed.
 fn rising_friction(joint: &str, baseline: &BaselineEstimate) -> Option<String> {
     let (breakaway, coulomb) = (baseline.friction.get("breakaway")?, baseline.friction.get("coulomb")?);
     let error = breakaway.std_error.hypot(coulomb.std_error);
@@ -160,7 +160,7 @@ fn rising_friction(joint: &str, baseline: &BaselineEstimate) -> Option<String> {
     })
 }
 
-/// What an effect is, and what it could be taken for.
+/// An explanation of an effect, and its look-alikes.
 fn about(found: &FoundEffect, diagnosis: &Diagnosis) -> Vec<String> {
     let place = match found.kind {
         effects::Kind::Physics => "the machine",
@@ -186,7 +186,7 @@ fn rows(found: &FoundEffect, table: &mut Table) {
         format!("{:.0} %", found.gain.gain_percent),
     ];
     for (name, value) in &found.parameters {
-        // Only the first of an effect's rows names it.
+        // Only the first row of an effect has its name.
         let [effect, joints, probability, gain] = std::mem::take(&mut head);
         let value = display::estimate(value.value, value.std_error, value.unit);
         table.row([effect, joints, name.clone(), value, probability, gain]);
@@ -200,7 +200,7 @@ const fn split(split: Split) -> &'static str {
     }
 }
 
-/// Torque errors and replay errors, nominal against extended.
+/// Torque errors and replay errors: nominal model against extended model.
 fn errors(diagnosis: &Diagnosis) -> Section {
     let mut fit = Table::new(
         "RMS torque error along the measured motion",
@@ -245,7 +245,7 @@ fn errors(diagnosis: &Diagnosis) -> Section {
     Section { text, tables, ..Section::new("The gain") }
 }
 
-/// A gain with its 95 % interval, or that there is none to be shown.
+/// A gain with its 95 % interval, or a note that it is not significant.
 pub fn gain(gain: Gain) -> String {
     let [low, high] = gain.interval_percent;
     if gain.shown {
@@ -277,7 +277,7 @@ fn residuals(diagnosis: &Diagnosis, joint: &str, kind: JointKind) -> Section {
     section
 }
 
-/// Only where the errors are judged; the line is interrupted elsewhere.
+/// Only rows in which the errors are evaluated; the line is interrupted elsewhere.
 fn judged(series: &ResidualSeries, values: &[f64]) -> Vec<[f64; 2]> {
     let rows = series.time.iter().zip(values).zip(&series.rigid);
     rows.map(|((time, value), rigid)| [*time, if *rigid { *value } else { f64::NAN }]).collect()

@@ -1,10 +1,10 @@
-//! Units for readers: files hold SI and radians, people read degrees.
+//! Units for readers: files use SI and radians, reports use degrees.
 
 use crate::units::{DEG, JointKind};
 
 use super::number;
 
-/// The unit in which a quantity of that SI unit is shown, and the factor from SI to it.
+/// The displayed unit of a quantity with that SI unit, and the factor from SI to it.
 pub fn shown(unit: &str) -> (&str, f64) {
     match unit {
         "rad" => ("deg", 1.0 / DEG),
@@ -19,16 +19,16 @@ pub fn shown(unit: &str) -> (&str, f64) {
     }
 }
 
-/// A value of that SI unit as readers see it, with four significant digits and the unit.
+/// A value of that SI unit for readers, with four significant digits and the unit.
 pub fn value(value: f64, unit: &str) -> String {
     let (unit, factor) = shown(unit);
     join(&number::significant(value * factor, 4), unit)
 }
 
-/// A value and its standard error as readers see them, with the unit.
+/// A value and its standard error for readers, with the unit.
 pub fn estimate(value: f64, std_error: f64, unit: &str) -> String {
     let (unit, factor) = shown(unit);
-    // A choice among few, as an order of a harmonic, is exact.
+    // A choice among a few values, such as the order of a harmonic, is exact.
     if std_error == 0.0 {
         return join(&number::significant(value * factor, 6), unit);
     }
@@ -36,7 +36,7 @@ pub fn estimate(value: f64, std_error: f64, unit: &str) -> String {
     join(&format!("{value} ± {std_error}"), unit)
 }
 
-/// A number and its unit; nothing behind a number without one.
+/// A number and its unit; a dimensionless number has none.
 pub fn join(number: &str, unit: &str) -> String {
     match unit {
         "" | "1" => number.to_owned(),

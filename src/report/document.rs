@@ -1,4 +1,4 @@
-//! A result as a reader meets it: one content, rendered on the terminal, as HTML and as a recording.
+//! A result for readers: one content, rendered on the terminal, as HTML and as a recording.
 
 use super::plot::Plot;
 use super::table::Table;
@@ -6,13 +6,13 @@ use super::table::Table;
 /// Title, verdict, and sections of text, tables and plots.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document {
-    /// What was done with which machine.
+    /// The task and the machine.
     pub title: String,
     /// The result in one or two sentences.
     pub verdict: String,
-    /// What the reader must know before trusting it.
+    /// Warnings that the reader needs before using the result.
     pub warnings: Vec<String>,
-    /// The rest, most important first.
+    /// The sections, most important first.
     pub sections: Vec<Section>,
 }
 
@@ -27,7 +27,7 @@ pub struct Section {
     pub tables: Vec<Table>,
     /// Plots; not on the terminal.
     pub plots: Vec<Plot>,
-    /// Whether it is for those who want to know more: not on the terminal.
+    /// Whether it contains details: these are not shown on the terminal.
     pub detail: bool,
 }
 
@@ -44,7 +44,7 @@ impl Section {
 }
 
 impl Document {
-    /// What the terminal shows: title, verdict, texts and tables.
+    /// The text for the terminal: title, verdict, texts and tables.
     pub fn to_text(&self) -> String {
         let mut text = format!("{}\n\n{}\n", self.title, self.verdict);
         for section in self.sections.iter().filter(|section| !section.detail && section.has_words()) {
@@ -67,7 +67,7 @@ impl Document {
         text
     }
 
-    /// Every plot, with the heading it stands under.
+    /// Every plot, with the heading of its section.
     pub fn plots(&self) -> impl Iterator<Item = (&str, &Plot)> {
         self.sections.iter().flat_map(|section| section.plots.iter().map(|plot| (section.title.as_str(), plot)))
     }

@@ -1,4 +1,4 @@
-//! A report as the files of its folder.
+//! The files of a report.
 
 use std::fmt;
 use std::io;
@@ -19,9 +19,10 @@ type Written<'a> = dyn Fn(&mut dyn io::Write) -> io::Result<()> + 'a;
 
 /// The content of a file.
 pub enum Content<'a> {
-    /// As it is written.
+    /// Bytes in memory.
     Bytes(Vec<u8>),
-    /// Written piece by piece, by what is given here: a recording of half an hour is larger as text than all else together.
+    /// Written piece by piece by this function: a recording of half an hour as text is larger than everything else
+    /// together.
     Stream(Box<Written<'a>>),
 }
 
@@ -29,7 +30,7 @@ impl Content<'_> {
     /// Writes it.
     ///
     /// # Errors
-    /// Those of `out`.
+    /// Errors of `out`.
     pub fn write(&self, out: &mut dyn io::Write) -> io::Result<()> {
         match self {
             Self::Bytes(bytes) => out.write_all(bytes),
@@ -56,27 +57,27 @@ impl fmt::Debug for Content<'_> {
 /// A file's name and content.
 pub type File<'a> = (String, Content<'a>);
 
-/// Everything a command leaves behind.
+/// The complete result of a command.
 #[derive(Debug)]
 pub struct Report<'a> {
-    /// For people.
+    /// The document for readers.
     pub document: Document,
-    /// For programs: the content of `report.json`.
+    /// The data for programs: the content of `report.json`.
     pub json: Value,
-    /// What the recording shows moving.
+    /// The motions in the viewer's recording.
     pub motions: Vec<Motion<'a>>,
-    /// The model that `model.toml` will hold.
+    /// The content of `model.toml`.
     pub model: Option<Model>,
     /// Further files: name and content.
     pub extra: Vec<File<'a>>,
 }
 
-/// Versions of what made a report.
+/// Versions of the program and of its engine.
 pub fn versions() -> Value {
     json!({ "lostmotion": env!("CARGO_PKG_VERSION"), "rapier3d": RAPIER_VERSION })
 }
 
-/// `content` below a head of schema, versions and the machine's name.
+/// `content` with a head of schema, versions and the machine's name.
 pub fn envelope(schema: &str, name: &str, content: Value) -> Value {
     let mut all = Map::new();
     all.insert("schema".into(), schema.into());
@@ -119,7 +120,7 @@ fn footer() -> String {
     )
 }
 
-/// Names of the files that a report may hold: one with this model, and with these further files.
+/// Names of the files that a report may contain, for a report with this model and these further files.
 pub fn planned(model: Option<&Model>, extra: impl IntoIterator<Item = String>) -> Vec<String> {
     let mut names = vec!["report.json".to_owned(), "report.html".to_owned()];
     if cfg!(feature = "rerun") {
@@ -139,7 +140,7 @@ fn urdf_name(model: &Model) -> String {
     if is_fit_name(&name) { name } else { "robot.urdf".to_owned() }
 }
 
-/// The model and, where it names no meshes by relative paths, a copy of its URDF, so that the folder can be moved.
+/// The model, with a copy of its URDF unless that names meshes by relative paths, so that the folder can be moved.
 fn model_files(model: &Model) -> Vec<File<'static>> {
     let whole = model.urdf.canonicalize().unwrap_or_else(|_| model.urdf.clone());
     if model.urdf_text.contains("<mesh") {

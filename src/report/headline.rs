@@ -1,4 +1,4 @@
-//! What the extended model gains, joint by joint: in torque along the measured motion, and in simulation.
+//! The gain of the extended model, joint by joint: in torque along the measured motion, and in simulation.
 
 use super::display::shown;
 use super::number::significant;
@@ -6,7 +6,7 @@ use super::table::Table;
 use crate::diagnose::{Diagnosis, FitError, ReplayError, Split};
 use crate::replay::Gain;
 
-/// One sentence for each joint on which an effect acts: both gains on data held out.
+/// One sentence for each joint with an effect: both gains on held-out data.
 pub fn gains(diagnosis: &Diagnosis) -> Vec<String> {
     let named = |joint: &str| diagnosis.effects.iter().any(|found| found.joints.iter().any(|own| own == joint));
     let judged =
@@ -39,7 +39,7 @@ fn in_simulation(error: &ReplayError) -> String {
     format!("{} {before} to {after} {unit} ({})", error.quantity, change(error.gain))
 }
 
-/// A gain in a few words; one whose interval holds zero is none.
+/// A gain in a few words; there is none if its interval contains zero.
 fn change(gain: Gain) -> String {
     let [_, high] = gain.interval_percent;
     if gain.shown {
@@ -51,7 +51,7 @@ fn change(gain: Gain) -> String {
     }
 }
 
-/// Which part of the nominal torque error each effect takes away, joint by joint; empty with fewer than two effects.
+/// The share of the nominal torque error that each effect removes, joint by joint; empty with fewer than two effects.
 pub fn by_effect(diagnosis: &Diagnosis) -> Table {
     let mut table =
         Table::new("Torque error on data held out, by effect", &["joint", "effect", "of the nominal error"]);

@@ -1,4 +1,4 @@
-//! A document as one self-contained HTML file, made to be printed.
+//! A document as one self-contained HTML file, suitable for printing.
 
 use std::fmt::Write as _;
 
@@ -51,7 +51,7 @@ fn section(section: &Section) -> String {
     html + "</section>\n"
 }
 
-/// Text with the characters that HTML and SVG reserve written as references.
+/// Text with the reserved characters of HTML and SVG written as references.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,4 +1,4 @@
-//! An identification as a reader meets it: tables of what was recovered, friction curve, gap of each reversal.
+//! An identification for readers: tables of the identified values, friction curve, gap of each reversal.
 
 use super::display::{self, shown, velocity_unit};
 use super::document::{Document, Section};
@@ -12,7 +12,7 @@ use crate::scenario::Truth;
 /// Points of a fitted or true curve in a plot.
 const CURVE: usize = 240;
 
-/// The document of an identification; `truth` holds what was injected, where that is known.
+/// The document of an identification; `truth` contains the injected values, if they are known.
 pub fn document(name: &str, identification: &Identification, truth: Option<&Truth>) -> Document {
     let joints = &identification.joints;
     Document {
@@ -159,13 +159,13 @@ fn curve(law: &FrictionLaw, direction: Direction, fastest: f64, factor: f64) -> 
     let speeds = (0..=CURVE).map(|k| {
         #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
         let share = k as f64 / CURVE as f64;
-        // The curve bends at low speeds: most of its points are there.
+        // The curve bends at low speeds, so most of its points are there.
         fastest * share * share
     });
     speeds.filter(|speed| *speed > 0.0).map(|speed| [speed * factor, law.magnitude(direction, speed)]).collect()
 }
 
-/// Magnitude of friction against speed, both directions over each other.
+/// Magnitude of friction against speed, with both directions in one plot.
 fn friction_plot(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Plot {
     let (unit, factor) = shown(velocity_unit(joint.kind));
     let fastest = 1.03 * joint.friction.speeds[1];

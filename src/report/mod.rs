@@ -1,8 +1,8 @@
 //! Results to JSON, HTML and Rerun recordings.
 
-/// What has changed, for readers.
+/// Changes between two recordings, for readers.
 pub mod changes;
-/// What was touched, for readers.
+/// Contacts, for readers.
 pub mod contacts;
 /// A diagnosis for readers.
 pub mod diagnosis;
@@ -10,22 +10,22 @@ pub mod diagnosis;
 pub mod display;
 /// One content for terminal, page and recording.
 pub mod document;
-/// What a command leaves behind.
+/// The files of a report.
 pub mod files;
 mod headline;
 /// Documents as a page.
 pub mod html;
 /// An identification for readers.
 pub mod identification;
-/// How numbers are written.
+/// Formats of numbers.
 pub mod number;
-/// What plots show.
+/// Content of plots.
 pub mod plot;
 /// Recordings for the Rerun viewer.
 pub mod recording;
 /// A replay for readers.
 pub mod replay;
-/// What a simulation gets wrong, for readers.
+/// Errors of the simulation, for readers.
 pub mod shortfall;
 /// Plots as SVG.
 pub mod svg;

@@ -1,4 +1,4 @@
-//! Numbers as a reader wants them: a few significant digits, no noise behind the uncertainty.
+//! Formats of numbers for readers: a few significant digits, and none beyond the uncertainty.
 
 /// `value` with `digits` significant digits, in scientific notation only where it is very large or very small.
 pub fn significant(value: f64, digits: usize) -> String {
@@ -23,7 +23,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", usize::try_from(digits - 1 - magnitude).unwrap_or(0))
 }
 
-/// `value` and its standard error with equally many decimals: two significant digits of the error.
+/// `value` and its standard error with the same number of decimals: two significant digits of the error.
 pub fn with_error(value: f64, std_error: f64) -> (String, String) {
     if !(std_error.is_finite() && std_error > 0.0) {
         return (significant(value, 4), significant(std_error, 2));
@@ -36,7 +36,7 @@ pub fn with_error(value: f64, std_error: f64) -> (String, String) {
     (unsigned_zero(format!("{value:.decimals$}")), format!("{std_error:.decimals$}"))
 }
 
-/// "-0.0" is written "0.0".
+/// Writes "-0.0" as "0.0".
 fn unsigned_zero(text: String) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.bytes().all(|byte| matches!(byte, b'0' | b'.')) => rest.to_owned(),
@@ -44,7 +44,7 @@ fn unsigned_zero(text: String) -> String {
     }
 }
 
-/// Both ends of an interval with the decimals that its width deserves.
+/// Both ends of an interval, with as many decimals as its width justifies.
 pub fn interval([lower, upper]: [f64; 2]) -> String {
     let quarter = (upper - lower) / 4.0;
     format!("{} … {}", with_error(lower, quarter).0, with_error(upper, quarter).0)

@@ -1,9 +1,9 @@
-//! What a plot shows, and how its values map onto a rectangle: shared by the SVG and the recording.
+//! Content of a plot, and the mapping of its values to a rectangle; used by the SVG and by the recording.
 
 /// Curves and points over one pair of axes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plot {
-    /// What it shows.
+    /// Its title.
     pub title: String,
     /// Horizontal axis: quantity and unit.
     pub x: String,
@@ -11,18 +11,18 @@ pub struct Plot {
     pub y: String,
     /// Drawn in this order.
     pub layers: Vec<Layer>,
-    /// Whether it is one of many beside each other.
+    /// Whether it is one of several small plots in a row.
     pub small: bool,
 }
 
 /// One curve or cloud of points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// Entry of the legend; empty: none.
+    /// Label in the legend; empty: none.
     pub label: String,
     /// How it is drawn.
     pub mark: Mark,
-    /// What it is; decides its colour.
+    /// What the layer shows; determines its colour.
     pub role: Role,
     /// `[x, y]` in the units of the axes; a point that is not finite interrupts a line.
     pub points: Vec<[f64; 2]>,
@@ -43,20 +43,20 @@ pub enum Mark {
     Band,
 }
 
-/// What a layer is. Colours stay apart for readers who do not see all of them (palette of Okabe and Ito).
+/// What a layer shows. The colours can be distinguished by colour-blind readers (palette of Okabe and Ito).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// What is known to be true.
+    /// The known truth.
     Truth,
-    /// What was recorded.
+    /// Recorded data.
     Measured,
-    /// What was fitted.
+    /// A fit.
     Fit,
     /// The nominal model.
     Before,
     /// The extended model.
     After,
-    /// What was asked for.
+    /// A command or a reference.
     Reference,
     /// The link, behind the gap.
     Link,
@@ -90,14 +90,15 @@ impl Plot {
         Self { title: title.into(), x: x.into(), y: y.into(), layers: Vec::new(), small: false }
     }
 
-    /// With one more layer.
+    /// Adds a layer.
     #[must_use]
     pub fn with(mut self, layer: Layer) -> Self {
         self.layers.push(layer);
         self
     }
 
-    /// A plot over time without the points of its lines that show in none of the frames it is drawn in. They draw the same as before.
+    /// A plot over time, without the points of its lines that are invisible in all frames in which it is drawn. The
+    /// drawing stays the same.
     #[must_use]
     pub fn thinned(mut self, frames: &[fn(&Self) -> Frame]) -> Self {
         let frames: Vec<Frame> = frames.iter().map(|frame| frame(&self)).collect();
@@ -113,7 +114,7 @@ impl Plot {
         self
     }
 
-    /// As one of many beside each other.
+    /// Marks it as one of several small plots.
     #[must_use]
     pub const fn small(mut self) -> Self {
         self.small = true;
@@ -126,7 +127,8 @@ impl Plot {
         !self.layers.iter().filter(drawn).any(|layer| layer.points.iter().any(|point| finite(*point)))
     }
 
-    /// Smallest and largest finite value of coordinate `axis` (0 or 1), widened by a twentieth; `[0, 1]` where there is none.
+    /// Smallest and largest finite value of coordinate `axis` (0 or 1), widened by a twentieth; `[0, 1]` if there is
+    /// none.
     fn range(&self, axis: usize) -> [f64; 2] {
         let points = self.layers.iter().flat_map(|layer| &layer.points).filter(|point| finite(**point));
         let [low, high] = points.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
@@ -173,7 +175,8 @@ impl Frame {
         ]
     }
 
-    /// Pixels of the finite runs of a line, thinned to what can be told apart: first, lowest, highest and last point of each pixel column.
+    /// Pixels of the finite runs of a line, reduced to what is visible: first, lowest, highest and last point of each
+    /// pixel column.
     pub fn lines(&self, points: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
         points
             .split(|point| !finite(*point))
@@ -220,7 +223,7 @@ fn thin(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     kept
 }
 
-/// Positions of the first, lowest, highest and last point of a pixel column, which has one at least.
+/// Indices of the first, lowest, highest and last point of a pixel column, which has at least one point.
 fn ends(column: &[[f64; 2]]) -> [usize; 4] {
     let by_height = |a: &usize, b: &usize| column[*a][1].total_cmp(&column[*b][1]);
     let lowest = (0..column.len()).min_by(by_height).unwrap_or(0);

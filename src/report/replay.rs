@@ -1,4 +1,4 @@
-//! A replay as a reader meets it: error figures, and both sides of each channel over time.
+//! A replay for readers: error figures, and both sides of each channel over time.
 
 use super::display::shown;
 use super::document::{Document, Section};
@@ -18,7 +18,7 @@ const fn name(quantity: Quantity) -> &'static str {
     }
 }
 
-/// What is shown of one replay.
+/// The displayed curves of one replay.
 #[derive(Debug, Default)]
 pub struct Shown {
     /// Both sides of each signal.
@@ -28,7 +28,7 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Takes both sides of a signal of that session, thinned to what can be told apart.
+    /// Adds both sides of a signal of that session, reduced to what is visible.
     pub fn add(&mut self, session: &str, side: &Side<'_>) {
         let (unit, factor) = shown(side.unit);
         let points = |values: &[f64]| -> Vec<[f64; 2]> {
@@ -92,7 +92,7 @@ fn section(replay: &Replay, drawn: &Shown) -> Section {
             format!("{} %", significant(100.0 * error.relative, 3)),
         ]);
     }
-    // A torque that is given has no error, and no plot.
+    // A torque that is an input has no error, and no plot.
     let judged = |quantity: Quantity| replay.errors.iter().any(|error| error.quantity == quantity);
     let plots = drawn.plots.iter().filter(|(quantity, _)| judged(*quantity)).map(|(_, plot)| plot.clone());
     Section {

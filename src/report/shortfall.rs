@@ -1,4 +1,4 @@
-//! What the simulation gets wrong before any cause is looked for: in a sentence a joint, a table, and small multiples of its maps.
+//! Errors of the simulation before any cause is sought: a sentence per joint, a table, and small plots of its maps.
 
 use super::display::{shown, velocity_unit};
 use super::document::Section;
@@ -10,13 +10,13 @@ use crate::diagnose::{
 };
 use crate::units::JointKind;
 
-/// Error against its floor up to which it is said to be there: the floor is known to about a factor of two.
+/// An error counts as no larger than its floor up to this ratio: the floor is known to about a factor of two.
 const AT_FLOOR: f64 = 2.0;
-/// [%] Share within which of the best the simplest axis is believed.
+/// [%] The simplest axis is chosen if its share is within this of the best.
 const AS_GOOD: f64 = 3.0;
-/// [%] Share below which nothing is said to depend on a quantity.
+/// [%] Below this share, no dependence on a quantity is stated.
 const WORTH_SAYING: f64 = 20.0;
-/// Part of a share that has to be alike, or opposed, for the whole to be called so.
+/// Part of a share that must be equal in both directions, or opposite, for the dependence to be described so.
 const MOSTLY: f64 = 0.8;
 
 /// The first section: sentences and the table of shares.
@@ -28,7 +28,7 @@ pub fn section(diagnosis: &Diagnosis) -> Section {
     section
 }
 
-/// One joint in a sentence.
+/// A sentence on one joint.
 fn sentence(joint: &JointShares, verdict: Verdict) -> String {
     let times = joint.rms / joint.floor.max(1e-300);
     let size = format!(
@@ -44,7 +44,7 @@ fn sentence(joint: &JointShares, verdict: Verdict) -> String {
         return format!("{size}: at the floor, what noise and quantisation of the sensors leave.");
     }
     let mut sentence = format!("{size}; {}", dependence(&joint.axes));
-    // Worth a word where it is more than the time that reversals take.
+    // Mentioned if it is more than twice the share of time that reversals take.
     let at_reversals = |zones: &ZoneShares| zones.reversal_percent > WORTH_SAYING.max(2.0 * zones.time_percent[1]);
     if let Some(zones) = joint.zones.filter(at_reversals) {
         sentence += &format!(
@@ -58,9 +58,9 @@ fn sentence(joint: &JointShares, verdict: Verdict) -> String {
     sentence + "."
 }
 
-/// The axis to believe, in words.
+/// The chosen axis in words.
 fn dependence(axes: &[AxisShare]) -> String {
-    // A line in time that a quantity of the motion explains nearly as well is that quantity's.
+    // If a quantity of the motion explains a line in time nearly as well, the line is attributed to that quantity.
     let claim = |axis: &AxisShare| axis.share_percent - if axis.axis == Axis::Frequency { 10.0 } else { 0.0 };
     let best = axes.iter().map(claim).fold(0.0, f64::max);
     let simplest = axes.iter().find(|axis| claim(axis) > best - AS_GOOD);
@@ -116,7 +116,7 @@ const fn name(axis: Axis) -> &'static str {
     }
 }
 
-/// Zones and axes, one joint a column pair.
+/// Zones and axes, with two columns per joint.
 fn table(shares: &[JointShares]) -> Table {
     let heads = ["squared error of the nominal model"].into_iter().chain(shares.iter().map(|one| one.joint.as_str()));
     let mut table = Table::new("", &heads.collect::<Vec<_>>());
@@ -142,7 +142,7 @@ fn table(shares: &[JointShares]) -> Table {
     table
 }
 
-/// The small multiples of a joint: its maps and spectra with the floor of its sensors.
+/// The small plots of a joint: its maps and spectra with the floor of its sensors.
 pub fn multiples(diagnosis: &Diagnosis, joint: &str, kind: JointKind) -> Section {
     let mut section = Section { detail: true, ..Section::new(format!("{joint}: what its error depends on")) };
     section.text.push(
@@ -189,7 +189,7 @@ fn over_axis(map: &ResidualMap, kind: JointKind, share: Option<f64>) -> Plot {
     let plot = Plot::new(titled(label, share), format!("{label} [{unit}]"), format!("error [{}]", kind.effort_unit()))
         .small()
         .with(Layer::new("floor", Mark::Band, Role::Reference, band(&x, &map.floor)));
-    // Where most bins know one direction only, there is nothing to hold against each other.
+    // If most bins have one direction only, the directions cannot be compared.
     let both = map.alike.iter().filter(|value| value.is_finite()).count();
     let apart = !matches!(map.axis, Axis::Load | Axis::Acceleration) && 2 * both > map.centre.len();
     let plot = if apart {

@@ -1,4 +1,4 @@
-//! Plots as SVG, drawn for a page that is printed.
+//! Plots as SVG, for a page that can be printed.
 
 use std::fmt::Write as _;
 
@@ -7,9 +7,9 @@ use super::plot::{Frame, Layer, Mark, Plot, ticks};
 
 /// Width and height of a plot [px].
 const SIZE: [f64; 2] = [680.0, 360.0];
-/// The same of one of many beside each other.
+/// The same for one of several small plots.
 const SMALL: [f64; 2] = [440.0, 270.0];
-/// Most dots of a layer: more cannot be told apart.
+/// Largest number of dots of a layer: more cannot be distinguished.
 const MOST_DOTS: usize = 1200;
 /// Mean width of a letter at the font size of the legend [px].
 const LETTER: f64 = 6.6;
@@ -19,7 +19,7 @@ const fn size(plot: &Plot) -> [f64; 2] {
     if plot.small { SMALL } else { SIZE }
 }
 
-/// The frame that a plot is drawn in.
+/// The frame of a plot.
 pub fn frame(plot: &Plot) -> Frame {
     let top = 34.0 + 18.0 * count(legend_rows(plot).len());
     let [width, height] = size(plot);
@@ -143,7 +143,7 @@ fn path(run: &[[f64; 2]]) -> String {
     path
 }
 
-/// The layers with a label, as many a row as fit.
+/// The layers with a label, as many per row as fit.
 fn legend_rows(plot: &Plot) -> Vec<Vec<&Layer>> {
     let mut rows: Vec<Vec<&Layer>> = Vec::new();
     let mut room = 0.0;

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use super::html::escape;
 
-/// A table of text cells. The first column and columns of words are set left, columns of numbers right.
+/// A table of text cells. The first column and columns of words are aligned left, columns of numbers right.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// What it shows; may be empty.
+    /// Its caption; may be empty.
     pub title: String,
     /// Heads of the columns.
     pub heads: Vec<String>,

@@ -1,4 +1,4 @@
-//! What a second encoder behind the gear says, as a reader meets it.
+//! Results of a second encoder behind the gear, for readers.
 
 use super::display::shown;
 use super::document::Section;
@@ -6,7 +6,7 @@ use super::number;
 use super::table::Table;
 use crate::diagnose::{Diagnosis, Measured};
 
-/// Delay, gap and stiffness of each joint that has a second encoder, if there is one.
+/// Delay, gap and stiffness of each joint that has a second encoder; `None` if there is none.
 pub fn section(diagnosis: &Diagnosis) -> Option<Section> {
     if diagnosis.two_encoders.is_empty() {
         return None;

@@ -1,11 +1,11 @@
-//! Inertia of rigid bodies: moved, joined, and whether a body can have it.
+//! Inertia of rigid bodies: changes of frame, composition, and the check that a body can have it.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::Inertia;
 
 impl Inertia {
-    /// Of nothing.
+    /// No mass.
     pub fn zero() -> Self {
         Self { mass: 0.0, com: Vector3::zeros(), tensor: Matrix3::zeros() }
     }
@@ -41,10 +41,10 @@ impl Inertia {
         [self.mass, h.x, h.y, h.z, i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(1, 1)], i[(1, 2)], i[(2, 2)]]
     }
 
-    /// What keeps a rigid body from having this inertia; `None` where one can have it.
+    /// Why no rigid body can have this inertia; `None` if one can.
     ///
     /// Mass ≥ 0; principal moments ≥ 0, and none above the sum of the other two (equality is a flat body).
-    /// Rounding of the file's digits is forgiven up to 10⁻⁶ of the largest moment.
+    /// Rounding of the file's digits is tolerated up to 10⁻⁶ of the largest moment.
     pub fn fault(&self) -> Option<String> {
         if self.mass < 0.0 {
             return Some(format!("mass {} kg; expected ≥ 0", self.mass));

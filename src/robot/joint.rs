@@ -1,4 +1,4 @@
-//! Reading what a model file says of one joint: gear, motor, drive, sensors, friction.
+//! Reads the table of one joint in a model file: gear, motor, drive, sensors, friction.
 
 use super::model::JointModel;
 use super::ranges;
@@ -9,10 +9,10 @@ use crate::gearhead::{Exponential, Friction, FrictionLaw, Lines};
 use crate::toml_input::{Range, Table};
 use crate::units::JointKind;
 
-/// `T_i` [s] of the current loop where the model file gives none.
+/// `T_i` [s] of the current loop if the model file gives none.
 pub(super) const CURRENT_TIME_CONSTANT: f64 = 0.0004;
 
-/// [1] Part of friction on the link side where the model file gives none.
+/// [1] Part of friction on the link side if the model file gives none.
 pub(super) const LINK_SHARE: f64 = 0.1;
 
 /// Reads the table of a joint.
@@ -58,7 +58,7 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
     })
 }
 
-/// Reads a table and refuses what is left of it.
+/// Reads a table and refuses its unknown keys.
 fn read<T>(table: Table<'_>, read: impl FnOnce(&Table<'_>) -> Result<T>) -> Result<T> {
     let value = read(&table)?;
     table.finish()?;

@@ -1,4 +1,4 @@
-//! What the machine is: kinematic tree, inertias, collision shapes, and the model file. No engine types.
+//! The machine's description: kinematic tree, inertias, collision shapes, and the model file. No engine types.
 
 mod inertia;
 mod joint;

@@ -1,4 +1,4 @@
-//! The model file: one machine's transmission, drives, sensors and friction, on top of its URDF.
+//! The model file: transmission, drives, sensors and friction of one machine, in addition to its URDF.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use crate::gearhead::Friction;
 use crate::toml_input::Places;
 use crate::units::JointKind;
 
-/// A machine: its tree and, in the order of the tree's joints, what drives them.
+/// A machine: its kinematic tree and the drives of its joints, in the order of the tree's joints.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// Name of the machine.
@@ -24,22 +24,22 @@ pub struct Model {
     pub urdf_text: String,
     /// The tree of the movable joints that the model lists; all others are held at zero.
     pub robot: Robot,
-    /// One a body of the tree, same order.
+    /// One per body of the tree, in the same order.
     pub joints: Vec<JointModel>,
     /// Movable joints of the URDF that the model does not list, held at zero.
     pub held: Vec<String>,
-    /// Whether its masses and inertias can be relied on.
+    /// Whether its masses and inertias are reliable.
     pub masses: Masses,
-    /// What the nominal machine lacks.
+    /// Effects that the nominal machine lacks.
     pub effects: Vec<EffectEntry>,
     /// Known masses that the last body carries in some recordings.
     pub loads: Vec<Load>,
-    /// Where its numbers stand in the model file; nothing for a model that was not read from a file.
+    /// Where its values are in the model file; empty for a model that was not read from a file.
     pub places: Places,
 }
 
 impl Model {
-    /// The machine as it is in the recording of this name, with what it carries there.
+    /// The machine as it is in the recording of this name, including its load there.
     pub fn in_session(&self, name: &str) -> Self {
         let mut model = Self { loads: Vec::new(), ..self.clone() };
         for load in self.loads.iter().filter(|load| load.session == name) {
@@ -50,7 +50,8 @@ impl Model {
         model
     }
 
-    /// What the machine carries in the recording of this name, as a tree without any other mass; `None` where it carries nothing.
+    /// The load of the machine in the recording of this name, as a tree without any other mass; `None` if there is
+    /// none.
     pub fn load_in(&self, name: &str) -> Option<Robot> {
         let mut robot = self.robot.clone();
         robot.bodies.iter_mut().for_each(|body| body.inertia = Inertia::zero());
@@ -59,14 +60,14 @@ impl Model {
     }
 }
 
-/// An entry of the list `[[loads]]`: a point mass that is known, on the last body in one recording.
+/// An entry of the list `[[loads]]`: a known point mass on the last body in one recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load {
-    /// Name of the recording: of a file, its name without the ending.
+    /// Name of the recording; for a file, its name without the extension.
     pub session: String,
     /// [kg] > 0.
     pub mass: f64,
-    /// [m] its place `x, y, z` in the frame of the last body.
+    /// [m] Its position `x, y, z` in the frame of the last body.
     pub position: [f64; 3],
 }
 
@@ -77,13 +78,13 @@ impl Load {
     }
 }
 
-/// Where masses and inertias of a model come from.
+/// Origin of the masses and inertias of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Masses {
     /// Measured, identified or from a drawing.
     #[default]
     Known,
-    /// A guess that gives a simulation its size: what the links need of torque is then no evidence of anything.
+    /// Guessed, so that a simulation has the right order of magnitude. Torques of the links are then no evidence.
     Estimated,
 }
 
@@ -102,8 +103,9 @@ pub struct JointModel {
     pub gear_stiffness: f64,
     /// [N·m·s/rad or N·s/m] at the joint, outside the gap, ≥ 0.
     pub gear_damping: f64,
-    /// [N·m/rad or N/m] of the stops where the URDF has the joint's range end, > 0; `None`: there are no stops. A URDF's limit is
-    /// what may be asked of a joint, and many a joint rests on it: whether metal stands there is for the model to say.
+    /// [N·m/rad or N/m] Stiffness of the stops at the ends of the URDF's range, > 0; `None`: there are no stops. A
+    /// URDF's limit is the commanded range of a joint; whether a mechanical stop exists there is stated by the model
+    /// file.
     pub end_stop_stiffness: Option<f64>,
     /// [rad or m] total gap at the joint, ≥ 0; `None`: unknown, to be identified.
     pub backlash: Option<f64>,
@@ -129,24 +131,24 @@ impl JointModel {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia
     }
 
-    /// Stiffness and damping of the stops at the ends of the range, [N·m/rad or N/m] and [N·m·s/rad or N·s/m]: damping stands
-    /// to stiffness as in the gear.
+    /// Stiffness and damping of the stops at the ends of the range, [N·m/rad or N/m] and [N·m·s/rad or N·s/m]. The
+    /// ratio of damping to stiffness is that of the gear.
     pub fn end_stop(&self) -> Option<(f64, f64)> {
         self.end_stop_stiffness.map(|stiffness| (stiffness, self.gear_damping * stiffness / self.gear_stiffness))
     }
 
-    /// Motor torque on the joint side per current, `ratio · K_t` [N·m/A or N/A].
+    /// Motor torque on the joint side per unit of current, `ratio · K_t` [N·m/A or N/A].
     pub fn torque_per_ampere(&self) -> f64 {
         self.gear_ratio * self.motor.torque_constant
     }
 
-    /// Size of an encoder count at the joint [rad or m]; 0 where the encoder is exact.
+    /// Size of an encoder count at the joint [rad or m]; 0 if the encoder is exact.
     pub fn encoder_step(&self) -> f64 {
         self.encoder.map_or(0.0, |encoder| 2.0 * std::f64::consts::PI / (encoder.counts_per_turn * self.gear_ratio))
     }
 }
 
-/// An entry of the list `[[effects]]`: a name of the catalogue, where it acts, how large it is.
+/// An entry of the list `[[effects]]`: an effect of the catalogue, its joint, and its parameters.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EffectEntry {
     /// Name of the catalogue.

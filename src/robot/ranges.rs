@@ -1,5 +1,6 @@
-//! What the numbers of a model file can be. Every range is a factor of a hundred or more wider than any machine that is built, and
-//! narrow enough that products and squares of its numbers stay numbers: a value outside is a slip of unit or of exponent.
+//! Ranges of the numbers of a model file. Every range is wider than that of real machines by a factor of a hundred or
+//! more, and narrow enough that products and squares of its numbers stay finite: a value outside is an error of unit or
+//! exponent.
 
 use crate::toml_input::Range;
 use crate::units::JointKind;
@@ -23,7 +24,7 @@ pub(super) fn stiffness(kind: JointKind) -> Range {
     }
 }
 
-/// Damping of a gear: what a thousandth of a second is to its stiffness.
+/// Damping of a gear: its stiffness times a thousandth of a second.
 pub(super) fn damping(kind: JointKind) -> Range {
     match kind {
         JointKind::Revolute => Range::non_negative("N·m·s/rad").up_to(1e9),
@@ -31,7 +32,7 @@ pub(super) fn damping(kind: JointKind) -> Range {
     }
 }
 
-/// A gap of more than a turn is no gap; one of a metre neither.
+/// A gap of more than one turn, or of a metre, is an error.
 pub(super) fn backlash(kind: JointKind) -> Range {
     match kind {
         JointKind::Revolute => Range::between(0.0, std::f64::consts::TAU, "rad"),
@@ -42,25 +43,25 @@ pub(super) fn backlash(kind: JointKind) -> Range {
 /// A watch motor has 1e-6, a direct drive of a ton 1e3.
 pub(super) const TORQUE_CONSTANT: Range = Range::positive("N·m/A").up_to(1e5);
 
-/// Of a winding.
+/// Resistance of a winding.
 pub(super) const RESISTANCE: Range = Range::positive("Ω").up_to(1e6);
 
-/// Of a winding.
+/// Inductance of a winding.
 pub(super) const INDUCTANCE: Range = Range::positive("H").up_to(1e4);
 
-/// Of a power stage: no drive is fed by more than the grid's 1e5 V.
+/// Voltage of a power stage; the grid has at most 1e5 V.
 pub(super) const VOLTAGE: Range = Range::positive("V").up_to(1e6);
 
-/// Of a power stage.
+/// Current of a power stage.
 pub(super) const CURRENT: Range = Range::positive("A").up_to(1e6);
 
-/// A current loop switches at 1 MHz at most: it is no faster than that, and one of ten seconds is none.
+/// Current loops switch at 1 MHz at most, so their time constant is not shorter; ten seconds is the upper bound.
 pub(super) const CURRENT_TIME: Range = Range::between(1e-7, 10.0, "s");
 
 /// Encoders resolve up to 2^32 counts a turn.
 pub(super) const COUNTS: Range = Range::between(1.0, 1e11, "1/turn");
 
-/// A scale of glass reads 1e-12 m.
+/// A glass scale resolves 1e-12 m.
 pub(super) fn resolution(kind: JointKind) -> Range {
     match kind {
         JointKind::Revolute => Range::between(1e-13, std::f64::consts::TAU, "rad"),
@@ -79,7 +80,7 @@ pub(super) fn friction(kind: JointKind) -> Range {
     Range::non_negative(kind.effort_unit()).up_to(1e9)
 }
 
-/// Slope of friction against speed; negative where it falls.
+/// Slope of friction against speed; negative if friction falls with speed.
 pub(super) fn friction_slope(kind: JointKind) -> Range {
     Range::between(
         -1e10,
@@ -91,7 +92,7 @@ pub(super) fn friction_slope(kind: JointKind) -> Range {
     )
 }
 
-/// Speed over which friction falls from rest.
+/// Speed scale of the fall of friction from rest.
 pub(super) fn stribeck_velocity(kind: JointKind) -> Range {
     Range::between(
         1e-9,
@@ -106,8 +107,8 @@ pub(super) fn stribeck_velocity(kind: JointKind) -> Range {
 /// Gravity on the sun is 274 m/s².
 pub(super) const GRAVITY: Range = Range::between(-1e3, 1e3, "m/s²");
 
-/// Of what an arm carries.
+/// Mass of a load.
 pub(super) const MASS: Range = Range::positive("kg").up_to(1e6);
 
-/// Place of what an arm carries.
+/// Position of a load.
 pub(super) const PLACE: Range = Range::between(-1e3, 1e3, "m");

@@ -1,4 +1,4 @@
-//! Reading a model file: `model.toml` and the URDF that it names.
+//! Reads a model file: `model.toml` and the URDF that it names.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ const MOST_EFFECTS: usize = 256;
 /// [bytes] Longest URDF: the largest that CAD programs export have a megabyte.
 const LONGEST_URDF: u64 = 8 << 20;
 
-/// Most joints that move. A humanoid with hands has 60; what a machine costs to simulate grows with the cube of them.
+/// Most joints that move. A humanoid with hands has 60; the cost of a simulation grows with the cube of their number.
 const MOST_JOINTS: usize = 128;
 
 /// The schema that this reader understands.
@@ -31,13 +31,13 @@ impl Model {
     /// Reads a model file and the URDF that it names.
     ///
     /// # Errors
-    /// A file cannot be read, a key is missing, unknown or out of its range, a joint is not in the URDF, an inertia is one
-    /// that no body can have. The error names file, line, key, value and what was expected.
+    /// A file cannot be read; a key is missing, unknown or out of its range; a joint is not in the URDF; an inertia is
+    /// not physical. The error names file, line, key, value and what was expected.
     pub fn load(file: &Path) -> Result<Self> {
         Self::from_changed(&Document::read(file)?)
     }
 
-    /// A model from a model file that was read and perhaps changed, and the URDF that it names.
+    /// A model from a model file that was parsed and perhaps changed, and from the URDF that it names.
     ///
     /// # Errors
     /// As [`Model::load`].
@@ -49,8 +49,8 @@ impl Model {
         Self::from_document(document, &urdf, &text)
     }
 
-    /// A model from texts that are no files, such as those embedded in the program; `file` is what errors call it, and
-    /// where a mesh is looked for.
+    /// A model from texts in memory, such as those embedded in the program. `file` is the name that errors use, and the
+    /// place where meshes are searched.
     ///
     /// # Errors
     /// As [`Model::load`].
@@ -121,8 +121,8 @@ impl Model {
         })
     }
 
-    /// A first model of a URDF: every movable joint with a gear and a drive of common size, to be replaced by the machine's
-    /// own numbers. Friction and gap are unknown.
+    /// A first model of a URDF: every movable joint gets a gear and a drive of common size, to be replaced by the
+    /// machine's own numbers. Friction and gap are unknown.
     ///
     /// # Errors
     /// The file cannot be read, or is refused as in [`Model::load`].
@@ -156,7 +156,7 @@ impl Model {
 }
 
 impl Model {
-    /// What of its files is taken otherwise than it stands there, or stands there without effect.
+    /// Notes on values of its files that are read in a different way, or have no effect.
     pub fn notes(&self) -> Vec<String> {
         let moving: BTreeSet<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
         let mut notes =
@@ -196,7 +196,7 @@ fn urdf_path(document: &Document) -> Result<PathBuf> {
     Ok(document.file().parent().unwrap_or(Path::new("")).join(urdf))
 }
 
-/// The URDF's name of the robot, the name of its file where that one can name no folder, else `robot`.
+/// The URDF's name of the robot; the name of its file if the robot's name is not valid for a folder; else `robot`.
 fn first_name<'a>(robot: &'a str, file: &'a Path) -> &'a str {
     let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     [robot, stem].into_iter().find(|name| files::is_fit_name(name)).unwrap_or("robot")
@@ -205,7 +205,7 @@ fn first_name<'a>(robot: &'a str, file: &'a Path) -> &'a str {
 /// A gear and a drive of common size.
 fn first_joint(body: &Body) -> JointModel {
     let (gear_ratio, gear_stiffness, gear_damping) = match body.joint.kind {
-        // A harmonic or planetary gear 1:100; a ball screw of 5 mm a turn.
+        // A harmonic or planetary gear has 1:100; a ball screw of 5 mm per turn.
         JointKind::Revolute => (100.0, 1e4, 10.0),
         JointKind::Prismatic => (2.0 * std::f64::consts::PI / 0.005, 1e7, 1e4),
     };
@@ -242,7 +242,7 @@ impl Load {
     /// Reads `mass`, `x`, `y`, `z` of a table.
     ///
     /// # Errors
-    /// The mass is missing or not above zero, or a number is none.
+    /// The mass is missing or not above zero, or a value is not a number.
     pub fn read(table: &Table<'_>, session: &str) -> Result<Self> {
         let mass = table.number("mass", &ranges::MASS)?;
         let coordinate = |axis: &str| table.number_or(axis, &ranges::PLACE, 0.0);

@@ -1,4 +1,4 @@
-//! A tree of rigid bodies, one movable joint each: fixed joints are merged, joints held at zero count as fixed.
+//! A tree of rigid bodies with one movable joint each. Fixed joints are merged; joints held at zero count as fixed.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
 use crate::units::JointKind;
 
-/// A robot on a fixed base. Body `i` is moved by joint `i`; parents stand before their children.
+/// A robot on a fixed base. Joint `i` moves body `i`; parents come before their children.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
     /// Name in the URDF.
@@ -15,22 +15,22 @@ pub struct Robot {
     pub gravity: Vector3<f64>,
     /// Collision shapes that do not move, with the base frame as their frame.
     pub base_shapes: Vec<Shape>,
-    /// Collision shapes whose mesh file could not be read; a planned motion cannot be checked then.
+    /// Collision shapes whose mesh file could not be read; with these a planned motion cannot be checked.
     pub unread_shapes: Vec<UnreadShape>,
     /// The movable bodies.
     pub bodies: Vec<Body>,
 }
 
-/// A rigid body and the joint that moves it. Its frame is the joint's frame after the motion.
+/// A rigid body and the joint that moves it. Its frame is the joint's frame after the joint's motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
     /// Name of the URDF link that the joint moves.
     pub name: String,
     /// Index of the parent body; `None` for the base.
     pub parent: Option<usize>,
-    /// The joint towards the parent.
+    /// The joint that connects it to the parent.
     pub joint: Joint,
-    /// Its inertia with everything that is fixed to it.
+    /// Its inertia, including everything that is fixed to it.
     pub inertia: Inertia,
     /// Its collision shapes.
     pub shapes: Vec<Shape>,
@@ -86,22 +86,22 @@ pub struct Shape {
     pub link: String,
     /// Pose in the frame of its body.
     pub pose: Isometry3<f64>,
-    /// What it is.
+    /// Its geometry.
     pub geometry: Geometry,
 }
 
-/// A collision shape that is not known.
+/// A collision shape that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnreadShape {
     /// URDF link it belongs to.
     pub link: String,
     /// The mesh file.
     pub file: PathBuf,
-    /// What was expected of it, and not found.
+    /// What was expected of the file.
     pub expected: String,
 }
 
-/// Geometry of a collision shape, as URDF has it.
+/// Geometry of a collision shape, as in URDF.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Geometry {
     /// Full side lengths [m].

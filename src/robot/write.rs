@@ -1,4 +1,4 @@
-//! Writing a model file that reads back as the same model.
+//! Writes a model file that reads back as the same model.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,13 +13,14 @@ use crate::toml_input::{write_atomically, written_key, written_number, written_t
 use crate::units::JointKind;
 
 impl Model {
-    /// Writes a complete model file, whole or not at all. A URDF below the file's folder is named relative to it, another
-    /// one by its absolute path; one that is no file (an embedded model) is written beside it, over no other file.
+    /// Writes a complete model file, completely or not at all. A URDF below the file's folder is named by its relative
+    /// path, another one by its absolute path. A URDF that is not on disk (an embedded model) is written beside the
+    /// file, without replacing another file.
     ///
-    /// What was altered in [`Model::robot`] after reading is not written: the URDF is its record.
+    /// Changes of [`Model::robot`] after reading are not written: the URDF is the record of the tree.
     ///
     /// # Errors
-    /// The operating system refuses a file, or another file stands where the URDF is to be written.
+    /// The operating system refuses a file, or another file has the place of the URDF.
     pub fn save(&self, file: &Path) -> Result<()> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let urdf = match self.urdf.canonicalize() {
@@ -80,7 +81,7 @@ impl Model {
     }
 }
 
-/// A path relative to the folder where it lies below it.
+/// The relative path if it is below the folder, else the path itself.
 fn named_from(folder: &Path, file: PathBuf) -> PathBuf {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let below = folder.canonicalize().ok().and_then(|folder| file.strip_prefix(folder).ok().map(Path::to_owned));
@@ -99,7 +100,7 @@ fn number(out: &mut String, key: &str, value: f64, comment: &str) {
     line(out, key, &written_number(value), comment);
 }
 
-/// A number that is only written where it is known and finite.
+/// Writes a number only if it is known and finite.
 fn known(out: &mut String, key: &str, value: Option<f64>, comment: &str) {
     if let Some(value) = value.filter(|value| value.is_finite()) {
         number(out, key, value, comment);

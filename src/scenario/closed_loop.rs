@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::plant::{Options, Plant};
 use crate::timeseries::{Drawn, TimeSeries};
 
-/// When a closed loop ticks.
+/// Times at which a closed loop ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// [s] between two ticks, > 0.
@@ -26,8 +26,8 @@ impl Timing {
     }
 }
 
-/// Moves a machine along a reference from where it stands, and records every tick.
-/// `progress` is called now and then with the simulated seconds that are done.
+/// Moves a machine along a reference from its present state, and records every tick. `progress` is called from time to
+/// time with the simulated seconds.
 ///
 /// # Errors
 /// The motion diverges.
@@ -59,16 +59,17 @@ pub fn closed_loop(
     Ok(recorder)
 }
 
-/// Runs the sessions of a scenario under a seed, side by side, and keeps everything. `progress` is called with the simulated
-/// seconds done and those in all.
+/// Simulates the sessions of a scenario under a seed, in parallel, and keeps everything. `progress` is called with the
+/// simulated seconds and their total.
 ///
 /// # Errors
-/// It takes more than the scenario's limits allow; the planned motion leaves the limits or collides; an effect of the model does not fit; the simulated motion diverges.
+/// The run exceeds the scenario's limits; the planned motion leaves the limits or collides; an effect of the model does
+/// not fit; the simulated motion diverges.
 pub fn simulate(scenario: &Scenario, seed: u64, progress: &(dyn Fn(f64, f64) + Sync)) -> Result<Run> {
     simulate_keeping(Keep::Everything, scenario, seed, progress)
 }
 
-/// As [`simulate`], of long sessions that would not fit in memory with everything.
+/// As [`simulate`], for long sessions whose complete data would not fit in memory.
 ///
 /// # Errors
 /// As [`simulate`].
@@ -93,7 +94,7 @@ pub fn simulate_keeping(
         .par_iter()
         .enumerate()
         .map(|(number, session)| {
-            // A session has noise and encoder phases of its own.
+            // Each session has its own noise and encoder phases.
             let seed = seed.wrapping_add((number as u64) << 32);
             run_session(scenario, session, keep, seed, &mut |time| report(number, time))
         })
@@ -108,7 +109,8 @@ pub fn simulate_keeping(
     Ok(run)
 }
 
-/// One session: a new machine, at rest where its reference starts. What was recorded, how it is drawn, and what was touched.
+/// One session: a new machine, at rest at the start of its reference. Returns the recording, its reduced copy for
+/// display, and the contacts.
 fn run_session(
     scenario: &Scenario,
     session: &Session,

@@ -1,4 +1,4 @@
-//! What links were pressed against in a session, and what a scenario expects of it.
+//! Contacts of links in a session, and expectations of a scenario about them.
 
 use std::fmt;
 
@@ -15,40 +15,40 @@ pub struct Contact {
     pub joint: String,
     /// Name of the obstacle; `None`: the joint's own end stop.
     pub obstacle: Option<String>,
-    /// [N], of an end stop [N·m or N], one a sample of the session; 0 where they do not touch.
+    /// [N], of an end stop [N·m or N], one value per sample of the session; 0 without contact.
     pub force: Vec<f64>,
 }
 
 impl Contact {
-    /// [s] of the first and the last sample at which they touch.
+    /// [s] of the first and the last sample with contact.
     pub fn time(&self, session: &TimeSeries) -> Option<[f64; 2]> {
         let touched = |force: &f64| *force > 0.0;
         let (first, last) = (self.force.iter().position(touched)?, self.force.iter().rposition(touched)?);
         Some([session.time[first], session.time[last]])
     }
 
-    /// Largest force of the samples.
+    /// Largest force.
     pub fn peak(&self) -> f64 {
         self.force.iter().copied().fold(0.0, f64::max)
     }
 
-    /// How often they met: samples at which they touch after one at which they did not.
+    /// Number of contacts: samples with contact after a sample without.
     pub fn times_met(&self) -> usize {
         let before = std::iter::once(&0.0).chain(&self.force);
         before.zip(&self.force).filter(|&(&before, &now)| before == 0.0 && now > 0.0).count()
     }
 }
 
-/// Forces of a session as they are recorded.
+/// Forces of a session while it is recorded.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ContactRecorder {
     samples: usize,
-    /// Body, obstacle, and force a sample; short of the samples since it was last touched.
+    /// Body, obstacle, and force per sample; it ends at the last sample with contact.
     forces: Vec<(usize, Option<usize>, Vec<f64>)>,
 }
 
 impl ContactRecorder {
-    /// Takes a sample.
+    /// Adds a sample.
     pub fn sample(&mut self, touches: impl Iterator<Item = Touch>) {
         for Touch { body, obstacle, force } in touches {
             let known = self.forces.iter().position(|(link, other, _)| (*link, *other) == (body, obstacle));
@@ -63,7 +63,7 @@ impl ContactRecorder {
         self.samples += 1;
     }
 
-    /// The contacts, in the order in which they were first met.
+    /// The contacts, in the order of their first samples.
     pub fn finish(self, model: &crate::robot::Model, obstacles: &[crate::plant::Obstacle]) -> Vec<Contact> {
         let contact = |(body, obstacle, mut force): (usize, Option<usize>, Vec<f64>)| {
             force.resize(self.samples, 0.0);
@@ -75,11 +75,11 @@ impl ContactRecorder {
     }
 }
 
-/// What can be expected of an obstacle, and its unit.
+/// Quantities that can be expected of an obstacle, with their units.
 pub(super) const CONTACT_QUANTITIES: [(&str, &str); 3] =
     [("first_touch", "s"), ("peak_force", "N"), ("last_force", "N")];
 
-/// A quantity of a contact that must come out within a range, in the first session in which the obstacle is touched.
+/// A quantity of a contact and its required range, in the first session in which the obstacle is touched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactExpectation {
     /// The obstacle.
@@ -95,12 +95,12 @@ pub struct ContactExpectation {
 pub struct UnmetContact {
     /// What was expected.
     pub expectation: ContactExpectation,
-    /// What came out; `None` where nothing touched the obstacle.
+    /// The value found; `None` if nothing touched the obstacle.
     pub found: Option<f64>,
 }
 
 impl ContactExpectation {
-    /// What fails of it.
+    /// The part of it that is not met.
     pub fn check(&self, run: &Run) -> Option<UnmetContact> {
         let touched = |contact: &&Contact| contact.obstacle.as_deref() == Some(self.obstacle.as_str());
         let found = run.sessions.iter().zip(&run.contacts).find_map(|(session, contacts)| {

@@ -1,11 +1,11 @@
-//! What a run takes, known before anything of its size is allocated.
+//! Cost of a run, computed before memory of its size is allocated.
 //!
 //! ```text
 //!   samples = Σ (⌊T/Δ⌋ + 1)         T [s] of a session, Δ control period
 //!   memory  = 8 B · samples · n · (13 + 6 + w)      n joints: channels recorded, measured ones copied, w words to work with
 //!   steps   = n · Σ T · rate + looks · (n + p/20)   rate [1/s] of Runge-Kutta steps; looks at the planned motion, p pairs of shapes each
 //! ```
-//! All in f64: a number that is too large to be counted is infinite, and above every limit.
+//! All in f64: a number that is too large to count is infinite, and above every limit.
 
 use std::fmt;
 
@@ -17,9 +17,9 @@ use crate::plant::Plant;
 /// Channels of a joint that are recorded, and those of them that its own drive would record.
 const CHANNELS: f64 = 13.0 + 6.0;
 
-/// [words a sample and joint] What procedures and files hold besides, at their peak. Measured at 400,000 samples of six joints: 156 B a
-/// sample and joint without a procedure, 163 B with an identification, 310 B with a diagnosis or a CSV; a diagnosis of a recording of
-/// that size has 176 B of its own.
+/// [words per sample and joint] Additional memory of procedures and files at their peak. Measured at 400,000 samples of
+/// six joints: 156 B per sample and joint without a procedure, 163 B with an identification, 310 B with a diagnosis or
+/// a CSV. A diagnosis of a recording of that size needs 176 B itself.
 const fn work(procedure: Procedure) -> f64 {
     match procedure {
         Procedure::None => 2.0,
@@ -28,11 +28,12 @@ const fn work(procedure: Procedure) -> f64 {
     }
 }
 
-/// [1/s] Steps times joints that one core takes in a second, the least that was measured. Torques of a few hertz on the machines of the
-/// catalogue: emps 0.85e6, elbow 0.50e6, scara 0.66e6, sixaxis 0.77e6, kr300 3.2e6, chain12 0.65e6, of those that are foreseen.
+/// [1/s] Predicted steps times joints that one core computes in a second; the least value that was measured. With
+/// torques of a few hertz, the machines of the catalogue have: emps 0.85e6, elbow 0.50e6, scara 0.66e6, sixaxis 0.77e6,
+/// kr300 3.2e6, chain12 0.65e6.
 pub const STEPS_A_SECOND: f64 = 5e5;
 
-/// Most that a run may cost.
+/// Limits of the cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// [B] of memory, > 0.
@@ -42,13 +43,13 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 4 GB, and what one core does in an hour.
+    /// 4 GB, and the steps of one core in an hour.
     fn default() -> Self {
         Self { memory: 4e9, steps: 3600.0 * STEPS_A_SECOND }
     }
 }
 
-/// What a run takes.
+/// Cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
     /// Number of recordings.
@@ -57,7 +58,7 @@ pub struct Cost {
     pub duration: f64,
     /// Samples a channel.
     pub samples: f64,
-    /// [B] of memory at its peak, about.
+    /// [B] approximate memory at its peak.
     pub memory: f64,
     /// Steps times joints.
     pub steps: f64,
@@ -71,7 +72,7 @@ impl fmt::Display for Cost {
     }
 }
 
-/// A size of memory as people say it.
+/// A size of memory with its unit.
 struct Bytes(f64);
 
 impl fmt::Display for Bytes {
@@ -97,7 +98,7 @@ fn grouped(value: f64) -> String {
     out
 }
 
-/// A time as people say it.
+/// A time with its unit.
 fn lasting(seconds: f64) -> String {
     match seconds {
         s if s < 120.0 => format!("{s:.0} s"),
@@ -108,7 +109,7 @@ fn lasting(seconds: f64) -> String {
 }
 
 impl Scenario {
-    /// What a run of it takes.
+    /// The cost of a run.
     ///
     /// # Errors
     /// The machine cannot be built: an effect does not fit, a gear is too fast.
@@ -124,10 +125,10 @@ impl Scenario {
         })
     }
 
-    /// As [`cost`](Self::cost), and refuses what is above the scenario's limits.
+    /// As [`cost`](Self::cost), and refuses a cost above the scenario's limits.
     ///
     /// # Errors
-    /// Names the session that takes most, and what would fit.
+    /// Names the session with the largest cost, and what would fit.
     pub fn affordable(&self) -> Result<Cost> {
         let cost = self.cost()?;
         let Limits { memory, steps } = self.limits;
@@ -157,10 +158,11 @@ impl Scenario {
         Err(Error::input(&self.source, place, key, cost, expected))
     }
 
-    /// Everything that a run refuses before it simulates: a machine that cannot be built, a cost above the limits, a motion that cannot be.
+    /// All checks of a run before its simulation: whether the machine can be built, whether the cost is within the
+    /// limits, whether the motion is possible.
     ///
     /// # Errors
-    /// The first of them.
+    /// The first that fails.
     pub fn check(&self) -> Result<Cost> {
         let cost = self.affordable()?;
         self.check_motion()?;

@@ -1,10 +1,10 @@
-//! What a scenario expects of its result.
+//! Expectations of a scenario about its identification.
 
 use std::fmt;
 
 use crate::identify::{Identification, JointIdentification, PerDirection, Quantity};
 
-/// Largest error of one quantity of one joint.
+/// Largest allowed error of one quantity of one joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
     /// The joint.
@@ -20,7 +20,7 @@ pub struct Expectation {
 pub struct Unmet {
     /// What was expected.
     pub expectation: Expectation,
-    /// [%] Largest error found; `None` where the quantity was not identified or its truth is not known.
+    /// [%] Largest error found; `None` if the quantity was not identified or its truth is not known.
     pub found_percent: Option<f64>,
 }
 
@@ -34,10 +34,10 @@ impl fmt::Display for Unmet {
     }
 }
 
-/// Errors [%] of a quantity in both directions; `None` where it or its truth is missing.
+/// Errors [%] of a quantity in both directions; `None` if it or its truth is missing.
 type Errors = fn(&JointIdentification) -> Option<[f64; 2]>;
 
-/// What can be expected, under the name of its key.
+/// Quantities that can be expected, by the name of their key.
 pub const QUANTITIES: [(&str, Errors); 11] = [
     ("curve_percent", |joint| {
         let friction = &joint.friction;
@@ -69,12 +69,12 @@ fn one(quantity: &Quantity) -> Option<[f64; 2]> {
 }
 
 impl Expectation {
-    /// What fails of it, where the identification knows the truth ([`Identification::compare`]).
+    /// The failure, if the identification knows the truth ([`Identification::compare`]) and misses the expectation.
     pub fn check(&self, identification: &Identification) -> Option<Unmet> {
         let errors = QUANTITIES.iter().find(|(name, _)| *name == self.quantity).map(|(_, errors)| errors);
         let found = identification.joint(&self.joint).zip(errors).and_then(|(joint, errors)| errors(joint));
         let found_percent = found.map(|[positive, negative]| positive.abs().max(negative.abs()));
-        // A result that is not a number meets nothing.
+        // NaN meets no expectation.
         let met = found_percent.is_some_and(|found| found <= self.limit_percent);
         (!met).then(|| Unmet { expectation: self.clone(), found_percent })
     }

@@ -1,4 +1,4 @@
-//! What a scenario expects of a diagnosis: which effects are named, and within which bounds.
+//! Expectations of a scenario about a diagnosis: named effects, and bounds of their figures.
 //!
 //! ```toml
 //! [expect]
@@ -24,13 +24,13 @@ use crate::effects;
 use crate::error::Result;
 use crate::toml_input::{Range, Table, nearest};
 
-/// Figures that every effect has, beside its parameters.
+/// Figures of every effect, in addition to its parameters.
 const FIGURES: [(&str, &str); 2] = [("gain_percent", "%"), ("probability", "1")];
 
-/// What must be named, and how.
+/// Expected effects and figures.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DiagnosisExpectation {
-    /// All names, in any order; `None` where nothing is said of them.
+    /// All names, in any order; `None` if names are not checked.
     pub effects: Option<Vec<String>>,
     /// Bounds of figures.
     pub figures: Vec<EffectFigure>,
@@ -41,7 +41,7 @@ pub struct DiagnosisExpectation {
 pub struct EffectFigure {
     /// The effect.
     pub effect: String,
-    /// The joint; `None`: on every joint on which it is named.
+    /// The joint; `None`: every joint on which it is named.
     pub joint: Option<String>,
     /// A parameter of the effect, `gain_percent` or `probability`.
     pub figure: String,
@@ -51,17 +51,17 @@ pub struct EffectFigure {
     pub range: [f64; 2],
 }
 
-/// What a diagnosis does not meet.
+/// A failed expectation about a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnmetDiagnosis {
     /// Other effects are named.
     Named {
-        /// Those that are, in the order of the alphabet.
+        /// Named effects, in alphabetical order.
         found: Vec<String>,
-        /// Those that must be.
+        /// Expected effects.
         expected: Vec<String>,
     },
-    /// A figure is out of its bounds, or the effect is not named: then there is none.
+    /// A figure is out of its bounds, or the effect is not named and there is no figure.
     Figure {
         /// What was expected.
         expectation: EffectFigure,
@@ -94,7 +94,7 @@ impl DiagnosisExpectation {
     /// Reads the keys `effects` and `effect` of `[expect]`; `joints` are the machine's.
     ///
     /// # Errors
-    /// A name that is no effect or joint, a key that is no figure of the effect, bounds that are none.
+    /// A name that is not an effect or a joint, a key that is not a figure of the effect, or invalid bounds.
     pub fn read(expect: &Table<'_>, joints: Option<&[&str]>) -> Result<Self> {
         let effects = expect.optional_texts("effects")?;
         for name in effects.iter().flatten() {
@@ -113,7 +113,7 @@ impl DiagnosisExpectation {
         self.effects.is_none() && self.figures.is_empty()
     }
 
-    /// What fails of it.
+    /// The failed expectations.
     pub fn check(&self, found: &Diagnosis) -> Vec<UnmetDiagnosis> {
         let names = |names: &mut dyn Iterator<Item = &String>| -> Vec<String> {
             names.collect::<BTreeSet<_>>().into_iter().cloned().collect()
@@ -141,7 +141,7 @@ impl EffectFigure {
         }
         let [least, greatest] = self.range;
         let values = named.into_iter().map(|one| self.of(one));
-        // A figure that is not a number meets nothing.
+        // NaN meets no expectation.
         values.filter(|value| !value.is_some_and(|value| (least..=greatest).contains(&value))).map(unmet).collect()
     }
 

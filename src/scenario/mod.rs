@@ -5,8 +5,8 @@
 //!                  ▲            │                          read the sensors, command currents, advance the machine
 //!                  └── Reading ─┘
 //! ```
-//! A [`Scenario`] is the content of a scenario file; [`simulate`] runs it, [`closed_loop`] is the loop itself, for whoever
-//! brings a machine, a reference and a [`Regulator`] of their own.
+//! A [`Scenario`] is the content of a scenario file; [`simulate`] runs it. [`closed_loop`] is the loop itself, for
+//! users with their own machine, reference and [`Regulator`].
 
 mod closed_loop;
 mod contact;
@@ -47,10 +47,10 @@ use crate::timeseries::{Drawn, JointSeries, TimeSeries};
 /// The schema of a scenario file.
 const SCHEMA: &str = "lostmotion/scenario/1";
 
-/// [s] Interval at which a planned motion is looked at; between two looks it is taken as straight.
+/// [s] Interval at which a planned motion is checked; in between it is taken as straight.
 const PLAN_INTERVAL: f64 = 0.01;
 
-/// Looks at a planned motion at a time.
+/// Number of samples of a planned motion that are checked at a time.
 const PLAN_PIECE: f64 = 10_000.0;
 
 /// What is done with the data of a run.
@@ -64,35 +64,35 @@ pub enum Procedure {
     Diagnose,
 }
 
-/// One recording of a scenario: the machine starts anew, at rest on its reference.
+/// One recording of a scenario: the machine starts at rest at the start of its reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Session {
-    /// Its name, which its time series bears.
+    /// Its name, which is also that of its time series.
     pub name: String,
-    /// What the joints are to do.
+    /// The reference of the joints.
     pub profile: Profile,
-    /// [s] how long is recorded.
+    /// [s] Length of the recording.
     pub duration: f64,
-    /// Line and key of the scenario file in which it stands.
+    /// Its line and key in the scenario file.
     pub place: (Place, String),
 }
 
-/// A scenario: who moves, how, under which eyes, and what is expected.
+/// A scenario: machine, motion, sensors and expectations.
 #[derive(Debug, Clone)]
 pub struct Scenario {
     /// Its name.
     pub name: String,
     /// The question that it answers.
     pub question: String,
-    /// Its file; what errors call it.
+    /// Its file, as errors name it.
     pub source: PathBuf,
-    /// The machine as its user describes it before anything was measured: what procedures are given.
+    /// The machine as its user describes it before any measurement; procedures get this model.
     pub model: Model,
-    /// The machine that is simulated: never given to a procedure.
+    /// The machine that is simulated; procedures never get it.
     pub truth: Truth,
-    /// How it is simulated. The seed in it is `seed`'s.
+    /// Options of the simulation. Its seed is taken from `seed`.
     pub options: Options,
-    /// Seed of the sensors' noise where none is given on the command line.
+    /// Seed of the sensors' noise if none is given on the command line.
     pub seed: u64,
     /// [s] between two readings, and between two commands, > 0.
     pub control_period: f64,
@@ -102,30 +102,30 @@ pub struct Scenario {
     pub sessions: Vec<Session>,
     /// What is done with them.
     pub procedure: Procedure,
-    /// What must come out of an identification.
+    /// Expectations about the identification.
     pub expectations: Vec<Expectation>,
-    /// What must come out of a diagnosis.
+    /// Expectations about the diagnosis.
     pub diagnosis_expectation: DiagnosisExpectation,
-    /// What must be met on the way.
+    /// Expectations about contacts.
     pub contact_expectations: Vec<ContactExpectation>,
-    /// What a run of it may cost.
+    /// Limits of the cost of a run.
     pub limits: Limits,
 }
 
-/// What a simulated scenario leaves behind.
+/// Result of a simulated scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// The recordings, one a session: what the machine's sensors said, and beside it the truth in the channels that a
-    /// simulation alone has, as far as they were to be kept.
+    /// The recordings, one per session: sensor readings, and the truth in the channels that only a simulation has, as
+    /// far as they are kept.
     pub sessions: Vec<TimeSeries>,
-    /// How each session is drawn, with the truth.
+    /// Each session reduced for display, with the truth.
     pub drawn: Vec<Drawn>,
-    /// What was touched, one list a session.
+    /// Contacts, one list per session.
     pub contacts: Vec<Vec<Contact>>,
 }
 
 impl Run {
-    /// The recordings as a real machine would have made them: without the truth. They share their samples with the run.
+    /// The recordings of a real machine: without the truth. They share their samples with the run.
     pub fn measured(&self) -> Vec<TimeSeries> {
         let seen = |joint: &JointSeries| JointSeries {
             name: joint.name.clone(),
@@ -144,16 +144,17 @@ impl Run {
 }
 
 impl Scenario {
-    /// Refuses a motion that leaves the joints' limits, lets links collide with each other, or starts with a link inside an
-    /// obstacle. What it meets on its way it is meant to meet.
+    /// Refuses a motion that leaves the joints' limits, lets links collide with each other, or starts with a link
+    /// inside an obstacle. Contacts with obstacles along the way are intended.
     ///
     /// # Errors
-    /// The first time at which it happens, and to whom.
+    /// The first fault: its time, and the joints or links.
     pub fn check_motion(&self) -> Result<()> {
         let mut check = MotionCheck::new(&self.model.robot)?;
         let mut targets = vec![Target::default(); self.model.joints.len()];
         for session in &self.sessions {
-            // Piece by piece, each from the end of the one before: a long session takes no more memory than a short one.
+            // Piece by piece, each from the end of the one before: a long session needs no more memory than a short
+            // one.
             let last = (session.duration / PLAN_INTERVAL).ceil();
             let mut first = 0.0;
             while first < last {

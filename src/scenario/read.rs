@@ -1,4 +1,4 @@
-//! Reading a scenario file.
+//! Reads a scenario file.
 //!
 //! ```toml
 //! schema = "lostmotion/scenario/1"
@@ -16,7 +16,7 @@
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
 //! # a scenario on recordings has `data` instead of all that follows, see `recorded`
 //! # [session.added_mass]                       # the same in one session of a list [[session]] alone
-//! [[obstacles]]                                # what stands in the way, see `read_obstacles`
+//! [[obstacles]]                                # obstacles, see `read_obstacles`
 //! [expect.joint1]                              # largest errors in per cent, see `expect`
 //! # [expect] effects, [[expect.effect]]         # what a diagnosis names, see `expect_diagnosis`
 //! [expect.obstacles.post]                      # least and greatest first_touch [s], peak_force [N], last_force [N]
@@ -42,12 +42,12 @@ impl Scenario {
     /// key begins with `model.` change the model file's.
     ///
     /// # Errors
-    /// A file cannot be read; a key is missing, unknown or out of its range; an assignment cannot be made.
+    /// A file cannot be read; a key is missing, unknown or out of its range; an assignment cannot be applied.
     pub fn load(file: &Path, assignments: &[String]) -> Result<Self> {
         Self::from_document(Document::read(file)?, assignments, None)
     }
 
-    /// A scenario from a text that is no file; `file` is what errors call it, and what the robot's path is relative to.
+    /// A scenario from a text in memory. `file` is the name that errors use, and the robot's path is relative to it.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -55,10 +55,11 @@ impl Scenario {
         Self::from_document(Document::parse(file, text)?, assignments, None)
     }
 
-    /// As [`from_text`](Self::from_text), for a model at hand: the file that the text names as `robot` need not be there yet.
+    /// As [`from_text`](Self::from_text), for a given model: the file that the text names as `robot` need not exist
+    /// yet.
     ///
     /// # Errors
-    /// The text is no scenario of this model.
+    /// The text is not a scenario of this model.
     pub fn of_model(text: &str, file: &Path, model: &Model) -> Result<Self> {
         Self::from_document(Document::parse(file, text)?, &[], Some(model))
     }
@@ -131,7 +132,7 @@ fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -
     Ok(model)
 }
 
-/// `[added_mass]`: a known mass at a point of the last body. The machine carries it, and its nominal model knows of it.
+/// `[added_mass]`: a known mass at a point of the last body, in the machine and in its nominal model.
 pub(super) fn read_added_mass(parent: &Table<'_>, session: &str) -> Result<Option<Load>> {
     let Some(table) = parent.optional_table("added_mass")? else { return Ok(None) };
     let load = Load::read(&table, session)?;
@@ -172,7 +173,7 @@ fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<(Session, Option
             let mut found: Vec<(Session, Option<Load>)> = Vec::new();
             for (i, table) in sessions.iter().enumerate() {
                 let one = read_reference::read(table, model, &format!("session{}", i + 1))?;
-                // Some file systems take names that differ in their case alone for one.
+                // Some file systems do not distinguish upper and lower case.
                 let folded = one.0.name.to_lowercase();
                 if found.iter().any(|(other, _)| other.name.to_lowercase() == folded) {
                     return Err(

@@ -7,10 +7,10 @@ use crate::robot::{JointModel, Model};
 use crate::toml_input::{Range, Table};
 use crate::units::JointKind;
 
-/// [1] Standard deviation of an edge's position in counts, where the file gives none.
+/// [1] Standard deviation of an edge's position in counts, if the file gives none.
 const EDGE_NOISE: f64 = 0.05;
 
-/// [(rad/s)/√s or (m/s)/√s] Random walk of the observed velocity, where the file gives none.
+/// [(rad/s)/√s or (m/s)/√s] Random walk of the observed velocity, if the file gives none.
 const VELOCITY_NOISE: f64 = 0.01;
 
 #[derive(Clone, Copy)]
@@ -66,7 +66,7 @@ fn pi_gains(table: &Table<'_>, joint: &JointModel) -> Result<PiGains> {
     })
 }
 
-/// The observer's numbers may stand in the file while the sensor is used, so that one word switches between them.
+/// The observer's parameters are allowed even if the sensor is used, so that one word switches between the two.
 fn feedback_of(table: &Table<'_>, joint: &JointModel, observed: bool) -> Result<Feedback> {
     let (disturbance, velocity) = match joint.kind {
         JointKind::Revolute => ("N·m/√s", "(rad/s)/√s"),

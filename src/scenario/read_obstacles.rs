@@ -1,4 +1,4 @@
-//! The list `[[obstacles]]` of a scenario file: what stands in the way.
+//! The list `[[obstacles]]` of a scenario file.
 //!
 //! ```toml
 //! [[obstacles]]
@@ -13,8 +13,7 @@
 //! damping = 100.0             # [N·s/m]
 //! edge_radius = 0.005         # [m] of a box or a cylinder
 //! ```
-//! An obstacle in the way of the planned motion is meant to be met: the plan is not refused for it. Its start is, if a link is
-//! inside an obstacle there.
+//! A planned motion through an obstacle is intended and not refused. A start with a link inside an obstacle is refused.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -24,17 +23,18 @@ use crate::plant::{Engine, Obstacle};
 use crate::robot::{Geometry, Robot, Shape};
 use crate::toml_input::{Range, Table};
 
-/// `k` [N/m] where the file gives none: an arm that bumps into a padded or slender thing. A surface of steel has 1e7 to 1e8, which
-/// shortens an impact to below a millisecond, and the steps with it.
+/// `k` [N/m] if the file gives none: an arm that hits a padded or slender object. A steel surface has 1e7 to 1e8, which
+/// makes an impact, and the integration steps, shorter than a millisecond.
 const STIFFNESS: f64 = 1e5;
 
-/// `c` [N·s/m] where the file gives none: with that stiffness 1 kg rebounds with 0.64 of its speed, 10 kg with 0.86.
+/// `c` [N·s/m] if the file gives none: with the default stiffness, 1 kg rebounds with 0.64 of its speed, 10 kg with
+/// 0.86.
 const DAMPING: f64 = 100.0;
 
-/// [m] Radius of the edges where the file gives none, unless a quarter of the smallest side is less.
+/// [m] Radius of the edges if the file gives none; at most a quarter of the smallest side.
 const EDGE_RADIUS: f64 = 0.005;
 
-/// Most obstacles: every link is looked at with every one of them.
+/// Largest number of obstacles: every link is checked against every one.
 const MOST_OBSTACLES: usize = 200;
 
 /// Reads the obstacles of a scenario.
@@ -80,7 +80,7 @@ fn read_obstacle(table: &Table<'_>) -> Result<Obstacle> {
         .optional_choice("shape", &kinds)?
         .ok_or_else(|| table.error("shape", "box, cylinder, capsule or sphere"))?;
     let length = ranges::SIDE;
-    // The geometry, and its smallest side where it has edges.
+    // The geometry, and its smallest side if it has edges.
     let (geometry, side) = match kind {
         Kind::Box => {
             let size: Option<[f64; 3]> = table.optional_vector("size", &length)?;

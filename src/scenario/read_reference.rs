@@ -1,4 +1,4 @@
-//! The tables `[reference]` and `[[session]]` of a scenario file: what the joints are to do.
+//! The tables `[reference]` and `[[session]]` of a scenario file: the motion of the joints.
 //!
 //! Angles and what derives from them may be given in SI (`speed`) or, for turning joints, in degrees (`speed_deg`).
 
@@ -10,16 +10,16 @@ use crate::robot::{Load, Model};
 use crate::toml_input::{Range, Table};
 use crate::units::{DEG, JointKind};
 
-/// [s] Rest before the first motion where the file gives none: what drifts at rest can be seen in it.
+/// [s] Rest before the first motion if the file gives none; it shows drift at rest.
 const REST: f64 = 0.5;
 
-/// Most speeds of a staircase.
+/// Largest number of speeds of a staircase.
 const MOST_STEPS: f64 = 10_000.0;
 
-/// Most places of a joint.
+/// Largest number of positions of a joint.
 const MOST_PLACES: usize = 100_000;
 
-/// [s] Recorded after the last motion where the file gives no duration.
+/// [s] Time recorded after the last motion if the file gives no duration.
 const TAIL: f64 = 0.5;
 
 #[derive(Clone, Copy)]
@@ -30,7 +30,7 @@ enum Kind {
     Rest,
 }
 
-/// A reading of `[reference]` or one `[[session]]`, and what the machine carries in it alone.
+/// Result of reading `[reference]` or one `[[session]]`, with the load of the machine in this session.
 pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Result<(Session, Option<Load>)> {
     let kinds =
         [("staircase", Kind::Staircase), ("fast", Kind::Fast), ("waypoints", Kind::Waypoints), ("rest", Kind::Rest)];
@@ -74,7 +74,7 @@ fn own_place(table: &Table<'_>) -> (Place, String) {
     (table.place(if table.has("name") { "name" } else { "kind" }), table.path().to_owned())
 }
 
-/// Positions at the start, zero where none is given.
+/// Positions at the start; zero if none is given.
 fn start(table: &Table<'_>, model: &Model) -> Result<Vec<f64>> {
     let Some(table) = table.optional_table("start")? else { return Ok(vec![0.0; model.joints.len()]) };
     let position = |joint: &crate::robot::JointModel| {
@@ -134,7 +134,7 @@ fn staircase(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
     Ok(())
 }
 
-/// The steps that brake gently: `gentle_up_to` and `gentle_deceleration`.
+/// The steps with gentle braking: `gentle_up_to` and `gentle_deceleration`.
 fn gentle(table: &Table<'_>, kind: JointKind, speed: &Range, acceleration: &Range) -> Result<Option<Gentle>> {
     let Some(up_to) = angle(table, "gentle_up_to", kind, speed)? else { return Ok(None) };
     let deceleration = required(table, "gentle_deceleration", kind, acceleration)?;
@@ -202,12 +202,12 @@ fn waypoints(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
     Ok(())
 }
 
-/// Ranges of a speed, an acceleration and a way.
+/// Ranges of a speed, an acceleration and a distance.
 fn of_motion(kind: JointKind) -> (Range, Range, Range) {
     (ranges::speed(kind), ranges::acceleration(kind), ranges::way(kind))
 }
 
-/// `key` in SI, or `key_deg` in degrees where the joint turns.
+/// `key` in SI, or `key_deg` in degrees if the joint turns.
 fn angle(table: &Table<'_>, key: &str, kind: JointKind, range: &Range) -> Result<Option<f64>> {
     let degrees = format!("{key}_deg");
     if kind == JointKind::Revolute && table.has(&degrees) {

@@ -1,4 +1,4 @@
-//! The recorder: what the sensors say and what is true, a sample a control period.
+//! The recorder: sensor readings and true states, one sample per control period.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::plant::{Obstacle, Plant};
 use crate::robot::Model;
 use crate::timeseries::{Channel, Drawn, DrawnJoint, Envelope, JointSeries, Samples, TimeSeries, pose_step};
 
-/// Channels that a simulation alone can fill.
+/// Channels that exist only in a simulation.
 pub(super) const TRUTH: [Channel; 7] = [
     Channel::TrueMotorPosition,
     Channel::TrueMotorVelocity,
@@ -20,7 +20,7 @@ pub(super) const TRUTH: [Channel; 7] = [
     Channel::Contact,
 ];
 
-/// Channels that the machine's own recording has.
+/// Channels of the machine's own recording.
 const MEASURED: [Channel; 6] = [
     Channel::Position,
     Channel::Velocity,
@@ -30,19 +30,19 @@ const MEASURED: [Channel; 6] = [
     Channel::CommandCurrent,
 ];
 
-/// Which signals of a session are kept sample by sample.
+/// Signals of a session that are kept sample by sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Keep {
-    /// What the machine's sensors said, and the truth beside it.
+    /// Sensor readings and the truth.
     Everything,
-    /// What the machine's sensors said.
+    /// Sensor readings.
     Measured,
-    /// None: how the session is drawn is enough.
+    /// None: only the reduced copy for display is kept.
     Nothing,
 }
 
 impl Keep {
-    /// How many of `MEASURED` and `TRUTH` in a row.
+    /// Number of channels of `MEASURED` and `TRUTH` in a row.
     const fn channels(self) -> usize {
         match self {
             Self::Everything => MEASURED.len() + TRUTH.len(),
@@ -54,7 +54,7 @@ impl Keep {
 
 /// Channels of `MEASURED` and `TRUTH` in a row.
 const ALL: usize = MEASURED.len() + TRUTH.len();
-/// Positions in that row: motor position and link position as they are.
+/// Indices in that row of the true motor position and link position.
 const TRUE_MOTOR: usize = MEASURED.len();
 const TRUE_LINK: usize = MEASURED.len() + 2;
 
@@ -64,18 +64,18 @@ pub struct Recorder {
     keep: Keep,
     time: Vec<f64>,
     contacts: ContactRecorder,
-    /// One a joint, one vector a channel that is kept: those of `MEASURED`, then those of `TRUTH`.
+    /// One entry per joint, one vector per kept channel: those of `MEASURED`, then those of `TRUTH`.
     joints: Vec<Vec<Vec<f64>>>,
-    /// What the second encoders say, one a joint; empty where there is none.
+    /// Readings of the second encoders, one per joint; empty if there is none.
     links: Vec<Vec<f64>>,
-    /// How the session is drawn.
+    /// The session, reduced for display.
     drawing: Drawing,
 }
 
-/// The signals of a session as they are drawn.
+/// The signals of a session, reduced for display.
 #[derive(Debug, Clone)]
 struct Drawing {
-    /// Samples of the session, and those from one pose to the next.
+    /// Number of samples of the session, and from one pose to the next.
     samples: usize,
     step: usize,
     times: Vec<f64>,
@@ -86,7 +86,7 @@ struct Drawing {
 struct DrawnSignals {
     channels: [Envelope; ALL],
     travel: Envelope,
-    /// Of the second encoder, where there is one.
+    /// The second encoder's signal, if there is one.
     link: Option<Envelope>,
     pose: Vec<f64>,
 }
@@ -103,7 +103,7 @@ impl Drawing {
         Self { samples, step: pose_step(samples), times: Vec::new(), joints }
     }
 
-    /// Takes a sample of a joint, the one of this `number`; `link` is what a second encoder says.
+    /// Adds the sample with this `number` of a joint; `link` is the reading of a second encoder.
     fn push(&mut self, joint: usize, number: usize, time: f64, values: &[f64; ALL], link: Option<f64>) {
         let (samples, signals) = (self.samples, &mut self.joints[joint]);
         signals.channels.iter_mut().zip(values).for_each(|(envelope, value)| envelope.push(time, *value));
@@ -132,9 +132,9 @@ impl Drawing {
 }
 
 impl Recorder {
-    /// Room for a number of samples of a machine with so many joints.
+    /// Reserves memory for a number of samples of a machine with this many joints.
     pub fn new(keep: Keep, joints: usize, samples: usize) -> Self {
-        // Beyond that, room is made as it is needed: a number of samples that is a mistake allocates nothing.
+        // Beyond this, memory is reserved as needed: a wrong, huge number of samples allocates nothing.
         let samples = samples.min(1 << 24);
         let channels = || (0..keep.channels()).map(|_| Vec::with_capacity(samples)).collect();
         Self {
@@ -147,7 +147,7 @@ impl Recorder {
         }
     }
 
-    /// Takes a sample: readings and states at one instant, and the command that is given then.
+    /// Adds a sample: readings and states at one time, and the command that is given then.
     pub fn sample(&mut self, plant: &Plant, readings: &[Reading], targets: &[Target], commands: &[f64]) {
         let (number, time) = (self.time.len(), plant.time());
         self.time.push(time);
@@ -180,12 +180,12 @@ impl Recorder {
         }
     }
 
-    /// What was touched.
+    /// The contacts.
     pub fn take_contacts(&mut self, model: &Model, obstacles: &[Obstacle]) -> Vec<Contact> {
         std::mem::take(&mut self.contacts).finish(model, obstacles)
     }
 
-    /// The session's time series under its name, and how it is drawn.
+    /// The session's time series under its name, and its reduced copy.
     pub fn finish(self, name: &str, model: &Model) -> (TimeSeries, Drawn) {
         let series = |(channels, joint): (Vec<Vec<f64>>, &crate::robot::JointModel)| {
             let names = MEASURED.into_iter().chain(TRUTH);

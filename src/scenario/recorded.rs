@@ -1,4 +1,4 @@
-//! A scenario about a machine that was recorded, not simulated: which recordings of which model are diagnosed, and what must be named.
+//! A scenario about recordings of a real machine: recordings, nominal model, and the effects that must be named.
 //!
 //! ```toml
 //! schema = "lostmotion/scenario/1"
@@ -22,7 +22,7 @@ use crate::toml_input::{Document, Table};
 /// Environment variable that names the folder of recordings.
 const DATA_FOLDER: &str = "LOSTMOTION_DATA";
 
-/// A scenario on recordings.
+/// A scenario about recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recorded {
     /// Its name.
@@ -33,17 +33,17 @@ pub struct Recorded {
     pub robot: PathBuf,
     /// Recordings, or their manifests.
     pub data: Vec<PathBuf>,
-    /// Recordings to judge on.
+    /// Recordings to evaluate on.
     pub hold_out: Vec<PathBuf>,
-    /// What must be named, and within which bounds.
+    /// Expected effects, and bounds of their figures.
     pub expectation: DiagnosisExpectation,
 }
 
 impl Recorded {
-    /// Reads a scenario file; `None` where it has no `data`, which is a scenario to be simulated.
+    /// Reads a scenario file; `None` if it has no `data`, that is, if it is to be simulated.
     ///
     /// # Errors
-    /// The file cannot be read, a key is missing or unknown, or a file that it names is nowhere.
+    /// The file cannot be read, a key is missing or unknown, or a file that it names does not exist.
     pub fn load(file: &Path, assignments: &[String]) -> Result<Option<Self>> {
         let mut document = Document::read(file)?;
         if !document.root().has("data") {
@@ -80,7 +80,7 @@ impl Recorded {
         Ok(Some(scenario))
     }
 
-    /// What fails of what is expected.
+    /// The failed expectations.
     pub fn check(&self, found: &Diagnosis) -> Vec<UnmetDiagnosis> {
         self.expectation.check(found)
     }

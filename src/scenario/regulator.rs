@@ -1,11 +1,12 @@
-//! The machine's controller as its computer runs it: readings and targets in, command currents out.
+//! The machine's controller: readings and targets in, command currents out.
 //!
 //! ```text
 //!   reading ──► q, q̇ (sensor or observer) ──► q̇ held within q̇_d ± limit ──► law ──► τ ──► i = τ / (ratio K_t)
 //!                                              H + rotors, C, G at (q, q̇) ──┘
 //! ```
-//! The limit on the velocity error is for the gap: there the rotor is alone, a hundredth of the inertia that the gains are made
-//! for, and a few counts at flying speed would make the law throw it back. Infinite where none is given: then it is equation 18.
+//! The limit on the velocity error is for the gap: there the rotor is alone and has a hundredth of the inertia that the
+//! gains are tuned for, and the law would throw it back for an error of a few counts. If no limit is given it is
+//! infinite, and the law is equation 18.
 
 use nalgebra::DMatrix;
 
@@ -16,16 +17,16 @@ use crate::dynamics::Dynamics;
 use crate::effects::Reading;
 use crate::robot::Model;
 
-/// Where a joint's controller has its velocity from.
+/// Source of the velocity of a joint's controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Feedback {
-    /// The velocity sensor, and the encoder's position as it is read.
+    /// The velocity sensor, with the position read from the encoder.
     Sensor,
     /// An observer on the encoder's edges and the commanded torque.
     Observer(ObserverNoise),
 }
 
-/// The law of control, gains a joint.
+/// The control law, with gains per joint.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Law {
     /// Equations 16 to 18.
@@ -39,13 +40,13 @@ pub enum Law {
 pub struct ControllerSettings {
     /// The law.
     pub law: Law,
-    /// One a joint.
+    /// Velocity sources, one per joint.
     pub feedback: Vec<Feedback>,
-    /// [rad/s or m/s] Largest velocity error that the law is shown, > 0, one a joint.
+    /// [rad/s or m/s] Largest velocity error passed to the law, > 0, one per joint.
     pub velocity_error_limit: Vec<f64>,
 }
 
-/// A controller at work.
+/// A running controller.
 pub struct Regulator {
     controller: Box<dyn Controller>,
     feedback: Vec<Feedback>,
@@ -73,7 +74,7 @@ struct Drive {
 }
 
 impl Regulator {
-    /// The controller of a machine, called every `period` [s]. It knows the rigid body and the drives of the model, and
+    /// The controller of a machine, called every `period` [s]. It uses the rigid body and the drives of the model, but
     /// neither friction nor gap.
     pub fn new(model: &Model, settings: &ControllerSettings, period: f64) -> Self {
         let n = model.joints.len();
@@ -106,7 +107,7 @@ impl Regulator {
         }
     }
 
-    /// Command currents [A] for what the sensors say and the reference wants now.
+    /// Command currents [A] for the present readings and targets.
     pub fn command(&mut self, readings: &[Reading], targets: &[Target]) -> &[f64] {
         self.observe(readings);
         self.dynamics.mass_matrix(&self.q, &mut self.h);
@@ -134,7 +135,7 @@ impl Regulator {
                 Feedback::Observer(noise) if drive.count > 0.0 => {
                     let observer = self.observers[i]
                         .get_or_insert_with(|| EdgeObserver::new(drive.count, noise, reading.position));
-                    // Gravity is known: only what is left of the torque can be a surprise.
+                    // Gravity is known, so the observer gets only the remaining torque.
                     let tau = drive.torque_per_ampere * self.commands[i] - self.g[i];
                     let inertia = self.h[(i, i)];
                     if inertia > 0.0 {

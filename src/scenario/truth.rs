@@ -1,7 +1,7 @@
-//! The machine that is simulated, out of the reach of whoever has to find out what it is.
+//! The simulated machine, hidden from the procedures that have to identify it.
 //!
-//! A procedure takes a [`Model`]; what holds the truth is none, and gives none away. It can be simulated ([`simulate`](super::simulate)),
-//! changed ([`Truth::alter`]), and compared with what was found.
+//! A procedure takes a [`Model`]; a truth is not one, and cannot be converted to one. It can be simulated
+//! ([`simulate`](super::simulate)), changed ([`Truth::alter`]), and compared with the result of a procedure.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use crate::gearhead::FrictionLaw;
 use crate::identify::Identification;
 use crate::robot::Model;
 
-/// The simulated machine, everything about it known: friction, gaps, effects.
+/// The simulated machine with all its properties: friction, gaps, effects.
 #[derive(Clone)]
 pub struct Truth {
     machine: Model,
@@ -21,7 +21,7 @@ impl Truth {
         Self { machine }
     }
 
-    /// The machine as its model file describes it before anything was measured: without effects, friction and gaps.
+    /// The machine as its model file describes it before any measurement: without effects, friction and gaps.
     pub fn nominal(&self) -> Model {
         let mut model = Model { effects: Vec::new(), ..self.machine.clone() };
         for joint in &mut model.joints {
@@ -31,28 +31,28 @@ impl Truth {
         model
     }
 
-    /// Puts something else into the machine: another friction, a gap, an effect, a load.
+    /// Changes the machine: friction, a gap, an effect, a load.
     pub fn alter(&mut self, change: impl FnOnce(&mut Model)) {
         change(&mut self.machine);
     }
 
-    /// Writes the true values beside what was identified.
+    /// Writes the true values beside the identified ones.
     pub fn compare(&self, found: &mut Identification) {
         found.compare(&self.machine);
     }
 
-    /// The friction law of a joint, to be drawn beside the identified one.
+    /// The friction law of a joint, for a plot beside the identified one.
     pub fn friction(&self, joint: &str) -> Option<FrictionLaw> {
         let joint = self.machine.joints.iter().find(|known| known.name == joint)?;
         joint.friction.map(|friction| friction.law)
     }
 
-    /// [rad or m] Total gap of a joint, to be compared with the measured one.
+    /// [rad or m] Total gap of a joint, for comparison with the measured one.
     pub fn backlash(&self, joint: &str) -> Option<f64> {
         self.machine.joints.iter().find(|known| known.name == joint)?.backlash
     }
 
-    /// The machine itself, for the simulation alone.
+    /// The machine itself, for the simulation only.
     pub(super) const fn machine(&self) -> &Model {
         &self.machine
     }

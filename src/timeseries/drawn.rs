@@ -1,32 +1,32 @@
-//! What can be seen of a long recording: a few thousand samples of each signal, kept while it is made or read.
+//! A reduced copy of a long recording for display: a few thousand samples of each signal.
 
 use std::collections::BTreeMap;
 
 use super::{Channel, TimeSeries};
 
-/// Stretches of a signal, of which lowest and highest sample are kept.
+/// Number of stretches of a signal; of each, the lowest and the highest sample are kept.
 const STRETCHES: usize = 2500;
-/// Most poses of a motion.
+/// Largest number of poses of a motion.
 const POSES: usize = 1500;
 
-/// Lowest and highest sample of each of `STRETCHES` equal stretches of a signal, in their order.
-/// A signal of at most twice as many samples is kept whole.
+/// The lowest and the highest sample of each of `STRETCHES` equal stretches of a signal, in their order. A signal of at
+/// most twice as many samples is kept completely.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Envelope {
     /// [s] Times of the samples that are kept.
     pub time: Vec<f64>,
     /// The samples that are kept.
     pub values: Vec<f64>,
-    /// Samples of a stretch.
+    /// Number of samples in a stretch.
     size: usize,
-    /// Samples of the present stretch so far, and its lowest and highest: number, time, value.
+    /// The present stretch: number of its samples, and time and value of its lowest and highest.
     seen: usize,
     low: (usize, f64, f64),
     high: (usize, f64, f64),
 }
 
 impl Envelope {
-    /// Of a signal of so many samples.
+    /// For a signal of this many samples.
     pub fn new(samples: usize) -> Self {
         let size = samples.div_ceil(STRETCHES).max(1);
         let size = if size <= 2 { 1 } else { size };
@@ -34,7 +34,7 @@ impl Envelope {
         Self { time: Vec::new(), values: Vec::new(), size, seen: 0, low: nothing, high: nothing }
     }
 
-    /// Of a whole signal.
+    /// From a complete signal.
     pub fn of(time: &[f64], values: impl ExactSizeIterator<Item = f64>) -> Self {
         let mut envelope = Self::new(values.len());
         time.iter().zip(values).for_each(|(time, value)| envelope.push(*time, value));
@@ -42,10 +42,10 @@ impl Envelope {
         envelope
     }
 
-    /// Takes the next sample.
+    /// Adds the next sample.
     pub fn push(&mut self, time: f64, value: f64) {
         let sample = (self.seen, time, value);
-        // Of equal samples the first is the lowest, the last the highest.
+        // Of equal samples, the first counts as the lowest and the last as the highest.
         if self.seen == 0 || value.total_cmp(&self.low.2).is_lt() {
             self.low = sample;
         }
@@ -77,40 +77,40 @@ impl Envelope {
     }
 }
 
-/// A session as it is drawn.
+/// A session, reduced for display.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
     /// Name of the session.
     pub name: String,
     /// [s] Time of the last sample; 0 where there is none.
     pub end: f64,
-    /// [s] Times at which the machine's poses are known.
+    /// [s] Times of the machine's poses.
     pub times: Vec<f64>,
     /// The joints that were recorded.
     pub joints: Vec<DrawnJoint>,
 }
 
-/// A joint as it is drawn.
+/// A joint, reduced for display.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DrawnJoint {
     /// Name of the joint in the URDF.
     pub name: String,
-    /// The channels, thinned.
+    /// The channels, reduced.
     pub channels: BTreeMap<Channel, Envelope>,
-    /// [rad or m] travel in the gap, rotor less link, where both are known.
+    /// [rad or m] Position in the gap, rotor minus link, if both are known.
     pub travel: Option<Envelope>,
-    /// [rad or m] position of the link, else of the motor, at [`Drawn::times`]; empty where neither is known.
+    /// [rad or m] Position of the link, else of the motor, at [`Drawn::times`]; empty if neither is known.
     pub pose: Vec<f64>,
 }
 
-/// Every how many samples a pose is kept of a session of `samples`.
+/// Number of samples from one kept pose to the next, for a session of `samples`.
 pub const fn pose_step(samples: usize) -> usize {
     let step = samples.div_ceil(POSES);
     if step == 0 { 1 } else { step }
 }
 
 impl Drawn {
-    /// A session as it is drawn.
+    /// Reduces a session.
     pub fn of(session: &TimeSeries) -> Self {
         let step = pose_step(session.len());
         let drawn = |values: &[f64]| Envelope::of(&session.time, values.iter().copied());

@@ -1,7 +1,8 @@
-//! Memory that was freed, given back to the system.
+//! Returns freed memory to the system.
 
-/// Gives back what the allocator keeps. glibc keeps freed blocks of up to 32 MB that lie below others in use, such as the channels of a long
-/// recording that nobody wants, or a signal that rows were made of; what other threads allocate comes on top of them.
+/// Returns memory that the allocator keeps. glibc keeps freed blocks of up to 32 MB that lie below blocks in use, for
+/// example the dropped channels of a long recording, or a signal after it was converted to rows; it keeps them for each
+/// thread.
 pub fn give_back_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {

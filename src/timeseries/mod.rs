@@ -1,4 +1,4 @@
-//! Sampled signals of a machine: measured and simulated data travel in the same type.
+//! Sampled signals of a machine; measured and simulated data have the same type.
 
 mod drawn;
 mod memory;
@@ -10,7 +10,7 @@ pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
 pub use memory::give_back_memory;
 pub use samples::Samples;
 
-/// What a sampled signal of one joint is. All on the joint side, SI.
+/// The quantity of a sampled signal of one joint. All are on the joint side, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Channel {
     /// [rad or m] motor encoder divided by the gear ratio, quantised as the encoder is.
@@ -19,13 +19,13 @@ pub enum Channel {
     Velocity,
     /// [A] motor current as measured; its magnitude where sensing is absolute.
     Current,
-    /// [N·m or N] motor torque on the joint side, where it was recorded instead of a current.
+    /// [N·m or N] motor torque on the joint side, if it was recorded instead of a current.
     Torque,
     /// [rad or m] reference.
     ReferencePosition,
     /// [rad/s or m/s] reference.
     ReferenceVelocity,
-    /// [A] what the drive was asked for.
+    /// [A] commanded current of the drive.
     CommandCurrent,
     /// [rad or m] second encoder, on the link.
     LinkPosition,
@@ -52,21 +52,21 @@ pub enum Channel {
 pub struct JointSeries {
     /// Name of the joint in the URDF.
     pub name: String,
-    /// The signals that are there.
+    /// The recorded signals.
     pub channels: BTreeMap<Channel, Samples>,
 }
 
 impl JointSeries {
-    /// The samples of a channel, or `None` where it was not recorded.
+    /// The samples of a channel, or `None` if it was not recorded.
     pub fn get(&self, channel: Channel) -> Option<&[f64]> {
         self.channels.get(&channel).map(|samples| samples.as_slice())
     }
 }
 
-/// One session: signals sampled together.
+/// One session: signals with common sample times.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TimeSeries {
-    /// Name of the session, the file's stem for recorded data.
+    /// Name of the session; for recorded data, the file's stem.
     pub name: String,
     /// [s] Strictly increasing sample times.
     pub time: Vec<f64>,
@@ -80,14 +80,14 @@ impl TimeSeries {
         self.joints.iter().find(|joint| joint.name == name)
     }
 
-    /// Drops the channels that are not wanted.
+    /// Drops the channels that are not in the list.
     pub fn keep(&mut self, wanted: &[Channel]) {
         for joint in &mut self.joints {
             joint.channels.retain(|channel, _| wanted.contains(channel));
         }
     }
 
-    /// The session from a sample on.
+    /// The part of the session from a sample on.
     #[must_use]
     pub fn since(&self, from: usize) -> Self {
         let joints = self.joints.iter().map(|joint| JointSeries {

@@ -3,9 +3,9 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-/// The samples of a channel. A copy costs nothing: both share the samples until one of them is changed.
+/// The samples of a channel. A clone is free: both share the samples until one of them is changed.
 ///
-/// Half an hour of one channel at 1 kHz is 14 MB, of a six-joint arm with all that its drives record half a gigabyte.
+/// Half an hour of one channel at 1 kHz is 14 MB; all channels of a six-joint arm are half a gigabyte.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Samples(Arc<Vec<f64>>);
 

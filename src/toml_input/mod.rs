@@ -1,7 +1,7 @@
-//! The one door for TOML: model files, scenarios, manifests.
+//! Reads TOML files: model files, scenarios, manifests.
 //!
-//! Every value remembers its line, every getter checks type and range, and [`Table::finish`] refuses the keys that nobody
-//! asked for. So a reader of a file is its own list of what the file may hold:
+//! Every value remembers its line, every getter checks type and range, and [`Table::finish`] refuses the keys that were
+//! never read. So the code that reads a file is also the list of its allowed keys:
 //!
 //! ```
 //! use lostmotion::toml_input::{Document, Range};
@@ -31,18 +31,18 @@ pub use table::{Table, nearest};
 pub use text::{read_bytes, read_text};
 pub use write::{write_atomically, write_atomically_with, written_key, written_number, written_text};
 
-/// [bytes] Longest TOML file: a model or a scenario has some kilobytes, a list of 100,000 waypoints a megabyte. Parsed, it takes a hundred
-/// times as much.
+/// [bytes] Longest TOML file. A model or a scenario has some kilobytes, a list of 100,000 waypoints a megabyte; parsed,
+/// it takes a hundred times as much memory.
 const LONGEST: u64 = 2 << 20;
 
-/// A parsed file that knows the line of everything in it.
+/// A parsed file with the line of every value.
 #[derive(Debug, Clone)]
 pub struct Document {
     file: PathBuf,
     root: Item,
 }
 
-/// A value with the place it came from.
+/// A value with its place in the file.
 #[derive(Debug, Clone)]
 struct Item {
     /// Line, counted from 1; `None` for a value that was set from the command line.
@@ -58,7 +58,7 @@ enum Node {
     Integer(i64),
     Number(f64),
     Boolean(bool),
-    /// A date or an integer beyond 64 bits: nothing that any file of ours holds.
+    /// A date or an integer beyond 64 bits; none of the files uses these.
     Other,
     Array(Vec<Item>),
     /// In the order of the file.
@@ -80,7 +80,7 @@ impl Document {
         Self::parse(file, &read_text(file, LONGEST)?)
     }
 
-    /// Parses the text of a file; `file` is what errors call it.
+    /// Parses the text of a file; `file` is the name that errors use.
     ///
     /// # Errors
     /// The text is not TOML.
@@ -91,11 +91,11 @@ impl Document {
         Ok(Self { file: file.to_owned(), root })
     }
 
-    /// Sets one value from an assignment `a.b.c = value`, where a value that is not TOML is taken as text. `a[2].b` is in the second of a
-    /// list of tables `[[a]]`.
+    /// Sets one value from an assignment `a.b.c = value`; a value that is not TOML is taken as text. `a[2].b` is in the
+    /// second element of a list of tables `[[a]]`.
     ///
     /// # Errors
-    /// There is no `=`, a key is empty, the path leads through a value that is no table, or a list is shorter.
+    /// There is no `=`, a key is empty, the path leads through a value that is not a table, or a list is too short.
     pub fn set(&mut self, assignment: &str) -> Result<()> {
         let refuse = |file: &Path, expected: &str| Error::input(file, Place::File, assignment, "", expected);
         let Some((path, value)) = assignment.split_once('=') else {
@@ -137,12 +137,12 @@ impl Document {
         Ok(())
     }
 
-    /// What errors call this file.
+    /// The name of this file in errors.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// Where its values stand.
+    /// The places of its values.
     pub fn places(&self) -> Places {
         Places::of(&self.root)
     }
@@ -159,7 +159,7 @@ fn numbered(key: &str) -> Option<(&str, usize)> {
     Some((name, number.trim().parse().ok()?))
 }
 
-/// Offsets at which lines begin.
+/// Offsets of the beginnings of lines.
 struct Lines(Vec<usize>);
 
 impl Lines {
@@ -182,7 +182,7 @@ fn quoted(found: &str) -> String {
     if found.is_empty() { String::new() } else { format!(" at `{}`", shortened(found)) }
 }
 
-/// At most 60 characters of a text.
+/// The first 60 characters of a text.
 fn shortened(text: &str) -> String {
     if text.chars().count() <= 60 { text.to_owned() } else { text.chars().take(57).chain("...".chars()).collect() }
 }

@@ -1,4 +1,4 @@
-//! Where the values of a file stand, kept beside what was read from it.
+//! Places of the values of a file, kept beside the data that were read from it.
 
 use std::collections::BTreeMap;
 
@@ -7,8 +7,8 @@ use crate::error::{Error, Place};
 
 /// Line and text of every value of a file, by its path of keys: `joints.elbow.gear_ratio`, `effects[2].tilt`.
 ///
-/// What cannot be judged while a file is read, because it depends on other values, is blamed on its line later. All places are equal:
-/// where a value stands is no part of what it is.
+/// Errors that are found only after reading, because they depend on several values, get their line from here. All
+/// places compare as equal: the place of a value is not part of the data.
 #[derive(Debug, Clone, Default)]
 pub struct Places(BTreeMap<String, (Place, String)>);
 
@@ -21,7 +21,7 @@ impl PartialEq for Places {
 impl Places {
     pub(super) fn of(root: &Item) -> Self {
         let mut places = Self::default();
-        // (path, item) still to be visited; not recursive, a file may be nested deeply.
+        // (path, item) still to be visited; not recursive, because a file may be nested deeply.
         let mut waiting = vec![(String::new(), root)];
         while let Some((path, item)) = waiting.pop() {
             match &item.node {
@@ -46,8 +46,8 @@ impl Places {
         self.0.get(key).map(|(place, written)| (*place, written.as_str()))
     }
 
-    /// The error with the line of the key that it names, where it has none and the key stands in the file with that value, or
-    /// misses it in a table that stands there.
+    /// Adds the line of the key that the error names, if the error has no line and the file contains the key with that
+    /// value, or contains the table that lacks the key.
     #[must_use]
     pub fn locate(&self, error: Error) -> Error {
         let Error::Input(mut fault) = error else { return error };
@@ -69,7 +69,7 @@ impl Places {
     }
 }
 
-/// Whether a text of a file is this value: the same number, or the same text in quotes.
+/// Whether a text in a file is this value: the same number, or the same text in quotes.
 fn same(written: &str, value: &str) -> bool {
     let number = |text: &str| text.replace('_', "").parse::<f64>().ok();
     match (number(written), number(value)) {

@@ -1,8 +1,8 @@
-//! What a number of a file may be.
+//! Allowed range of a number in a file.
 
 use std::fmt;
 
-/// An interval with a unit. Numbers of files are always finite.
+/// An interval with a unit. Numbers in files are always finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     min: f64,
@@ -33,12 +33,12 @@ impl Range {
         Self { min, max, open: false, unit }
     }
 
-    /// The same with a greatest value.
+    /// The same with an upper bound.
     pub const fn up_to(self, max: f64) -> Self {
         Self { max, ..self }
     }
 
-    /// Whether a number is finite and inside.
+    /// Whether a number is finite and inside the range.
     pub fn holds(&self, value: f64) -> bool {
         value.is_finite() && value >= self.min && value <= self.max && !(self.open && value == self.min)
     }
@@ -58,7 +58,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// A bound in as few digits as it has.
+/// A bound, written with its shortest digits.
 fn short(value: f64) -> String {
     let plain = value == 0.0 || (1e-3..1e5).contains(&value.abs());
     if plain { value.to_string() } else { format!("{value:e}") }

@@ -8,14 +8,14 @@ use super::{Item, Node, Range};
 use crate::error::{Error, Place, Result};
 use crate::files::{FIT_NAME, is_fit_name};
 
-/// A table being read. Remembers which keys were asked for; [`Table::finish`] refuses the rest.
+/// A table that is being read. It remembers which keys were read; [`Table::finish`] refuses the rest.
 #[derive(Debug)]
 pub struct Table<'a> {
     file: &'a Path,
     path: String,
     item: &'a Item,
     entries: &'a [(String, Item)],
-    /// Where in `entries` a key is: files of very many keys are read in no more than their time.
+    /// Index of each key in `entries`, so that reading a file takes a time proportional to its number of keys.
     index: BTreeMap<&'a str, usize>,
     asked: RefCell<BTreeSet<String>>,
 }
@@ -27,7 +27,7 @@ impl<'a> Table<'a> {
         Self { file, path, item, entries, index, asked: RefCell::default() }
     }
 
-    /// The file it stands in, as errors call it.
+    /// The file that contains it, as errors name it.
     pub fn file(&self) -> &'a Path {
         self.file
     }
@@ -37,12 +37,12 @@ impl<'a> Table<'a> {
         &self.path
     }
 
-    /// Where a key stands; where it is missing, where the table begins.
+    /// Place of a key; for a missing key, the beginning of the table.
     pub fn place(&self, key: &str) -> Place {
         self.find(key).unwrap_or(self.item).place()
     }
 
-    /// Whether a key is there.
+    /// Whether the table has a key.
     pub fn has(&self, key: &str) -> bool {
         self.get(key).is_some()
     }
@@ -52,16 +52,16 @@ impl<'a> Table<'a> {
         self.entries.iter().map(|(name, _)| name.as_str())
     }
 
-    /// An error about a key: what it holds, what was expected instead.
+    /// An error about a key: its value, and what was expected instead.
     pub fn error(&self, key: &str, expected: impl Into<String>) -> Error {
         let value = self.find(key).map(|item| item.raw.as_str()).unwrap_or_default();
         Error::input(self.file, self.place(key), self.key_path(key), value, expected)
     }
 
-    /// Refuses the keys that were never asked for.
+    /// Refuses the keys that were never read.
     ///
     /// # Errors
-    /// Names the first of them, and the nearest key that is known.
+    /// Names the first such key, and the known key that is nearest.
     pub fn finish(&self) -> Result<()> {
         let asked = self.asked.borrow();
         let Some((key, item)) = self.entries.iter().find(|(name, _)| !asked.contains(name)) else {
@@ -75,23 +75,23 @@ impl<'a> Table<'a> {
     /// A number within its range.
     ///
     /// # Errors
-    /// Missing, no number, or outside its range.
+    /// Missing, not a number, or outside its range.
     pub fn number(&self, key: &str, range: &Range) -> Result<f64> {
         self.optional_number(key, range)?.ok_or_else(|| self.missing(key, &range.to_string()))
     }
 
-    /// A number within its range, or a default where the key is missing.
+    /// A number within its range, or a default if the key is missing.
     ///
     /// # Errors
-    /// No number, or outside its range.
+    /// Not a number, or outside its range.
     pub fn number_or(&self, key: &str, range: &Range, default: f64) -> Result<f64> {
         Ok(self.optional_number(key, range)?.unwrap_or(default))
     }
 
-    /// A number within its range, where the key is there.
+    /// A number within its range, if the key exists.
     ///
     /// # Errors
-    /// No number, or outside its range.
+    /// Not a number, or outside its range.
     pub fn optional_number(&self, key: &str, range: &Range) -> Result<Option<f64>> {
         let number = |item: &Item| number_of(item).filter(|&value| range.holds(value));
         self.optional(key, number, || range.to_string())
@@ -125,7 +125,7 @@ impl<'a> Table<'a> {
         self.optional(key, pair, || format!("{range}, or two of them, [positive, negative]"))
     }
 
-    /// As [`Table::optional_pair`], and the key must be there.
+    /// As [`Table::optional_pair`], but the key must exist.
     ///
     /// # Errors
     /// Missing, anything else, or outside the range.
@@ -137,7 +137,7 @@ impl<'a> Table<'a> {
     /// A list of numbers.
     ///
     /// # Errors
-    /// No list, an element that is no number, or outside the range.
+    /// Not a list, an element that is not a number, or outside the range.
     pub fn optional_numbers(&self, key: &str, range: &Range) -> Result<Option<Vec<f64>>> {
         self.optional(key, |item| numbers_of(item, range), || format!("a list, each {range}"))
     }
@@ -145,7 +145,7 @@ impl<'a> Table<'a> {
     /// A list of exactly `N` numbers.
     ///
     /// # Errors
-    /// Another length, an element that is no number, or outside the range.
+    /// Another length, an element that is not a number, or outside the range.
     pub fn optional_vector<const N: usize>(&self, key: &str, range: &Range) -> Result<Option<[f64; N]>> {
         let vector = |item: &Item| numbers_of(item, range).and_then(|values| <[f64; N]>::try_from(values).ok());
         self.optional(key, vector, || format!("a list of {N}, each {range}"))
@@ -154,32 +154,32 @@ impl<'a> Table<'a> {
     /// Text.
     ///
     /// # Errors
-    /// Missing or no text.
+    /// Missing or not a text.
     pub fn text(&self, key: &str) -> Result<&'a str> {
         self.optional_text(key)?.ok_or_else(|| self.missing(key, "text in quotes"))
     }
 
-    /// Text, where the key is there.
+    /// Text, if the key exists.
     ///
     /// # Errors
-    /// No text.
+    /// Not a text.
     pub fn optional_text(&self, key: &str) -> Result<Option<&'a str>> {
         let text = |item: &'a Item| if let Node::Text(text) = &item.node { Some(text.as_str()) } else { None };
         self.optional(key, text, || "text in quotes".to_owned())
     }
 
-    /// A name that files and folders may be named after.
+    /// A name that is valid for files and folders.
     ///
     /// # Errors
-    /// Missing, no text, or a text that is no [fit name](is_fit_name).
+    /// Missing, not a text, or not a [fit name](is_fit_name).
     pub fn name(&self, key: &str) -> Result<&'a str> {
         self.optional_name(key)?.ok_or_else(|| self.missing(key, FIT_NAME))
     }
 
-    /// A name that files and folders may be named after, where the key is there.
+    /// A name that is valid for files and folders, if the key exists.
     ///
     /// # Errors
-    /// No text, or a text that is no [fit name](is_fit_name).
+    /// Not a text, or not a [fit name](is_fit_name).
     pub fn optional_name(&self, key: &str) -> Result<Option<&'a str>> {
         let name = self.optional_text(key)?;
         if name.is_some_and(|name| !is_fit_name(name)) { Err(self.error(key, FIT_NAME)) } else { Ok(name) }
@@ -188,7 +188,7 @@ impl<'a> Table<'a> {
     /// A list of texts.
     ///
     /// # Errors
-    /// No list, or an element that is no text.
+    /// Not a list, or an element that is not a text.
     pub fn optional_texts(&self, key: &str) -> Result<Option<Vec<&'a str>>> {
         let texts = |item: &'a Item| match &item.node {
             Node::Array(items) => items
@@ -203,7 +203,7 @@ impl<'a> Table<'a> {
     /// One of several words, each with its meaning.
     ///
     /// # Errors
-    /// Another word, or no text.
+    /// Another word, or not a text.
     pub fn optional_choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>> {
         let choice = |item: &Item| match &item.node {
             Node::Text(text) => choices.iter().find(|(word, _)| word == text).map(|&(_, meaning)| meaning),
@@ -225,15 +225,15 @@ impl<'a> Table<'a> {
     /// A table under a key.
     ///
     /// # Errors
-    /// Missing or no table.
+    /// Missing or not a table.
     pub fn table(&self, key: &str) -> Result<Table<'a>> {
         self.optional_table(key)?.ok_or_else(|| self.missing(key, "a table"))
     }
 
-    /// A table under a key, where it is there.
+    /// A table under a key, if the key exists.
     ///
     /// # Errors
-    /// No table.
+    /// Not a table.
     pub fn optional_table(&self, key: &str) -> Result<Option<Table<'a>>> {
         let table = |item: &'a Item| {
             matches!(item.node, Node::Table(_)).then(|| Table::new(self.file, self.key_path(key), item))
@@ -244,7 +244,7 @@ impl<'a> Table<'a> {
     /// A list of tables `[[key]]`; empty where the key is missing. Errors count them from 1.
     ///
     /// # Errors
-    /// Anything but a list of tables.
+    /// Anything except a list of tables.
     pub fn tables(&self, key: &str) -> Result<Vec<Table<'a>>> {
         let path = self.key_path(key);
         let tables = |item: &'a Item| match &item.node {
@@ -264,15 +264,15 @@ impl<'a> Table<'a> {
     /// All entries as tables with their names, `[joints.NAME]`, in the order of the file.
     ///
     /// # Errors
-    /// An entry that is no table.
+    /// An entry that is not a table.
     pub fn named_tables(&self) -> Result<Vec<(&'a str, Table<'a>)>> {
         self.keys().map(|name| Ok((name, self.table(name)?))).collect()
     }
 
-    /// Every key that was not asked for before, as a number: the open list of an effect's parameters.
+    /// Every key that was not read before, as a number: the open list of an effect's parameters.
     ///
     /// # Errors
-    /// One that is no finite number.
+    /// A value that is not a finite number.
     pub fn remaining_numbers(&self) -> Result<BTreeMap<String, f64>> {
         let range = Range::any("SI");
         let rest: Vec<&str> = self.keys().filter(|&key| !self.asked.borrow().contains(key)).collect();
@@ -324,8 +324,8 @@ fn listed(names: &BTreeSet<String>) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// The candidate that a misspelt name most likely meant: at most a third of its letters away. A name above 64 letters has none: that is no
-/// slip of a finger.
+/// The candidate that a misspelt name most likely means: at most a third of its letters differ. A name of more than 64
+/// letters has none.
 pub fn nearest<'n>(name: &str, candidates: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     const LONGEST: usize = 64;
     let length = name.chars().count();

@@ -1,4 +1,4 @@
-//! Text files as people save them: regular files of a bounded size, in UTF-8 or UTF-16.
+//! Text files: regular files of a bounded size, in UTF-8 or UTF-16.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::files::regular;
 /// Reads a text file of at most `longest` bytes. UTF-16 with a byte order mark, which some Windows editors write, is read as well.
 ///
 /// # Errors
-/// It is no regular file, too long, or neither UTF-8 nor UTF-16.
+/// It is not a regular file, it is too long, or it is neither UTF-8 nor UTF-16.
 pub fn read_text(file: &Path, longest: u64) -> Result<String> {
     decoded(file, read_bytes(file, longest)?)
 }
@@ -17,7 +17,7 @@ pub fn read_text(file: &Path, longest: u64) -> Result<String> {
 /// Reads a regular file of at most `longest` bytes: a device or a pipe may have no end.
 ///
 /// # Errors
-/// It is no regular file, longer, or the operating system refuses it.
+/// It is not a regular file, it is longer, or the operating system refuses it.
 pub fn read_bytes(file: &Path, longest: u64) -> Result<Vec<u8>> {
     let refused = |source| Error::file(file, "read", source);
     if let Some(content) = crate::files::embedded(file) {
@@ -25,7 +25,7 @@ pub fn read_bytes(file: &Path, longest: u64) -> Result<Vec<u8>> {
     }
     let (open, _) = regular::open(file, longest, "")?;
     let mut bytes = Vec::new();
-    // What a system shows as a file, as in `/proc`, may hold more than its length says.
+    // Special files such as those in `/proc` may contain more than their stated length.
     open.take(longest + 1).read_to_end(&mut bytes).map_err(refused)?;
     if bytes.len() as u64 > longest {
         let expected = format!("at most {}", regular::shown(longest));
@@ -41,7 +41,7 @@ fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String> {
     if let Some(rest) = bytes.strip_prefix(&[0xFE, 0xFF]) {
         return wide(file, rest, u16::from_be_bytes);
     }
-    // Letters of UTF-16 without its mark are every second byte zero, which text never holds.
+    // UTF-16 without a byte order mark: every second byte of its letters is zero, which never occurs in text.
     let line = |end: usize| Place::Line(1 + bytes[..end].iter().filter(|&&byte| byte == b'\n').count());
     if let Some(zero) = bytes.iter().position(|&byte| byte == 0) {
         let expected = "UTF-8 text, which holds no zero bytes; save UTF-16 with its byte order mark, or as UTF-8";
@@ -53,7 +53,7 @@ fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String> {
     }
 }
 
-/// UTF-16 to a string. What an XML declaration says of the encoding is true no more, and taken out.
+/// Converts UTF-16 to a string. The encoding in an XML declaration is no longer true then, and is removed.
 fn wide(file: &Path, bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String> {
     let (units, rest) = bytes.as_chunks::<2>();
     let mut text = String::with_capacity(units.len());

@@ -1,25 +1,25 @@
-//! Ctrl-C: the folders that were made for a command that does not end are removed.
+//! Ctrl-C: removes the folders that were created for an interrupted command.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 use super::locked::clean;
 
-/// The folders that are taken, with those that were made for each.
+/// The folders in use, with the folders that were created for each.
 static TAKEN: Mutex<Vec<(PathBuf, Vec<PathBuf>)>> = Mutex::new(Vec::new());
 
-/// Exit code of a process that a signal has ended, as shells have it for Ctrl-C.
+/// Exit code of a process that was ended by a signal, as shells use it for Ctrl-C.
 const INTERRUPTED: i32 = 130;
 
 fn taken() -> MutexGuard<'static, Vec<(PathBuf, Vec<PathBuf>)>> {
     TAKEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Notes that a folder is taken. An interrupted process removes `made`, if no result is in them.
+/// Registers a folder in use. If the process is interrupted, `made` is removed unless it contains a result.
 pub fn note(folder: &Path, made: &[PathBuf]) {
     static HANDLER: Once = Once::new();
     HANDLER.call_once(|| {
-        // Without a handler the folders stay, and the next run takes them.
+        // Without a handler the folders stay, and the next run uses them.
         let _ = ctrlc::set_handler(|| {
             let taken = taken();
             taken.iter().for_each(|(folder, made)| clean(folder, made));
@@ -29,12 +29,12 @@ pub fn note(folder: &Path, made: &[PathBuf]) {
     taken().push((folder.to_owned(), made.to_vec()));
 }
 
-/// Forgets a folder.
+/// Removes a folder from the register.
 pub fn forget(folder: &Path) {
     taken().retain(|(known, _)| known != folder);
 }
 
-/// Lets nothing interrupt what is done: a signal waits until it is.
+/// Runs work that must not be interrupted: a signal waits until it is done.
 pub fn uninterrupted<T>(what: impl FnOnce() -> T) -> T {
     let _held = taken();
     what()

@@ -1,4 +1,4 @@
-//! A folder on the disk: made, locked, written file by file.
+//! A folder on disk: created, locked, written file by file.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Write as _};
@@ -9,33 +9,33 @@ use super::written::Summed;
 use crate::error::{Error, Place, Result};
 use crate::report::files::{self as report, Content};
 
-/// Folder of lostmotion's own in a folder of results: `files.json`, `lock`, and `new` while files are written.
+/// lostmotion's own folder in a results folder: `files.json`, `lock`, and `new` while files are written.
 const OWN: &str = ".lostmotion";
 const LIST: &str = "files.json";
 const LOCK: &str = "lock";
 const NEW: &str = "new";
 
-/// How often a lock is tried that another process removes in the same moment.
+/// Number of attempts to lock, if another process removes the lock at the same time.
 const ATTEMPTS: usize = 100;
 
 /// A folder that exists and is locked.
 #[derive(Debug)]
 pub struct LockedFolder {
-    /// As the user named it; what messages call it.
+    /// The path as the user gave it; used in messages.
     shown: PathBuf,
-    /// Without links.
+    /// The path without links.
     folder: PathBuf,
-    /// The folders that were made for it, the outermost first.
+    /// The folders that were created for it, the outermost first.
     made: Vec<PathBuf>,
-    /// Open as long as it is locked.
+    /// The lock; open as long as the folder is locked.
     lock: Option<File>,
 }
 
 impl LockedFolder {
-    /// Makes and locks a folder, and removes what a killed process has left there.
+    /// Creates and locks a folder, and removes what a killed process left there.
     ///
     /// # Errors
-    /// The place is no folder, cannot be made, or another process has locked it.
+    /// The path is not a folder, the folder cannot be created, or another process has locked it.
     pub fn take(shown: &Path) -> Result<Self> {
         check_kind(shown)?;
         let mut place = Self { shown: shown.to_owned(), folder: PathBuf::new(), made: Vec::new(), lock: None };
@@ -49,7 +49,7 @@ impl LockedFolder {
         }
     }
 
-    /// A new folder beside this one, `<folder>-2` or the next that is free; `None` where none can be made.
+    /// A new folder beside this one, `<folder>-2` or the next free name; `None` if none can be created.
     pub fn beside(&self) -> Option<Self> {
         // `.` and `..` have no name of their own.
         let named = if self.shown.file_name().is_some() { &self.shown } else { &self.folder };
@@ -58,12 +58,12 @@ impl LockedFolder {
         Self::take(&parent.join(format!("{name}-{}", (2..1000).find(free)?))).ok()
     }
 
-    /// As the user named it.
+    /// The path as the user gave it.
     pub fn shown(&self) -> &Path {
         &self.shown
     }
 
-    /// Without links.
+    /// The path without links.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -73,21 +73,21 @@ impl LockedFolder {
         self.own().join(LIST)
     }
 
-    /// Refuses a folder in which no file can be made.
+    /// Refuses a folder in which no file can be created.
     ///
     /// # Errors
     /// The operating system's reason.
     pub fn probe(&self) -> Result<()> {
-        // A file without a name where the system has such: nothing is left behind by a process that is killed here.
+        // A file without a name, if the system supports it: a process that is killed here leaves nothing behind.
         let mut file =
             tempfile::tempfile_in(&self.folder).map_err(|source| Error::file(&self.shown, "write", source))?;
         file.write_all(&[0; 4096]).map_err(|source| Error::file(&self.shown, "write", source))
     }
 
-    /// Writes files beside the earlier ones, down to the disk; returns names and SHA-256.
+    /// Writes files beside the earlier ones and syncs them to disk; returns names and SHA-256.
     ///
     /// # Errors
-    /// The operating system refuses; the earlier files are as they were.
+    /// The operating system refuses; the earlier files are unchanged.
     pub fn stage(&self, files: &[report::File<'_>]) -> Result<Vec<(String, String)>> {
         let new = self.new_files();
         fs::create_dir_all(&new).map_err(|source| Error::file(&new, "create folder", source))?;
@@ -101,7 +101,7 @@ impl LockedFolder {
     /// Replaces the list of the files that lostmotion wrote.
     ///
     /// # Errors
-    /// The operating system refuses; the earlier list is as it was.
+    /// The operating system refuses; the earlier list is unchanged.
     pub fn save_list(&self, content: &[u8]) -> Result<()> {
         let (file, part) = (self.list(), self.own().join("files.json.part"));
         let done = write(&part, &Content::Bytes(content.to_vec())).and_then(|_| fs::rename(&part, &file));
@@ -110,10 +110,10 @@ impl LockedFolder {
         Ok(())
     }
 
-    /// Moves staged files into place one by one, `report.json` as the last: where it is new, all others are.
+    /// Moves staged files into place one by one, `report.json` last: if it is new, all others are.
     ///
     /// # Errors
-    /// The operating system refuses; every file is then as it was or as it is to be.
+    /// The operating system refuses; every file is then either old or new.
     pub fn swap(&self, staged: &[(String, String)]) -> Result<()> {
         let last = |name: &str| name == "report.json";
         let (report, others): (Vec<_>, Vec<_>) = staged.iter().partition(|(name, _)| last(name));
@@ -122,7 +122,7 @@ impl LockedFolder {
                 .map_err(|source| Error::file(&self.shown.join(name), "write", source))?;
         }
         sync(&self.folder);
-        // Empty now; where it stays, the next run removes it.
+        // The folder is empty now; if it cannot be removed, the next run removes it.
         let _ = fs::remove_dir(self.new_files());
         Ok(())
     }
@@ -161,7 +161,7 @@ impl LockedFolder {
                 _ => {}
             }
             let file = match File::options().create(true).append(true).open(&path) {
-                // Removed since by a process that has failed.
+                // Removed in the meantime by a process that failed.
                 Err(source) if source.kind() == io::ErrorKind::NotFound => continue,
                 file => file.map_err(failed)?,
             };
@@ -171,7 +171,7 @@ impl LockedFolder {
                                     another folder with --out";
                     return Err(Error::input(&self.shown, Place::File, "", "", expected));
                 }
-                // A file system without locks.
+                // The file system does not support locks.
                 Err(TryLockError::Error(source)) if source.kind() == io::ErrorKind::Unsupported => {}
                 Err(TryLockError::Error(source)) => return Err(failed(source)),
                 Ok(()) if !is_still(&file, &path) => continue,
@@ -186,7 +186,8 @@ impl LockedFolder {
 }
 
 impl Drop for LockedFolder {
-    /// Removes what was staged and not moved into place; where no result was ever written, also what was made for it.
+    /// Removes staged files that were not moved into place; if no result was ever written, also the folders that were
+    /// created.
     fn drop(&mut self) {
         if self.lock.is_some() {
             interrupt::forget(&self.folder);
@@ -197,8 +198,8 @@ impl Drop for LockedFolder {
     }
 }
 
-/// Removes what was staged in a folder and not moved into place; where no result was ever written, also what was made for it. What
-/// cannot be removed is left to the next run.
+/// Removes the staged files of a folder that were not moved into place; if no result was ever written, also the folders
+/// that were created. What cannot be removed is left to the next run.
 pub fn clean(folder: &Path, made: &[PathBuf]) {
     let own = folder.join(OWN);
     let _ = fs::remove_dir_all(own.join(NEW));
@@ -209,14 +210,14 @@ pub fn clean(folder: &Path, made: &[PathBuf]) {
     remove_empty(made);
 }
 
-/// Removes folders, the innermost first; one that holds anything stays.
+/// Removes empty folders, the innermost first.
 fn remove_empty(folders: &[PathBuf]) {
     for folder in folders.iter().rev() {
         let _ = fs::remove_dir(folder);
     }
 }
 
-/// Refuses what is there and no folder.
+/// Refuses a path that exists and is not a folder.
 fn check_kind(path: &Path) -> Result<()> {
     let refuse = |found: &str| {
         Err(Error::input(path, Place::File, "--out", found, "a folder, or a place where one can be made"))
@@ -225,7 +226,7 @@ fn check_kind(path: &Path) -> Result<()> {
         Ok(found) if found.is_dir() => Ok(()),
         Ok(found) => refuse(kind(found.file_type())),
         Err(_) if path.symlink_metadata().is_ok() => refuse("a link that leads to nothing"),
-        // Why it cannot be made is told where it is tried.
+        // The reason why it cannot be created is reported by the attempt.
         Err(_) => Ok(()),
     }
 }
@@ -247,7 +248,7 @@ fn kind(found: fs::FileType) -> &'static str {
     if found.is_file() { "a file" } else { "no folder" }
 }
 
-/// Makes a folder and those above it, and notes which had to be made.
+/// Creates a folder and its parents, and notes which ones were created.
 fn make(folder: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
     let missing: Vec<&Path> =
         folder.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()).collect();
@@ -261,7 +262,7 @@ fn make(folder: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a file down to the disk; returns its SHA-256.
+/// Writes a file and syncs it to disk; returns its SHA-256.
 fn write(path: &Path, content: &Content<'_>) -> io::Result<String> {
     let mut file = BufWriter::new(Summed::new(File::create(path)?));
     content.write(&mut file)?;
@@ -270,12 +271,12 @@ fn write(path: &Path, content: &Content<'_>) -> io::Result<String> {
     Ok(sum)
 }
 
-/// Brings the names in a folder down to the disk, where the system can.
+/// Syncs the entries of a folder to disk, if the system supports it.
 fn sync(folder: &Path) {
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
 }
 
-/// Whether a path still leads to an open file.
+/// Whether a path still refers to an open file.
 #[cfg(unix)]
 fn is_still(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt as _;

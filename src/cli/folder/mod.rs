@@ -1,13 +1,15 @@
-//! The folder of results: which files a command may replace there, and how they are written.
+//! The results folder: which files a command may replace there, and how they are written.
 //!
-//! `.lostmotion/files.json` in the folder lists the files that lostmotion wrote, with the SHA-256 of their content. A file that is not
-//! listed, or whose content has changed, belongs to the user: it is neither replaced nor removed, and a command that would have to is
-//! refused before its work. So is one that would replace a file that it reads.
+//! `.lostmotion/files.json` in the folder lists the files that lostmotion wrote, with the SHA-256 of their content. A
+//! file that is not listed, or whose content has changed, belongs to the user: it is neither replaced nor removed, and
+//! a command that would have to replace it is refused before its work. The same applies to a command that would replace
+//! one of its own input files.
 //!
-//! New files are written and synced in `.lostmotion/new`, listed beside the earlier ones, and then renamed one by one. Wherever a
-//! process is killed, every file is as it was or as it is to be, never half and never missing, and the next run removes what is left in
-//! `.lostmotion/new`. A lock keeps a second process out of the folder from before the work until after it. A process that is
-//! interrupted by Ctrl-C writes to the end what it has begun to write, and removes the folders that it made for nothing.
+//! New files are written and synced in `.lostmotion/new`, added to the list, and then renamed one by one. Whenever a
+//! process is killed, every file is either old or new, never incomplete and never missing, and the next run removes the
+//! rest of `.lostmotion/new`. A lock keeps other processes out of the folder from before the work until after it. A
+//! process that is interrupted by Ctrl-C finishes a write that has begun, and removes the folders that it created
+//! without a result.
 
 mod interrupt;
 mod locked;
@@ -24,12 +26,12 @@ use interrupt::uninterrupted;
 use locked::LockedFolder;
 use written::{Written, sha256_of};
 
-/// What a command is about to write, and what it reads.
+/// Files that a command is going to write, and files that it reads.
 #[derive(Debug, Default)]
 pub struct Request<'a> {
     /// The verb of the command, `replay`.
     pub verb: &'static str,
-    /// Name of the folder below `out` where none is given.
+    /// Name of the folder below `out` if none is given.
     pub name: &'a str,
     /// Names of the files that it may write.
     pub files: Vec<String>,
@@ -37,33 +39,33 @@ pub struct Request<'a> {
     pub inputs: Vec<PathBuf>,
 }
 
-/// A folder in which a command may write its results. It exists and is locked for as long as this value lives; one that was made for a
-/// command that fails is removed with the value.
+/// A folder in which a command may write its results. It exists and is locked as long as this value lives. If it was
+/// created for a command that fails, it is removed with the value.
 #[derive(Debug)]
 pub struct Folder {
     place: LockedFolder,
     verb: &'static str,
-    /// The files that the command reads, without links.
+    /// The files that the command reads, with links resolved.
     inputs: Vec<PathBuf>,
 }
 
-/// Where results stand.
+/// Place of the written results.
 #[derive(Debug)]
 pub struct Results {
     /// Their folder.
     pub folder: PathBuf,
-    /// Why it is not the folder that was asked for.
+    /// Why it is not the requested folder.
     pub moved: Option<Error>,
 }
 
 impl Folder {
-    /// Makes and locks `out`, or `out/<name>` where none is given (`out/<name>_<verb>` where that one holds a file that the command
-    /// reads), and refuses a place where the planned files cannot be written. Called before the work starts, so that no long run
-    /// ends in a refusal.
+    /// Creates and locks `out`; or `out/<name>` if none is given; or `out/<name>_<verb>` if `out/<name>` contains a
+    /// file that the command reads. Refuses a folder in which the planned files cannot be written. It is called before
+    /// the work starts, so that no long run ends with a refusal.
     ///
     /// # Errors
-    /// The place is no folder, cannot be made or written, or another process writes there; a planned file stands there that
-    /// lostmotion did not write, that was changed since, or that the command reads.
+    /// The path is not a folder, cannot be created or written, or another process writes there; or a planned file
+    /// exists there that lostmotion did not write, that has changed since, or that the command reads.
     pub fn reserve(out: Option<&Path>, request: Request<'_>) -> Result<Self> {
         let inputs: Vec<PathBuf> = request.inputs.iter().filter_map(|file| file.canonicalize().ok()).collect();
         let folder = out.map_or_else(|| usual(&request, &inputs), Path::to_owned);
@@ -73,12 +75,12 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Writes the files and removes those of an earlier result of the same verb that the new one lacks. Where that cannot be done,
-    /// because the folder has changed while the command worked, they go into a new folder beside it: `<folder>-2` or the next that
-    /// is free.
+    /// Writes the files, and removes those of an earlier result of the same verb that the new one lacks. If this is not
+    /// possible because the folder has changed during the work, they are written to a new folder beside it:
+    /// `<folder>-2` or the next free name.
     ///
     /// # Errors
-    /// No folder takes the files.
+    /// No folder accepts the files.
     pub fn write(&self, files: &[File<'_>]) -> Result<Results> {
         let names: Vec<String> = files.iter().map(|(name, _)| name.clone()).collect();
         check_names(&names)?;
@@ -95,7 +97,7 @@ impl Folder {
         }
     }
 
-    /// What lostmotion wrote here, if these files are among it or not there at all.
+    /// The list of files that lostmotion wrote here, if these files are on it or do not exist.
     fn check(&self, names: &[String]) -> Result<Written> {
         let written = Written::read(&self.place)?;
         for name in names {
@@ -126,11 +128,11 @@ impl Folder {
         Ok(written)
     }
 
-    /// Writes the files over what may be replaced.
+    /// Writes the files over the earlier ones.
     fn replace(&self, written: &Written, files: &[File<'_>]) -> Result<()> {
         let sums = self.place.stage(files)?;
         let new = Written::of(self.verb, &sums);
-        // From here to the end both contents are listed as written by lostmotion.
+        // From here to the end, both the old and the new content are listed as written by lostmotion.
         written.with(&new).save(&self.place)?;
         self.place.swap(&sums)?;
         let kept = written.except(&new);
@@ -140,7 +142,7 @@ impl Folder {
         kept.without(&gone).with(&new).save(&self.place)
     }
 
-    /// Whether a file of an earlier result is still as it was written, and not read by this command.
+    /// Whether a file of an earlier result is unchanged, and not read by this command.
     fn may_remove(&self, written: &Written, name: &str) -> bool {
         let path = self.place.folder().join(name);
         let unchanged = || sha256_of(&path).is_ok_and(|sum| written.holds(name, &sum));
@@ -148,7 +150,7 @@ impl Folder {
     }
 }
 
-/// `out/<name>`, or `out/<name>_<verb>` where that folder holds a file that the command reads.
+/// `out/<name>`, or `out/<name>_<verb>` if that folder contains a file that the command reads.
 fn usual(request: &Request<'_>, inputs: &[PathBuf]) -> PathBuf {
     let folder = Path::new("out").join(request.name);
     let read_here = |folder: PathBuf| inputs.iter().any(|file| file.parent() == Some(&folder));
@@ -158,7 +160,7 @@ fn usual(request: &Request<'_>, inputs: &[PathBuf]) -> PathBuf {
     folder
 }
 
-/// Refuses names that lead out of the folder, and two that some file systems take for one.
+/// Refuses names that lead out of the folder, and names that are equal on some file systems.
 fn check_names(names: &[String]) -> Result<()> {
     let mut seen = std::collections::BTreeSet::new();
     for name in names {

@@ -15,7 +15,7 @@ use crate::files::is_fit_name;
 /// Schema of the list.
 const SCHEMA: &str = "lostmotion/files/1";
 
-/// What the list says of itself.
+/// Explanation at the head of the list.
 const ABOUT: &str = "Files in the folder above that lostmotion wrote, with the SHA-256 of their content. It replaces these files alone, \
                      and only while they are as it wrote them.";
 
@@ -32,7 +32,7 @@ pub struct Written {
 struct Entry {
     /// The verb that wrote it.
     by: String,
-    /// Contents that it may have: two while it is being replaced.
+    /// Accepted contents: two while the file is being replaced.
     sha256: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ impl Written {
     /// The list of a folder; empty where there is none.
     ///
     /// # Errors
-    /// The file cannot be read, or is no such list.
+    /// The file cannot be read, or is not such a list.
     pub fn read(place: &LockedFolder) -> Result<Self> {
         let file = place.list();
         let bytes = match std::fs::read(&file) {
@@ -95,7 +95,7 @@ impl Written {
         self.files.iter().filter(move |(_, entry)| entry.by == verb).map(|(name, _)| name.as_str())
     }
 
-    /// Both lists together; of a file in both, both contents.
+    /// The union of both lists; a file in both keeps both contents.
     pub fn with(&self, new: &Self) -> Self {
         let mut all = self.clone();
         for (name, entry) in &new.files {
@@ -126,7 +126,7 @@ impl Written {
     }
 }
 
-/// Passes on what is written, and sums it up.
+/// Passes on written bytes, and computes their checksum.
 #[derive(Debug)]
 pub struct Summed<W> {
     out: W,
@@ -134,12 +134,12 @@ pub struct Summed<W> {
 }
 
 impl<W> Summed<W> {
-    /// Nothing is written yet.
+    /// Starts without any bytes.
     pub fn new(out: W) -> Self {
         Self { out, digest: Sha256::new() }
     }
 
-    /// What was written to, and the SHA-256 of all of it.
+    /// The inner writer, and the SHA-256 of everything that was written.
     pub fn finish(self) -> (W, String) {
         (self.out, written(self.digest.finalize().as_slice()))
     }

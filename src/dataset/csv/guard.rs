@@ -1,4 +1,4 @@
-//! What stands between a file and the parser of comma-separated values: no binary text, no row without end.
+//! Protects the parser of comma-separated values from unsuitable files: binary data, and rows without end.
 
 use std::io::{Error, ErrorKind, Read, Result};
 
@@ -8,24 +8,24 @@ pub(super) const MAX_RECORD: usize = 16 << 20;
 /// Longest byte order mark.
 const MARK: usize = 3;
 
-/// Why the parser was given no more bytes.
+/// Why the parser gets no more bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fault {
     /// The text is UTF-16.
     Utf16,
     /// A byte of zero, and its line.
     Nul(usize),
-    /// A row takes more bytes than were allowed.
+    /// A row is longer than allowed.
     Long,
     /// The operating system refuses.
     Read(ErrorKind),
 }
 
-/// Reads on as long as the text is fit.
+/// Passes bytes on as long as the text is acceptable.
 #[derive(Debug)]
 pub(super) struct Guard<R> {
     input: R,
-    /// Bytes read ahead in search of a byte order mark, and how many of them are given out.
+    /// Bytes read ahead in search of a byte order mark, and how many of them have been passed on.
     head: Vec<u8>,
     given: usize,
     /// Length of the byte order mark that was left out [bytes].
@@ -33,12 +33,12 @@ pub(super) struct Guard<R> {
     /// Bytes that may still be read for this row.
     left: usize,
     line: usize,
-    /// What ended the reading.
+    /// Reason for the end of reading.
     pub(super) fault: Option<Fault>,
 }
 
 impl<R: Read> Guard<R> {
-    /// Looks at the first bytes.
+    /// Examines the first bytes.
     ///
     /// # Errors
     /// They are those of UTF-16, or cannot be read.
@@ -52,7 +52,7 @@ impl<R: Read> Guard<R> {
         Ok(Self { input, head, given, skipped: given as u64, left: usize::MAX, line: 1, fault: None })
     }
 
-    /// Lets the parser read that many bytes before it asks again.
+    /// Allows the parser to read that many bytes before it asks again.
     pub(super) fn allow(&mut self, bytes: usize) {
         self.left = bytes;
     }

@@ -3,7 +3,7 @@
 //! ```text
 //!   flags (u32: class, complex; u32), dimensions (i32 each), name, real part [, imaginary part]
 //! ```
-//! Each part is a tag and its bytes, padded to eight; up to four bytes stand in the tag itself.
+//! Each part is a tag and its bytes, padded to eight; up to four bytes are in the tag itself.
 
 use std::io::{self, ErrorKind, Read};
 
@@ -14,31 +14,31 @@ use super::super::table::Column;
 const NUMERIC: std::ops::RangeInclusive<u32> = 6..=15;
 /// Flag of complex numbers.
 const COMPLEX: u32 = 0x0800;
-/// Most bytes of dimensions and of a name: MATLAB has names of 63 characters.
+/// Largest size of dimensions and of a name [bytes]: MATLAB has names of 63 characters.
 const MAX_PART: u64 = 4096;
 /// Bytes of numbers that are converted at once.
 const PIECE: usize = 1 << 16;
 
-/// What an element holds.
+/// Content of an element.
 pub(super) enum Found {
     /// A vector of real numbers.
     Column(Column),
     /// A single number, a structure, text, or nothing.
     Other,
-    /// Numbers that are no column.
+    /// Numbers that are not a column.
     Unfit { name: String, value: String, expected: &'static str },
-    /// More numbers than are read: so many in all.
+    /// Too many numbers; the total count.
     TooLarge(u64),
 }
 
-/// So many bytes of an input, with the order of bytes in its numbers.
+/// A part of an input of known length, with the byte order of its numbers.
 pub(super) struct Bytes<'a, R> {
     pub(super) input: &'a mut R,
     pub(super) left: u64,
     pub(super) little_endian: bool,
 }
 
-/// The tag of a part: what its numbers are, how many bytes they take, and those that stand in the tag itself.
+/// The tag of a part: type of its numbers, their length in bytes, and the bytes in the tag itself.
 struct Tag {
     kind: u32,
     length: u64,
@@ -96,10 +96,10 @@ impl<R: Read> Bytes<'_, R> {
     }
 }
 
-/// Reads an array. `cells`: numbers that were read before.
+/// Reads an array. `cells`: count of numbers that were read before.
 ///
 /// # Errors
-/// `UnexpectedEof` where the input ends, `InvalidData` where it is not as the format says.
+/// `UnexpectedEof` if the input ends, `InvalidData` if it does not follow the format.
 pub(super) fn read<R: Read>(mut bytes: Bytes<'_, R>, cells: u64) -> io::Result<Found> {
     if bytes.left == 0 {
         return Ok(Found::Other);
@@ -112,7 +112,7 @@ pub(super) fn read<R: Read>(mut bytes: Bytes<'_, R>, cells: u64) -> io::Result<F
     let sizes: Vec<u64> = bytes.part()?.chunks(4).filter_map(|size| word(size, little_endian)).map(u64::from).collect();
     let name = String::from_utf8_lossy(&bytes.part()?).into_owned();
     let count = sizes.iter().try_fold(1_u64, |product, size| product.checked_mul(*size)).unwrap_or(u64::MAX);
-    // An array without a name is MATLAB's own store of objects.
+    // An array without a name contains MATLAB's own objects.
     if count < 2 || name.is_empty() {
         return Ok(Found::Other);
     }
@@ -153,7 +153,7 @@ fn numbers<R: Read>(bytes: &mut Bytes<'_, R>, mut column: Column, count: u64) ->
         convert(&piece[..length], tag.kind, bytes.little_endian, &mut column);
         left -= length;
     }
-    // The padding belongs to the array; files of other writers lack it at the end.
+    // The padding belongs to the array; files of other programs may lack it at the end.
     let padding = tag.length.next_multiple_of(8) - tag.length;
     let padding = padding.min(bytes.left) as usize;
     bytes.fill(&mut [0; 8][..padding])?;
@@ -173,7 +173,7 @@ fn width(kind: u32) -> Option<usize> {
 
 fn convert(bytes: &[u8], kind: u32, little_endian: bool, column: &mut Column) {
     for number in bytes.chunks_exact(width(kind).unwrap_or(1)) {
-        // Sign or zero extended to eight bytes, least byte first.
+        // Extended to eight bytes by sign or zero, least byte first.
         let negative = if little_endian { number.last() } else { number.first() }.is_some_and(|&byte| byte >= 0x80);
         let fill = if matches!(kind, 1 | 3 | 5 | 12) && negative { 0xff } else { 0 };
         let mut wide = [fill; 8];

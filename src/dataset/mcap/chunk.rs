@@ -16,7 +16,7 @@ pub(super) const MAX_RECORD: u64 = 256 << 20;
 /// Longest name of a compression.
 const MAX_NAME: u32 = 32;
 
-/// What stands before the records of a chunk.
+/// The header of a chunk.
 pub(super) struct Chunk {
     /// Length of the records when decompressed [bytes].
     pub(super) size: u64,
@@ -26,7 +26,7 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
-    /// Reads what stands before the records.
+    /// Reads the header.
     ///
     /// # Errors
     /// It is cut off.
@@ -47,7 +47,7 @@ impl Chunk {
     /// Puts the records into `body`.
     ///
     /// # Errors
-    /// They are cut off, of another compression, of another size than was said, or damaged.
+    /// They are cut off, of an unknown compression, of another size than stated, or damaged.
     pub(super) fn inflate(&self, input: &mut impl Read, body: &mut Vec<u8>) -> Result<()> {
         body.clear();
         let packed = input.take(self.compressed);
@@ -72,7 +72,7 @@ fn number<const N: usize>(input: &mut impl Read) -> Result<[u8; N]> {
     Ok(bytes)
 }
 
-/// Hands the records of a chunk to `take`; `Err(())` where one does not lie within the chunk.
+/// Passes the records of a chunk to `take`; `Err(())` if one does not lie within the chunk.
 pub(super) fn records<E>(
     mut bytes: &[u8],
     mut take: impl FnMut(u8, &[u8]) -> std::result::Result<(), E>,

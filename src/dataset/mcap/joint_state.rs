@@ -1,13 +1,13 @@
-//! The message `sensor_msgs/JointState` as it stands on the wire of ROS 1 and in the CDR of ROS 2.
+//! The message `sensor_msgs/JointState` in the encodings of ROS 1 and of ROS 2 (CDR).
 //!
 //! ```text
 //!   header: [seq u32, ROS 1 only]  stamp: i32 or u32 s, u32 ns  frame_id: string
 //!   name: string[]   position, velocity, effort: f64[]           (the last three may be empty)
 //! ```
-//! A string and a list begin with their length as u32. CDR begins with four bytes that tell the order of bytes, aligns every
-//! number to its size and ends strings with a zero; ROS 1 is packed and little-endian.
+//! A string and a list begin with their length as u32. CDR begins with four bytes that give the byte order, aligns
+//! every number to its size and ends strings with a zero; ROS 1 is packed and little-endian.
 
-/// How a message is written.
+/// Encoding of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Wire {
     Ros1,
@@ -20,7 +20,7 @@ pub(super) struct JointState {
     /// Seconds and nanoseconds.
     pub(super) stamp: (i64, u32),
     pub(super) names: Vec<String>,
-    /// Position, velocity, effort: one value a joint, or none at all.
+    /// Position, velocity, effort: one value per joint, or none.
     lists: [Vec<f64>; 3],
 }
 
@@ -42,14 +42,14 @@ impl JointState {
         self.lists.iter().flatten().copied()
     }
 
-    /// Whether names and lists are those of another message.
+    /// Whether names and lists are the same as those of another message.
     pub(super) fn has_the_joints_of(&self, other: &Self) -> bool {
         self.names == other.names && (0..3).all(|i| self.lists[i].len() == other.lists[i].len())
     }
 }
 
 impl Wire {
-    /// The wire of a channel's message encoding.
+    /// The encoding, from its name in a channel.
     pub(super) fn of_encoding(encoding: &str) -> Option<Self> {
         match encoding {
             "ros1" => Some(Self::Ros1),
@@ -58,7 +58,7 @@ impl Wire {
         }
     }
 
-    /// Reads a message; `None` where it is cut off or its lists do not fit its names.
+    /// Reads a message; `None` if it is cut off or its lists do not fit its names.
     pub(super) fn joint_state(self, bytes: &[u8]) -> Option<JointState> {
         let mut reader = match self {
             Self::Ros1 => Reader::packed(bytes),
@@ -83,7 +83,7 @@ impl Wire {
     }
 }
 
-/// Walks through a message.
+/// Reads a message from front to back.
 pub(super) struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -92,7 +92,7 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Of bytes that are packed, least byte first.
+    /// For packed bytes, least byte first.
     pub(super) fn packed(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, aligned: false, little_endian: true }
     }

@@ -12,18 +12,18 @@ use crate::error::{Error, Place, Result};
 /// Names of the message in ROS 1 and ROS 2.
 const SCHEMAS: [&str; 2] = ["sensor_msgs/JointState", "sensor_msgs/msg/JointState"];
 
-/// Length of what stands before the content of a message: channel, number, two times [bytes].
+/// Length of the header of a message: channel, number, two times [bytes].
 const MESSAGE_HEAD: usize = 2 + 4 + 8 + 8;
 
-/// What is known so far.
+/// State of reading.
 pub(super) struct Topics<'a> {
     path: &'a Path,
     /// Ids of the schemas of joint states.
     schemas: HashSet<u16>,
-    /// Place in `topics`, and how its messages are written, by the id of a channel.
+    /// Index in `topics`, and the encoding of its messages, by the id of a channel.
     channels: HashMap<u16, (usize, Option<Wire>)>,
     topics: Vec<Topic>,
-    /// Place in `topics` by name.
+    /// Index in `topics` by name.
     places: HashMap<String, usize>,
     cells: u64,
 }
@@ -33,14 +33,14 @@ struct Topic {
     name: String,
     /// The first message.
     first: Option<JointState>,
-    /// One column for the time, and one for each of the three quantities of each joint that the first message has.
+    /// One column for the time, and one for each of the three quantities of each joint of the first message.
     columns: Vec<Column>,
     /// The first message that cannot be used: its row, what it is, what was expected.
     fault: Option<(usize, String, String)>,
 }
 
 impl<'a> Topics<'a> {
-    /// Nothing yet.
+    /// The state before the first record.
     pub(super) fn new(path: &'a Path) -> Self {
         Self {
             path,
@@ -52,10 +52,10 @@ impl<'a> Topics<'a> {
         }
     }
 
-    /// Takes a record. Those that are no joint state, or do not say what they are, are left out.
+    /// Processes a record. Records that are not joint states, or are incomplete, are skipped.
     ///
     /// # Errors
-    /// There are more numbers than are read.
+    /// There are too many numbers.
     pub(super) fn take(&mut self, opcode: u8, record: &[u8]) -> Result<()> {
         match opcode {
             opcode::SCHEMA => {
@@ -103,7 +103,7 @@ impl<'a> Topics<'a> {
         check_cells(self.path, self.cells, 1)
     }
 
-    /// The topic that has most messages.
+    /// The topic with the most messages.
     ///
     /// # Errors
     /// There is none, or one of its messages cannot be used.
@@ -132,7 +132,7 @@ impl Topic {
         self.columns.first().map_or(0, |time| time.values.len())
     }
 
-    /// Adds a message; gives how many numbers it holds.
+    /// Adds a message; returns its count of numbers.
     fn add(&mut self, state: Option<JointState>) -> usize {
         if self.fault.is_some() {
             return 0;

@@ -1,4 +1,5 @@
-//! What is looked at in the footer of a Parquet file before the library reads it: the lengths of its lists, and the tree of the schema.
+//! Checks of the footer of a Parquet file before the library reads it: the lengths of its lists, and the tree of the
+//! schema.
 //!
 //! ```text
 //!   pages, footer, its length u32, `PAR1`; the footer is FileMetaData { 2: list of SchemaElement { 5: num_children }, 4: row groups .. }
@@ -18,10 +19,10 @@ const MAX_DEPTH: usize = 16;
 /// Largest footer [bytes]: 60,000 columns in 100 groups of rows take 0.6 GB.
 const MAX_FOOTER: u64 = 1 << 30;
 
-/// Checks the footer; gives its length with what follows it [bytes].
+/// Checks the footer; returns its length including the bytes that follow it.
 ///
 /// # Errors
-/// It is none.
+/// It is not a valid footer.
 pub(super) fn check<R: ChunkReader>(path: &Path, size: u64, source: &R) -> Result<u64> {
     let refuse = |value: &str| Error::input(path, Place::File, "parquet", value, "an Apache Parquet file");
     let at = size.checked_sub(TAIL).ok_or_else(|| refuse("cut off"))?;
@@ -49,11 +50,11 @@ pub(super) fn check<R: ChunkReader>(path: &Path, size: u64, source: &R) -> Resul
     if walked.is_some() && is_tree(&children) { Ok(length + TAIL) } else { Err(refuse("damaged footer")) }
 }
 
-/// Whether counts of children, each node before its own, make one tree that is not too deep.
+/// Whether counts of children, each node before its children, form one tree that is not too deep.
 fn is_tree(children: &[i64]) -> bool {
     let mut open: Vec<i64> = Vec::new();
     for (index, &count) in children.iter().enumerate() {
-        // A node that has all its children is done, and so may its parent be.
+        // A node whose children are all complete is complete, and its parent may be too.
         while open.last() == Some(&0) {
             open.pop();
         }

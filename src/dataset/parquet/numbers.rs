@@ -8,21 +8,21 @@ use parquet::schema::types::ColumnDescriptor;
 
 use super::super::table::Column;
 
-/// Rows that are decoded at once.
+/// Number of rows that are decoded at once.
 const BATCH: usize = 4096;
-/// Most decimal places of a decimal number in 64 bits.
+/// Largest number of decimal places of a decimal number in 64 bits.
 const MAX_SCALE: i32 = 18;
 
-/// What the numbers of a column mean.
+/// Meaning of the numbers of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Meaning {
     /// Numbers.
     Number,
     /// Whole numbers without a sign.
     Unsigned,
-    /// Whole numbers of that part of one.
+    /// Whole numbers of fractions of one; the fraction.
     Decimal(f64),
-    /// Whole numbers of so many seconds.
+    /// Whole numbers of time units; the unit in seconds.
     Time(f64),
 }
 
@@ -58,7 +58,7 @@ impl Meaning {
         })
     }
 
-    /// [s] in one unit, for time stamps.
+    /// [s] Size of one unit, for time stamps.
     pub(super) fn seconds(self) -> Option<f64> {
         if let Self::Time(seconds) = self { Some(seconds) } else { None }
     }
@@ -68,7 +68,7 @@ fn decimal(scale: i32) -> Option<Meaning> {
     (0..=MAX_SCALE).contains(&scale).then(|| Meaning::Decimal(10_f64.powi(scale)))
 }
 
-/// What a column holds instead of numbers.
+/// The content of a column that is not numeric.
 pub(super) fn description(column: &ColumnDescriptor, flat: bool) -> &'static str {
     let decimal = matches!(column.logical_type_ref(), Some(LogicalType::Decimal { .. }))
         || column.converted_type() == ConvertedType::DECIMAL;
@@ -119,7 +119,7 @@ fn put_whole(column: &mut Column, meaning: Meaning, value: Option<i64>) {
     }
 }
 
-/// Hands every row to `take`: its value, or that it has none.
+/// Passes every row to `take`: its value, or that it has none.
 fn each<T: DataType>(mut reader: ColumnReaderImpl<T>, defined: i16, mut take: impl FnMut(Option<&T::T>)) -> Result<()> {
     let (mut levels, mut values) = (Vec::new(), Vec::new());
     loop {

@@ -1,4 +1,4 @@
-//! What is looked at in the pages of a column before the library decodes them: where they lie, and the sizes that they claim.
+//! Checks of the pages of a column before the library decodes them: their place, and the sizes that they state.
 //!
 //! ```text
 //!   PageHeader { 1: type, 2: uncompressed size, 3: compressed size, 5: { 1: values }, 7: { 1: values }, 8: { 1: values } }
@@ -16,7 +16,7 @@ use crate::error::{Error, Place, Result};
 
 /// Largest page when decompressed [bytes]. Writers cut pages at 1 MB, some at a group of rows of 128 MB.
 const MAX_PAGE: i64 = 256 << 20;
-/// Bytes of a header that are looked at: without the statistics of long texts it has some hundred.
+/// Bytes of a header that are read: without the statistics of long texts a header has some hundred.
 const MAX_HEADER: u64 = 1 << 16;
 
 /// Type of a dictionary.
@@ -32,12 +32,12 @@ struct Header {
     dictionary: i64,
 }
 
-/// Checks the pages of a column in a group of `rows` rows; gives the bytes that all pages decompress to, those before included.
+/// Checks the pages of a column in a group of `rows` rows; returns the decompressed size of all pages so far [bytes].
 ///
 /// `end`: where the pages of the file end.
 ///
 /// # Errors
-/// They do not lie in the file, or claim more than is read.
+/// They do not lie within the file, or are too large.
 pub(super) fn check<R: ChunkReader>(
     path: &Path,
     source: &R,
@@ -62,7 +62,7 @@ pub(super) fn check<R: ChunkReader>(
         if at > stop || header.uncompressed < 0 || header.values < 0 {
             return Err(refuse("a damaged page"));
         }
-        // A value in a dictionary takes bytes of its own.
+        // A value in a dictionary has bytes of its own.
         if header.kind == DICTIONARY && !(0..=header.uncompressed).contains(&header.dictionary) {
             return Err(refuse("a damaged dictionary"));
         }

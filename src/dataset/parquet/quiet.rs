@@ -1,17 +1,17 @@
-//! A panic of a library that stays inside.
+//! Catches a panic of a library.
 
 use std::cell::Cell;
 use std::panic::{self, UnwindSafe};
 use std::sync::Once;
 
 thread_local! {
-    /// Whether a panic of this thread is caught and says nothing.
+    /// Whether a panic of this thread is caught without a message.
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Carries out `work`; `None` where it panics, and then nothing is printed.
+/// Runs `work`; `None` if it panics, and then nothing is printed.
 ///
-/// The process's panic hook is wrapped once. For every other thread, and outside of `work`, it does what it did.
+/// The process's panic hook is wrapped once. For every other thread, and outside of `work`, it is unchanged.
 pub(super) fn catch<T>(work: impl FnOnce() -> T + UnwindSafe) -> Option<T> {
     static WRAPPED: Once = Once::new();
     WRAPPED.call_once(|| {

@@ -1,13 +1,13 @@
-//! A walk through a structure in Thrift's compact protocol that believes no length.
+//! Walks through a structure in Thrift's compact protocol without trusting its lengths.
 //!
-//! The library reserves memory for as many elements as a list says it has. Here every length is compared with the bytes that are left,
-//! of which each element takes at least one, before the library sees them.
+//! The library reserves memory for as many elements as a list claims to have. Before that, every length is compared
+//! here with the remaining bytes; each element takes at least one.
 //! Reference: Apache Thrift, "Thrift Compact protocol".
 
 /// Deepest nesting; Parquet's own structures have eight levels.
 const MAX_DEPTH: usize = 24;
 
-/// What is met on a walk, with the ids of the fields that lead there.
+/// What is found on a walk, with the ids of the fields that lead to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Event {
     /// An element of a list of structures begins.
@@ -31,7 +31,7 @@ mod kind {
     pub(super) const STRUCT: u8 = 12;
 }
 
-/// Walks a structure at the beginning of `bytes`; gives its length, or `None` where it is none.
+/// Walks a structure at the beginning of `bytes`; returns its length, or `None` if it is invalid.
 pub(super) fn walk(bytes: &[u8], visit: &mut dyn FnMut(&[i16], Event)) -> Option<usize> {
     let mut walk = Walk { bytes, at: 0, path: Vec::new(), visit };
     walk.structure()?;
@@ -126,7 +126,7 @@ impl Walk<'_> {
             if head & 0xf == kind::STRUCT {
                 (self.visit)(&self.path, Event::Element);
             }
-            // One level deeper, so that lists of lists have an end too.
+            // One level deeper, so that nested lists are bounded too.
             let depth = self.path.len();
             if head & 0xf == kind::LIST {
                 self.path.push(0);

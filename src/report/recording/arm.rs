@@ -1,4 +1,4 @@
-//! The arm in three dimensions: its shapes, moved by the poses of its links.
+//! The arm in three dimensions: its shapes, with the poses of its links.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rerun::RecordingStream;
@@ -14,10 +14,10 @@ use crate::robot::{Geometry, Robot, Shape};
 const LINKS: [[u8; 3]; 6] =
     [[120, 124, 130], [90, 160, 255], [240, 160, 60], [60, 200, 160], [220, 130, 180], [200, 200, 90]];
 
-/// Colour of what stands in the way.
+/// Colour of obstacles.
 const OBSTACLE: [u8; 3] = [200, 80, 60];
 
-/// Shapes below `arm/<link>`, what stands in the way below `arm/obstacles`, and the motion of their links from `start` [s] on.
+/// Shapes below `arm/<link>`, obstacles below `arm/obstacles`, and the motion of their links from `start` [s] on.
 pub fn log(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<()> {
     let robot = motion.robot;
     for (index, shape) in robot.base_shapes.iter().enumerate() {
@@ -57,7 +57,7 @@ fn log_skeleton(stream: &RecordingStream, robot: &Robot) -> Result<()> {
     Ok(())
 }
 
-/// One transform a link and frame.
+/// One transform per link and frame.
 fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<()> {
     let session = &motion.session;
     let joint = |body: &crate::robot::Body| session.joint(&body.joint.name).map(|joint| joint.pose.as_slice());
@@ -82,7 +82,7 @@ fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Resu
     Ok(())
 }
 
-/// Centre and radius [m] of what the arm fills in its zero position.
+/// Centre and radius [m] of the space that the arm occupies in its zero position.
 pub fn extent(robot: &Robot) -> (Vector3<f64>, f64) {
     let (low, high) = extent_of_shapes(robot).unwrap_or_else(|| {
         let reach: f64 = robot.bodies.iter().map(|body| body.joint.origin.translation.vector.norm()).sum();
@@ -92,7 +92,7 @@ pub fn extent(robot: &Robot) -> (Vector3<f64>, f64) {
     (0.5 * (low + high), (0.5 * (high - low).norm()).max(1e-3))
 }
 
-/// Lowest and highest corner [m] of what the shapes fill in the zero position; `None` without shapes.
+/// Lowest and highest corner [m] of the space that the shapes occupy in the zero position; `None` without shapes.
 fn extent_of_shapes(robot: &Robot) -> Option<(Vector3<f64>, Vector3<f64>)> {
     let poses = Dynamics::new(robot).poses(&vec![0.0; robot.dof()]);
     let moved =
@@ -108,7 +108,7 @@ fn extent_of_shapes(robot: &Robot) -> Option<(Vector3<f64>, Vector3<f64>)> {
     (low.x <= high.x).then_some((low, high))
 }
 
-/// A ball around a shape: its centre in the shape's frame and its radius [m].
+/// Bounding sphere of a shape: its centre in the shape's frame, and its radius [m].
 fn ball(geometry: &Geometry) -> (Vector3<f64>, f64) {
     match geometry {
         Geometry::Box(sides) => (Vector3::zeros(), 0.5 * sides.norm()),
@@ -154,7 +154,7 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
             log_static(stream, path, &cylinders.with_colors([colour]).with_fill_mode(FillMode::Solid))
         }
         Geometry::Capsule(radius, length) => {
-            // The archetype's capsule starts at the centre of its lower cap; ours is centred.
+            // The archetype's capsule starts at the centre of its lower cap; that of the model is centred.
             let lower = shape.pose * Point3::new(0.0, 0.0, -0.5 * length);
             let capsules = rerun::Capsules3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
             let capsules = capsules.with_translations([<[f32; 3]>::from(lower.coords.map(single))]);

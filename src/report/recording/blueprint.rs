@@ -1,4 +1,5 @@
-//! How the viewer arranges a recording when it is opened: the arm and the result on the left, traces of a joint in the middle, plots on the right.
+//! Layout of a recording in the viewer: the arm and the result on the left, traces of a joint in the middle, plots on
+//! the right.
 
 use nalgebra::Vector3;
 use rerun::external::re_log_types::BlueprintActivationCommand;
@@ -10,48 +11,48 @@ use super::stream::{APPLICATION, failed};
 use super::{CANVAS, arm};
 use crate::error::Result;
 
-/// Panels of a joint in the order they are stacked.
+/// Panels of a joint, in their order from the top.
 const PANELS: [&str; 9] =
     ["residual", "position_error", "velocity", "position", "gap", "current", "torque", "force", "contact"];
-/// Plots that are shown at once; all others are behind tabs.
+/// Number of plots that are visible at once; the others are in tabs.
 const PLOTS_AT_ONCE: usize = 3;
 /// [s] A recording is played in about this time.
 const PLAYED_IN: f64 = 40.0;
 
-/// What there is to arrange.
+/// The content to arrange.
 #[derive(Debug)]
 pub struct Layout {
     /// Title of the recording.
     title: String,
-    /// [m] Centre and radius of the arm, where there is one.
+    /// [m] Centre and radius of the arm, if there is one.
     robot: Option<(Vector3<f64>, f64)>,
     /// [s] Length of the recording.
     duration: f64,
-    /// Joint, panel and unit, in the order of their first trace.
+    /// Joint, panel and unit, in the order of the first traces.
     panels: Vec<(String, &'static str, &'static str)>,
     /// Path and title.
     plots: Vec<(String, String)>,
 }
 
 impl Layout {
-    /// Nothing but a result, and an arm where there is one.
+    /// Only a result, and an arm if there is one.
     pub fn new(title: &str, robot: Option<(Vector3<f64>, f64)>, duration: f64) -> Self {
         Self { title: title.to_owned(), robot, duration, panels: Vec::new(), plots: Vec::new() }
     }
 
-    /// There is a panel of that joint, with an axis of that unit.
+    /// Adds a panel of that joint, with an axis of that unit.
     pub fn panel(&mut self, joint: &str, panel: &'static str, unit: &'static str) {
         if !self.panels.iter().any(|(known, name, _)| known == joint && *name == panel) {
             self.panels.push((joint.to_owned(), panel, unit));
         }
     }
 
-    /// There is a plot at that path.
+    /// Adds a plot at that path.
     pub fn plot(&mut self, path: &str, title: &str) {
         self.plots.push((path.to_owned(), title.to_owned()));
     }
 
-    /// Writes the arrangement into the recording.
+    /// Writes the layout into the recording.
     pub fn send(&self, stream: &RecordingStream) -> Result<()> {
         let fail = |source| failed("blueprint", source);
         let (recording, storage) = RecordingStreamBuilder::new(APPLICATION)
@@ -129,7 +130,7 @@ impl Layout {
         writer.container(components::ContainerKind::Tabs, "Joints", &tabs)
     }
 
-    /// The first plots below each other, the others behind tabs in the last place.
+    /// The first plots below each other, and the others in tabs in the last place.
     fn plots(&self, writer: &mut Writer<'_>) -> Result<Node> {
         let mut views = Vec::new();
         for (path, title) in &self.plots {
@@ -153,7 +154,7 @@ struct Node {
 /// A property of a view: the name of its archetype and its value.
 type Property<'a> = (&'a str, &'a dyn AsComponents);
 
-/// Logs views and containers under identifiers that are counted, so that equal runs give equal files.
+/// Logs views and containers with sequential identifiers, so that identical runs give identical files.
 struct Writer<'a> {
     recording: &'a RecordingStream,
     nodes: u32,
@@ -187,7 +188,7 @@ impl Writer<'_> {
         Ok(node)
     }
 
-    /// The arm, seen from the front, the side and above, so that all of it is in view.
+    /// The arm, seen from the front, the side and above, at a distance that shows all of it.
     fn arm(&mut self, centre: Vector3<f64>, radius: f64) -> Result<Node> {
         let eye = centre + 1.6 * radius * Vector3::new(0.75, -0.75, 0.55);
         let eye = blueprint::EyeControls3D::new()

@@ -1,4 +1,4 @@
-//! Plots of one quantity against another, drawn into a two-dimensional view: the viewer has axes for time only.
+//! Plots of one quantity against another, drawn in a two-dimensional view, because the viewer has only time axes.
 
 use rerun::RecordingStream;
 
@@ -7,7 +7,7 @@ use super::stream::{colour, is_line, layers, log_static};
 use crate::error::Result;
 use crate::report::plot::{Frame, Layer, Plot, ticks};
 
-/// Most points of a layer.
+/// Largest number of points of a layer.
 const MOST_POINTS: usize = 1500;
 const GRID: [u8; 3] = [62, 64, 68];
 const AXIS: [u8; 3] = [150, 150, 150];
@@ -28,7 +28,7 @@ const fn single([x, y]: [f64; 2]) -> [f32; 2] {
     [x as f32, y as f32]
 }
 
-/// A text whose middle is at `place`.
+/// A text centred at `place`.
 fn log_text(stream: &RecordingStream, path: &str, texts: Vec<(String, [f64; 2])>, colour: [u8; 3]) -> Result<()> {
     let places: Vec<[f32; 2]> = texts.iter().map(|(_, place)| single(*place)).collect();
     let points = rerun::Points2D::new(places)
@@ -83,7 +83,7 @@ fn log_layer(stream: &RecordingStream, path: &str, layer: &Layer, frame: &Frame)
     log_static(stream, path, &points)
 }
 
-/// Label of each layer in its colour, two a row.
+/// Label of each layer in its colour, two per row.
 fn log_legend(stream: &RecordingStream, path: &str, plot: &Plot, frame: &Frame) -> Result<()> {
     let labelled = layers(plot).filter(|layer| !layer.label.is_empty());
     for (index, layer) in labelled.enumerate() {

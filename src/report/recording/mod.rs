@@ -1,4 +1,5 @@
-//! A document and the motions behind it as a recording for the Rerun viewer: the arm moving, its traces, the plots and the result.
+//! A document and its motions as a recording for the Rerun viewer: the moving arm, its traces, the plots and the
+//! result.
 //!
 //! The only place that names rerun. Without the feature `rerun` there are no recordings, and [`encode`] returns `None`.
 
@@ -26,11 +27,11 @@ use super::plot::{Frame, Plot, Role};
 pub struct Motion<'a> {
     /// The machine.
     pub robot: &'a Robot,
-    /// One session of it as it is drawn; joints that it lacks stand at zero.
+    /// One session, reduced for display; joints that it lacks are drawn at zero.
     pub session: Drawn,
-    /// What stands in its way.
+    /// Obstacles.
     pub obstacles: &'a [Obstacle],
-    /// What is shown beside the channels of the session: residuals, predictions.
+    /// Curves beside the channels of the session: residuals, predictions.
     pub traces: Vec<Trace>,
 }
 
@@ -41,9 +42,9 @@ pub struct Trace {
     pub joint: String,
     /// Curves of the same panel share an axis: "velocity", "residual".
     pub panel: &'static str,
-    /// What it is; also the last part of its path in the recording.
+    /// Its label; also the last part of its path in the recording.
     pub label: &'static str,
-    /// Decides its colour.
+    /// Determines its colour.
     pub role: Role,
     /// [s] Sample times.
     pub time: Vec<f64>,
@@ -52,7 +53,8 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Its samples as they are drawn: lowest and highest of each short stretch. What is thinned already stays as it is.
+    /// Its samples, reduced for display: lowest and highest of each short stretch. A trace that is already reduced
+    /// stays unchanged.
     #[must_use]
     pub fn thinned(self) -> Self {
         let Envelope { time, values, .. } = Envelope::of(&self.time, self.values.iter().copied());
@@ -67,10 +69,10 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Width and height of the canvas that plots are drawn on.
+/// Width and height of the canvas of a plot.
 const CANVAS: [f64; 2] = [640.0, 400.0];
 
-/// The frame that a plot is drawn in.
+/// The frame of a plot.
 pub fn canvas_frame(plot: &Plot) -> Frame {
     let labelled = plot.layers.iter().filter(|layer| !layer.points.is_empty() && !layer.label.is_empty());
     #[expect(clippy::cast_precision_loss, reason = "a handful")]
@@ -78,7 +80,8 @@ pub fn canvas_frame(plot: &Plot) -> Frame {
     Frame::new(plot, [70.0, CANVAS[0] - 15.0], [15.0 + 22.0 * rows, CANVAS[1] - 55.0])
 }
 
-/// The content of `trace.rrd`: motions one after the other on one time line, all plots, and the document as text. `None` without the feature `rerun`.
+/// The content of `trace.rrd`: motions in sequence on one time line, all plots, and the document as text. `None`
+/// without the feature `rerun`.
 ///
 /// # Errors
 /// The recording cannot be encoded.

@@ -1,4 +1,4 @@
-//! The recording as a whole: what is logged where, and how it ends up in memory.
+//! The whole recording: the path of every entity, and the encoding in memory.
 
 use rerun::sink::BinaryStreamStorage;
 use rerun::{RecordingStream, RecordingStreamBuilder, TimeColumn};
@@ -11,7 +11,7 @@ use crate::report::document::Document;
 use crate::report::plot::{Mark, Plot, Role};
 use crate::units::JointKind;
 
-/// Name that the viewer groups recordings and layouts by.
+/// Name by which the viewer groups recordings and layouts.
 pub const APPLICATION: &str = "lostmotion";
 /// Name of the time line.
 const TIME: &str = "time";
@@ -49,12 +49,12 @@ fn duration(motion: &Motion<'_>) -> f64 {
     motion.session.end
 }
 
-/// The session's own channels, then what is shown beside them.
+/// The session's own channels, then the additional curves.
 fn traces_of(motion: &Motion<'_>) -> Vec<Trace> {
     traces::of_session(&motion.session).into_iter().chain(motion.traces.iter().cloned().map(Trace::thinned)).collect()
 }
 
-/// What there is to arrange.
+/// The content to arrange.
 fn layout(document: &Document, motions: &[Motion<'_>], traces: &[Vec<Trace>], plots: &[&Plot]) -> Layout {
     let robot = motions.first().map(|motion| arm::extent(motion.robot));
     let mut layout = Layout::new(&document.title, robot, motions.iter().map(|motion| duration(motion) + PAUSE).sum());
@@ -84,7 +84,7 @@ fn path_of_plot(index: usize) -> String {
     format!("plots/{index}")
 }
 
-/// A value that holds at all times.
+/// A value without a time.
 pub fn log_static(stream: &RecordingStream, path: &str, value: &impl rerun::AsComponents) -> Result<()> {
     stream.log_static(path, value).map_err(|source| failed(path, source))
 }
@@ -94,7 +94,7 @@ pub fn times(times: impl IntoIterator<Item = f64>, start: f64) -> TimeColumn {
     TimeColumn::new_duration_secs(TIME, times.into_iter().map(|time| start + time))
 }
 
-/// Colours on the viewer's dark ground.
+/// Colours on the viewer's dark background.
 pub const fn colour(role: Role) -> [u8; 3] {
     match role {
         Role::Truth => [235, 235, 235],
@@ -118,7 +118,7 @@ fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> 
     stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))
 }
 
-/// The error of an entity that the recording refuses.
+/// The error for an entity that the recorder refuses.
 pub fn failed(entity: &str, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
     Error::Recording { entity: entity.to_owned(), source: source.into() }
 }

@@ -1,10 +1,10 @@
-//! What is drawn over time: the channels of a session, sorted into panels.
+//! Curves over time: the channels of a session, sorted into panels.
 
 use super::Trace;
 use crate::report::plot::Role;
 use crate::timeseries::{Channel, Drawn, Envelope};
 
-/// Channels that are drawn as they are: panel, label, role.
+/// Channels that are drawn directly: panel, label, role.
 const DRAWN: [(Channel, &str, &str, Role); 13] = [
     (Channel::ReferencePosition, "position", "reference", Role::Reference),
     (Channel::Position, "position", "motor", Role::Measured),
@@ -21,7 +21,7 @@ const DRAWN: [(Channel, &str, &str, Role); 13] = [
     (Channel::Contact, "contact", "flank", Role::Fit),
 ];
 
-/// The traces of a session: every channel that is drawn, and the travel in the gap where both sides of it are known.
+/// The traces of a session: every channel that is drawn, and the position in the gap if both sides of it are known.
 pub fn of_session(session: &Drawn) -> Vec<Trace> {
     let mut traces = Vec::new();
     for joint in &session.joints {

@@ -1,4 +1,4 @@
-//! What links and joints must be, beyond their spelling: a tree of bodies that can exist.
+//! Checks of links and joints beyond syntax: they form a tree of physically possible bodies.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,13 +11,13 @@ use crate::robot::tree::{Inertia, Robot};
 use crate::toml_input::nearest;
 use crate::units::JointKind;
 
-/// Most collision shapes: a link that is cut into convex parts has some tens.
+/// Most collision shapes: a link that is divided into convex parts has some tens.
 const MOST_SHAPES: usize = 2000;
 
-/// [kg] Least mass that moves: of a speck of dust.
+/// [kg] Least mass of a moving body, that of a speck of dust.
 const LEAST_MASS: f64 = 1e-9;
 
-/// [kg·m²] Least moment of inertia that a joint turns: that mass a tenth of a millimetre from the axis.
+/// [kg·m²] Least moment of inertia about a joint: that mass at a tenth of a millimetre from the axis.
 const LEAST_MOMENT: f64 = 1e-17;
 
 impl Urdf<'_> {
@@ -64,7 +64,7 @@ impl Urdf<'_> {
         Ok(())
     }
 
-    /// As many collision shapes as a motion can be checked with: pairs of them grow with their square.
+    /// Limits the number of collision shapes: the number of pairs to check grows with its square.
     pub(super) fn check_shapes(&self) -> Result<()> {
         let shapes: usize = self.robot.links.iter().map(|link| link.collision.len()).sum();
         if shapes <= MOST_SHAPES {
@@ -74,7 +74,7 @@ impl Urdf<'_> {
         Err(Error::input(self.text.file(), Place::File, "collision shapes", shapes, expected))
     }
 
-    /// A moving joint that is not endless says where its range ends.
+    /// A moving joint that is not continuous needs the limits of its range.
     pub(super) fn check_limit(&self, joint: &urdf_rs::Joint) -> Result<()> {
         let endless = matches!(joint.joint_type, urdf_rs::JointType::Continuous);
         if endless || self.text.has("joint", &joint.name, "limit") {
@@ -84,7 +84,8 @@ impl Urdf<'_> {
         Err(self.text.error("joint", &joint.name, "limit", "", expected))
     }
 
-    /// What was read differently from what stands there, of the moving joints: limits of zero, which exporters write for unknown ones.
+    /// Notes on values of the moving joints that are not taken literally: limits of zero, which exporters write for
+    /// unknown ones.
     pub(in crate::robot) fn notes(&self, moving: &BTreeSet<&str>) -> Vec<String> {
         let mut notes = Vec::new();
         let moves = |joint: &&urdf_rs::Joint| moving.contains(joint.name.as_str());
@@ -105,7 +106,7 @@ impl Urdf<'_> {
         notes
     }
 
-    /// A joint that is held at zero must not mimic one that moves, nor stand elsewhere than at zero.
+    /// A joint that is held at zero must not mimic a moving joint, nor be offset from zero.
     pub(super) fn check_mimic(&self, joint: &urdf_rs::Joint, moving: &BTreeSet<&str>) -> Result<()> {
         match &joint.mimic {
             Some(mimic) if moving.contains(mimic.joint.as_str()) || mimic.offset.unwrap_or(0.0) != 0.0 => {
@@ -116,7 +117,8 @@ impl Urdf<'_> {
         }
     }
 
-    /// A body that moves needs a mass; the last of a branch that turns, also a moment of inertia about its axis.
+    /// A body that moves needs a mass; the last body of a branch that turns also needs a moment of inertia about its
+    /// axis.
     pub(super) fn check_bodies(&self, tree: &Robot) -> Result<()> {
         for (index, body) in tree.bodies.iter().enumerate() {
             let Inertia { mass, .. } = body.inertia;
@@ -138,7 +140,7 @@ impl Urdf<'_> {
     }
 }
 
-/// Index of the link that no joint moves, once it is sure that all others hang from it.
+/// Index of the root link, after a check that all other links hang from it.
 pub(super) fn root_of(text: &UrdfText<'_>, robot: &urdf_rs::Robot) -> Result<usize> {
     let mut index: BTreeMap<&str, usize> = BTreeMap::new();
     for (i, link) in robot.links.iter().enumerate() {
@@ -174,7 +176,7 @@ pub(super) fn root_of(text: &UrdfText<'_>, robot: &urdf_rs::Robot) -> Result<usi
         let expected = "one link that no joint moves (the base)";
         return Err(Error::input(text.file(), Place::File, "links without a joint", names.join(", "), expected));
     };
-    // With one parent a link and one root, whatever does not hang from the root turns in a circle.
+    // Every link has one parent and there is one root: links that do not hang from the root form a cycle.
     for (link, found) in robot.links.iter().zip(hanging_from(root, &parent)) {
         if !found {
             return Err(text.error("link", &link.name, "", "", "a link that hangs from the base, not from itself"));

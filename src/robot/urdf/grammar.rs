@@ -1,6 +1,6 @@
-//! What a URDF must hold: its elements, their names, and numbers that are numbers.
+//! Required content of a URDF: its elements, their names, and attributes that are valid numbers.
 //!
-//! Elements that URDF does not know are extensions of some tool and left alone, unless they look like a misspelt one.
+//! Unknown elements are extensions of some tool and are ignored, unless they look like a misspelt URDF element.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use super::text::UrdfText;
 use crate::error::{Error, Place, Result};
 use crate::toml_input::nearest;
 
-/// How often an element stands in another.
+/// How often an element may occur in another.
 enum Count {
     Any,
     AtMostOne,
@@ -17,7 +17,7 @@ enum Count {
 }
 use Count::{Any, AtMostOne, One};
 
-/// Elements by the one around them.
+/// Elements, by their parent element.
 const ELEMENTS: &[(&str, &[(&str, Count)])] = &[
     ("robot", &[("link", Any), ("joint", Any), ("material", Any)]),
     ("link", &[("inertial", AtMostOne), ("visual", Any), ("collision", Any)]),
@@ -52,7 +52,7 @@ const NAMES: &[(&str, &str)] = &[
     ("mesh", "filename"),
 ];
 
-/// Types of joints that a tree of turning and sliding bodies can have.
+/// Types of joints in a tree of bodies that turn and slide.
 const JOINT_TYPES: [&str; 4] = ["revolute", "continuous", "prismatic", "fixed"];
 
 /// An attribute that holds numbers.
@@ -61,7 +61,7 @@ struct Numbers {
     attribute: &'static str,
     count: usize,
     needed: bool,
-    /// Largest magnitude: no machine has more by far, and squares and products of its numbers stay numbers.
+    /// Largest magnitude. It is far above that of any machine, and squares and products of such numbers stay finite.
     most: f64,
     unit: &'static str,
 }
@@ -98,7 +98,7 @@ const INERTIA: f64 = 1e12;
 const FRICTION: f64 = 1e10;
 /// [1] Largest factor.
 const FACTOR: f64 = 1e6;
-/// A limit may be as large as it likes, or infinite: beyond what a joint can do it is none.
+/// A limit may be arbitrarily large or infinite; a very large limit counts as none.
 const ANY: f64 = f64::INFINITY;
 
 const NUMBERS: &[Numbers] = &[
@@ -130,10 +130,10 @@ const NUMBERS: &[Numbers] = &[
     optional("mesh", "scale", 3, FACTOR, "1"),
 ];
 
-/// Checks every element that URDF knows.
+/// Checks every element that belongs to URDF.
 ///
 /// # Errors
-/// The first one that lacks something, has it twice, or holds what is no number or name.
+/// The first element that lacks something, has it twice, or has an invalid number or name.
 pub(super) fn check(text: &UrdfText<'_>) -> Result<()> {
     let elements = text.elements();
     if elements.first().is_none_or(|root| root.name != "robot") {
@@ -194,7 +194,7 @@ fn check_children(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
     Ok(())
 }
 
-/// XML allows an attribute once.
+/// XML allows an attribute only once.
 fn check_attributes(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
     let mut seen = BTreeSet::new();
     match element.attributes.iter().find(|(name, _)| !seen.insert(*name)) {
@@ -247,7 +247,7 @@ fn velocity_may_miss(text: &UrdfText<'_>) -> bool {
     !matches!(version, None | Some("1.0" | "1.1"))
 }
 
-/// Exactly so many numbers, finite unless they may be infinite.
+/// A fixed number of values, finite unless they may be infinite.
 fn parsed(text: &str, count: usize, infinite: bool) -> Option<Vec<f64>> {
     let number =
         |word: &str| word.parse::<f64>().ok().filter(|value| value.is_finite() || (infinite && !value.is_nan()));

@@ -1,4 +1,4 @@
-//! Points of a collision mesh, STL or OBJ; the shape taken from them is their convex hull.
+//! Points of a collision mesh, STL or OBJ; the collision shape is their convex hull.
 
 use std::path::{Path, PathBuf};
 
@@ -7,13 +7,13 @@ use nalgebra::Vector3;
 use crate::error::Error;
 use crate::toml_input::read_bytes;
 
-/// Meshes with more points are made for the eye, not for collisions.
+/// Meshes with more points are made for display, not for collision checks.
 const MAX_POINTS: usize = 200_000;
 
-/// [bytes] Longest mesh file; one of so many points has 20 MB.
+/// [bytes] Longest mesh file; with the largest number of points it has 20 MB.
 const LONGEST: u64 = 256 << 20;
 
-/// [m] A machine is not larger.
+/// [m] Largest coordinate; a machine is smaller.
 const FARTHEST: f64 = 1e5;
 
 /// A mesh file, and what was expected of it.
@@ -75,7 +75,8 @@ fn resolve(urdf: &Path, name: &str) -> Option<PathBuf> {
     Some(above.join(rest))
 }
 
-/// Many binary files begin with "solid" as text ones do; their size, from the count of triangles, gives them away.
+/// Many binary files begin with "solid" like text files; a binary file is recognised by its size, which follows from
+/// the count of triangles.
 fn is_text_stl(bytes: &[u8]) -> bool {
     bytes.starts_with(b"solid") && triangles(bytes).is_none()
 }
@@ -94,7 +95,7 @@ fn binary_stl(bytes: &[u8]) -> Option<Vec<Vector3<f64>>> {
     Some(corners.map(|corner| Vector3::new(float(&corner[..4]), float(&corner[4..8]), float(&corner[8..]))).collect())
 }
 
-/// Lines `KEYWORD x y z` of a text.
+/// Lines `KEYWORD x y z` of a text file.
 fn text_points(bytes: &[u8], keyword: &str) -> Option<Vec<Vector3<f64>>> {
     let text = std::str::from_utf8(bytes).ok()?;
     let mut points = Vec::new();

@@ -1,6 +1,6 @@
 //! From URDF to the tree: the only place that names `urdf_rs`.
 //!
-//! Fixed joints, and movable ones that are held at zero, are merged: what they carry becomes part of the body before them.
+//! Fixed joints, and movable ones that are held at zero, are merged: their link becomes part of the parent's body.
 
 mod checks;
 mod grammar;
@@ -19,10 +19,10 @@ use super::tree::{Inertia, Limits};
 use crate::error::{Error, Place, Result};
 use crate::units::JointKind;
 
-/// [m/s²] Gravity where the model file gives none.
+/// [m/s²] Gravity if the model file gives none.
 pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// A URDF with its lines, its numbers checked, its links and joints known to form a tree.
+/// A URDF with line numbers. Its numbers are checked, and its links and joints form a tree.
 pub(super) struct Urdf<'a> {
     file: &'a Path,
     text: UrdfText<'a>,
@@ -34,7 +34,8 @@ impl<'a> Urdf<'a> {
     /// Reads the text of a URDF.
     ///
     /// # Errors
-    /// It is no URDF, a number is none, links and joints form no tree, a link's inertia is one that no body can have.
+    /// It is not a URDF, a value is not a number, links and joints do not form a tree, or the inertia of a link is not
+    /// physical.
     pub(super) fn parse(file: &'a Path, text: &'a str) -> Result<Self> {
         if text.contains("<xacro:") {
             return Err(Error::input(file, Place::File, "", "", "plain URDF; run xacro on this file first"));
@@ -61,7 +62,8 @@ impl<'a> Urdf<'a> {
     }
 }
 
-/// An error of the URDF parser; that of its XML has line and reason in its text: `Line: 7, Column: 32, Reason: ...`.
+/// An error of the URDF parser. For XML errors, line and reason are taken from its text:
+/// `Line: 7, Column: 32, Reason: ...`.
 fn unread(file: &Path, message: &str) -> Error {
     let line = message.split_once("Line: ").and_then(|(_, rest)| rest.split(',').next()?.trim().parse().ok());
     let reason = message.split_once("Reason: ").map_or(message, |(_, reason)| reason);
@@ -76,10 +78,11 @@ fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
     }
 }
 
-/// [rad or m, rad/s or m/s, N·m or N] From here on a limit is none: programs write 1e16 or the largest number for an endless joint.
+/// [rad or m, rad/s or m/s, N·m or N] Limits from here on count as none: exporters write 1e16 or the largest number for
+/// a continuous joint.
 const UNLIMITED: f64 = 1e9;
 
-/// Limits; what URDF leaves at its default of zero is not given, and so is the range of a continuous joint.
+/// Limits. URDF's default of zero counts as not given, and so does the range of a continuous joint.
 fn limits_of(joint: &urdf_rs::Joint) -> Limits {
     let given = |value: f64| if value > 0.0 && value < UNLIMITED { value } else { f64::INFINITY };
     let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
@@ -90,14 +93,14 @@ fn limits_of(joint: &urdf_rs::Joint) -> Limits {
     Limits { lower, upper, effort: given(effort), velocity: given(velocity) }
 }
 
-/// Inertia of a link in the link's frame, its inertial frame turned back.
+/// Inertia of a link in the link's frame, rotated from its inertial frame.
 fn inertia_of(inertial: &urdf_rs::Inertial) -> Inertia {
     let urdf_rs::Inertia { ixx, ixy, ixz, iyy, iyz, izz } = inertial.inertia;
     let tensor = Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz);
     Inertia { mass: inertial.mass.value, com: Vector3::zeros(), tensor }.seen_from(&isometry(&inertial.origin))
 }
 
-/// URDF's `xyz` and `rpy`: turned about the fixed axes x, y, z in this order, then moved.
+/// URDF's `xyz` and `rpy`: rotation about the fixed axes x, y, z in this order, then translation.
 fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
     let [roll, pitch, yaw] = pose.rpy.0;
     Isometry3::from_parts(

@@ -1,13 +1,13 @@
-//! Elements of an XML text with their lines; no more of XML than a URDF uses.
+//! Elements of an XML text with their lines; covers only the part of XML that a URDF uses.
 
-/// An element: its opening tag, and the element around it.
+/// An element: its opening tag and its parent element.
 pub(super) struct Element<'a> {
     pub line: usize,
     pub name: &'a str,
     pub attributes: Vec<(&'a str, &'a str)>,
-    /// Index of the element around it; `None` for the outermost.
+    /// Index of the parent element; `None` for the outermost.
     pub parent: Option<usize>,
-    /// Indices of the elements directly within it.
+    /// Indices of its direct children.
     pub children: Vec<usize>,
 }
 
@@ -20,13 +20,13 @@ impl Element<'_> {
 /// A line, and what was expected there.
 pub(super) type Fault = (usize, String);
 
-/// No URDF is nested as deep as this; a parser that calls itself would run out of stack.
+/// No URDF is nested as deeply as this; a recursive parser would overflow the stack.
 const MAX_DEPTH: usize = 64;
 
 /// The elements in the order of their opening tags.
 ///
 /// # Errors
-/// Tags that do not close, or not in their order; anything but one outermost element.
+/// Tags that are not closed, or closed in the wrong order; no outermost element, or more than one.
 pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
     let mut elements: Vec<Element<'_>> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
@@ -80,7 +80,7 @@ fn newlines(text: &str) -> usize {
     text.bytes().filter(|&byte| byte == b'\n').count()
 }
 
-/// Length of the markup that a text begins with; `>` inside quotes and comments does not end it.
+/// Length of the markup at the beginning of a text; `>` inside quotes and comments does not end it.
 fn markup_length(text: &str) -> Option<usize> {
     for (opening, closing) in [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")] {
         if let Some(inside) = text.strip_prefix(opening) {

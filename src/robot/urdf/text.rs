@@ -1,4 +1,4 @@
-//! Where things stand in a URDF text: the URDF parser keeps no lines, so errors take theirs from here.
+//! Line numbers in a URDF text: the URDF parser keeps none, so errors take theirs from here.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -17,7 +17,7 @@ impl<'a> UrdfText<'a> {
     /// Scans and checks a text.
     ///
     /// # Errors
-    /// It is no `<robot>`, a tag is not closed, an element or attribute is missing, a number is none.
+    /// It is no `<robot>`, a tag is not closed, an element or attribute is missing, or a value is not a number.
     pub(super) fn scan(file: &'a Path, text: &'a str) -> Result<Self> {
         let elements =
             elements(text).map_err(|(line, expected)| Error::input(file, Place::Line(line), "URDF", "", expected))?;
@@ -34,7 +34,7 @@ impl<'a> UrdfText<'a> {
         &self.elements
     }
 
-    /// The link or joint that an element stands in, `link forearm`; outside of both the element's own name.
+    /// The link or joint that contains an element, as `link forearm`; outside of both the element's own name.
     pub(super) fn title(&self, element: &Element<'a>) -> String {
         let mut at = element;
         while let Some(parent) = at.parent.map(|index| &self.elements[index]) {
@@ -51,7 +51,8 @@ impl<'a> UrdfText<'a> {
         Error::input(self.file, Place::Line(line), "URDF", "", expected)
     }
 
-    /// An error about a link or joint: `part` is one of its elements or attributes; empty, itself.
+    /// An error about a link or joint; `part` is one of its elements or attributes, or empty for the link or joint
+    /// itself.
     pub(super) fn error(
         &self,
         kind: &str,
@@ -73,7 +74,7 @@ impl<'a> UrdfText<'a> {
         owner.is_some_and(|owner| owner.children.iter().any(|&child| self.elements[child].name == part))
     }
 
-    /// Line of a link or joint, or of the first of its elements of this name where it has one.
+    /// Line of a link or joint, or of the first of its elements of this name if it has one.
     fn place(&self, kind: &str, name: &str, part: &str) -> Place {
         let is_owner = |element: &Element<'_>| {
             element.parent == Some(0) && element.name == kind && element.attribute("name") == Some(name)

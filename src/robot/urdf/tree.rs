@@ -1,4 +1,4 @@
-//! Building the tree: links become bodies, or parts of the body that they are fixed to.
+//! Builds the tree: a link becomes a body, or part of the body that it is fixed to.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,7 @@ impl Urdf<'_> {
     /// The tree in which exactly the joints of `moving` move, and the names of the movable joints held at zero.
     ///
     /// # Errors
-    /// A joint mimics one that moves, or a moving body has no inertia to be moved.
+    /// A joint mimics a moving one, or a moving body has no inertia.
     pub(in crate::robot) fn tree(&self, moving: &BTreeSet<&str>) -> Result<(Robot, Vec<String>)> {
         let mut tree = Robot {
             name: self.robot.name.clone(),
@@ -91,7 +91,7 @@ impl Urdf<'_> {
         })
     }
 
-    /// Adds what a link weighs and its collision shapes to its body, or to the base.
+    /// Adds the mass and the collision shapes of a link to its body, or to the base.
     fn add_link(
         &self,
         tree: &mut Robot,
@@ -120,7 +120,7 @@ impl Urdf<'_> {
         Ok(())
     }
 
-    /// A collision geometry; the inner error is a mesh that was not read, and what was expected of it.
+    /// A collision geometry; the inner error is a mesh that was not read, with what was expected of it.
     fn geometry(&self, link: &str, geometry: &urdf_rs::Geometry) -> Result<Result<Geometry, mesh::Unread>> {
         let (geometry, sizes) = match geometry {
             urdf_rs::Geometry::Box { size } => (Geometry::Box(Vector3::from(size.0)), size.0.to_vec()),

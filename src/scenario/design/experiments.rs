@@ -1,7 +1,8 @@
-//! Experiments that a machine can carry out, as texts of scenario files.
+//! Possible experiments of a machine, as texts of scenario files.
 //!
-//! Every joint keeps to the middle of its range (80 % of it, 1.2 rad or 0.3 m to either side at most), to 60 % of its speed limit
-//! (2 rad/s or 0.3 m/s at most) and to what a third of its effort limit can accelerate, at full speed after a third of a second at best.
+//! Every joint stays in the middle of its range (80 % of it, at most 1.2 rad or 0.3 m to either side), below 60 % of
+//! its speed limit (at most 2 rad/s or 0.3 m/s), and below the acceleration that a third of its effort limit gives; it
+//! reaches full speed in a third of a second at best.
 
 use std::fmt::Write as _;
 
@@ -14,23 +15,23 @@ use crate::robot::{Load, Model};
 use crate::toml_input::{written_key, written_text};
 use crate::units::JointKind;
 
-/// A kind of experiment, several of them one after the other, with a length.
+/// Kinds of experiment, one or several in sequence, with a length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// What is done.
+    /// The kinds.
     pub parts: Vec<Experiment>,
-    /// [1] How long, in units of the shorter.
+    /// [1] Length, in units of the shorter one.
     pub length: f64,
 }
 
 impl Plan {
-    /// Whether it does that: an added mass is moved fast.
+    /// Whether it includes that kind; an added mass is moved fast.
     pub fn holds(&self, kind: Experiment) -> bool {
         self.parts.iter().any(|part| *part == kind || (*part == Experiment::AddedMass && kind == Experiment::Fast))
     }
 }
 
-/// What may be tried, roughly from short to long.
+/// The candidates, roughly from short to long.
 pub fn plans() -> Vec<Plan> {
     use Experiment::{AddedMass, AtRest, Fast, OneByOne, SlowSteps, WideRange};
     let kinds: [&[Experiment]; 10] = [
@@ -49,9 +50,9 @@ pub fn plans() -> Vec<Plan> {
     of_length(1.0).chain(of_length(2.0)).collect()
 }
 
-/// What one joint may do, SI.
+/// Limits of one joint in an experiment, SI.
 struct Reach {
-    /// The joint as a key of TOML.
+    /// The joint's name as a TOML key.
     name: String,
     middle: f64,
     half: f64,
@@ -81,15 +82,15 @@ fn reaches(model: &Model) -> Vec<Reach> {
         let speed = (0.6 * limits.velocity).min(most_speed);
         let inertia = mass[(index, index)] + joint.reflected_inertia();
         let acceleration = (limits.effort / 3.0 / inertia).min(3.0 * speed);
-        // A loop of 17 rad/s with its integral a third as fast: well below the filter of a velocity sensor of 20 ms.
+        // A loop of 17 rad/s, with an integral a third as fast: well below the filter of a velocity sensor of 20 ms.
         let gains = [17.0 * inertia, 100.0 * inertia];
         Reach { name: written_key(&joint.name), middle, half: half.min(most_half), speed, acceleration, gains }
     };
     (0..dof).map(reach).collect()
 }
 
-/// A known mass at the centre of mass of the last body, so heavy that the joint that feels it most has half as much inertia again, and
-/// that no joint needs more than a quarter of its effort to hold it, the arm at q = 0.
+/// A known mass at the centre of mass of the last body. It is so heavy that the inertia of the joint that feels it most
+/// grows by half, but no joint needs more than a quarter of its effort to hold it with the arm at q = 0.
 fn added_mass(model: &Model, session: &str) -> Load {
     let dof = model.joints.len();
     let position = model.robot.bodies.last().map_or([0.0; 3], |body| body.inertia.com.into());
@@ -110,7 +111,7 @@ fn added_mass(model: &Model, session: &str) -> Load {
         (0.5 * inertia / added[(index, index)]).min(0.25 * effort / weight[index].abs())
     };
     let mass = (0..dof).map(bearable).filter(|mass| mass.is_finite()).fold(f64::INFINITY, f64::min);
-    // Three digits are as much as anybody weighs.
+    // Three digits, which is the precision of weighing.
     let digits = 10f64.powf(2.0 - mass.log10().floor());
     if mass.is_finite() && mass > 0.0 { Load { mass: (mass * digits).floor() / digits, ..unit } } else { unit }
 }
@@ -211,7 +212,7 @@ fn wide_range(text: &mut String, reaches: &[Reach], length: f64) {
         for (index, reach) in reaches.iter().enumerate() {
             let Reach { name, middle, half, speed, acceleration, .. } = reach;
             let (low, high) = (middle - half, middle + half);
-            // Joints differ in speed, so that all poses of one meet all poses of another.
+            // Joints have different speeds, so that all poses of one occur with all poses of another.
             let own = part * speed * (1.0 - 0.3 * index as f64 / reaches.len() as f64);
             let ways: Vec<String> = (0..(2.0 * length) as usize).map(|_| format!("{high}, {low}")).collect();
             let _ = writeln!(

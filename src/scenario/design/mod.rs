@@ -1,10 +1,11 @@
-//! The experiment that separates causes, or measures one best, found by simulation.
+//! Finds by simulation the experiment that separates two causes, or measures one best.
 //!
-//! Each experiment within the budget is simulated with one cause in the machine and then with the other, of a strength that moves a
-//! tenth of the torque, and diagnosed as a recording would be; where that decides, with further machines of other strengths and noise.
-//! How surely it decides is the smaller of the mean probabilities with which the right cause is named and the other is not in doubt.
-//! What the effects say that shows them best is tried first, the shorter before the longer, and the first that decides is taken. Of one
-//! cause: the one that gives its first parameter the smallest standard error.
+//! Each experiment within the budget is simulated with one cause in the machine and then with the other, of a strength
+//! that changes the torque by a tenth, and the recording is diagnosed. If the result decides, further machines with
+//! other strengths and noise are simulated. The confidence of an experiment is the smaller of the two causes' mean
+//! probabilities that the right cause is named and the other one is ruled out. Experiments that the effects declare as
+//! best are tried first, shorter before longer ones, and the first one that decides is taken. For a single cause it is
+//! the experiment with the smallest standard error of the cause's first parameter.
 
 mod experiments;
 
@@ -21,22 +22,23 @@ use crate::timeseries::TimeSeries;
 use crate::toml_input::nearest;
 use experiments::{Plan, plans, scenario_text};
 
-/// [1] Probability of naming the right cause from which an experiment counts as one that decides.
+/// [1] An experiment decides if its probability of naming the right cause is at least this.
 pub const DECIDES: f64 = 0.9;
-/// [1] Shares of the torque that a cause moves in RMS in the machines that are simulated: the further ones only where the first decides.
+/// [1] RMS shares of the torque that a cause adds in the simulated machines; the further ones are used only if the
+/// first decides.
 const STRENGTHS: [f64; 3] = [0.1, 0.07, 0.14];
-/// Seed of the noise of a prediction; a machine that carries the experiment out has noise of its own.
+/// Seed of the noise of a prediction; the machine that carries out the experiment has other noise.
 const SEED: u64 = 4711;
 
-/// What is to be found out.
+/// The question to be answered.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Question(Vec<String>);
 
 impl Question {
-    /// Reads `A` or `A|B`: names of effects that a diagnosis can tell.
+    /// Reads `A` or `A|B`: names of effects that a diagnosis can recognise.
     ///
     /// # Errors
-    /// A name that the catalogue lacks, an effect that no diagnosis tells, or more than two of them.
+    /// A name that the catalogue lacks, an effect that no diagnosis recognises, or more than two names.
     pub fn parse(text: &str, catalogue: &Catalogue) -> Result<Self> {
         let refused = |expected: String| Error::input("command line".as_ref(), Place::File, "question", text, expected);
         let names: Vec<String> = text.split('|').map(|name| name.trim().to_owned()).collect();
@@ -65,31 +67,31 @@ impl Question {
     }
 }
 
-/// What an experiment would say if a cause were there.
+/// Predicted result of an experiment if a cause is present.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Prediction {
-    /// The cause that was put into the machines.
+    /// The cause in the simulated machines.
     pub cause: String,
-    /// Its strength in the first of them.
+    /// Its strength in the first machine.
     pub assumed: EffectEntry,
-    /// Machines that were simulated with it.
+    /// Number of machines simulated with it.
     pub machines: usize,
-    /// Probability that it is named, and no other of the question, 0 to 1: mean of the machines.
+    /// Probability that it is named and the other cause is not, 0 to 1; mean over the machines.
     pub probability: f64,
-    /// [1] Standard error of its first parameter relative to it, where it is named.
+    /// [1] Relative standard error of its first parameter, if it is named.
     pub relative_error: Option<f64>,
-    /// What else is named.
+    /// Other effects that are named.
     pub also_named: Vec<String>,
 }
 
 /// An experiment that was simulated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trial {
-    /// What is done.
+    /// The kinds of experiment.
     pub experiment: Vec<Experiment>,
-    /// [s] its sessions together.
+    /// [s] Total length of its sessions.
     pub duration: f64,
-    /// One a cause.
+    /// One per cause.
     pub predictions: Vec<Prediction>,
     /// The scenario file; the model is `model.toml` beside it.
     #[serde(skip)]
@@ -97,12 +99,13 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// How surely it decides, 0 to 1.
+    /// Confidence of its decision, 0 to 1.
     pub fn certainty(&self) -> f64 {
         self.predictions.iter().map(|one| one.probability).fold(1.0, f64::min)
     }
 
-    /// Larger is better: for two causes how surely it decides, for one how finely it measures.
+    /// Quality, larger is better: for two causes the confidence of the decision, for one the precision of the
+    /// measurement.
     fn merit(&self) -> f64 {
         match self.predictions.as_slice() {
             [one] => -one.relative_error.unwrap_or(f64::INFINITY),
@@ -114,39 +117,40 @@ impl Trial {
 /// A designed experiment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Design {
-    /// Whether the best decides with [`DECIDES`]; of one cause, whether it names it.
+    /// Whether the best one decides with [`DECIDES`]; for a single cause, whether it names it.
     pub decides: bool,
     /// The experiment that is recommended.
     pub best: Trial,
-    /// All that were simulated, in that order.
+    /// All that were simulated, in this order.
     pub tried: Vec<Trial>,
-    /// [s] The shortest of the experiments that the budget leaves out; `None` where it leaves none out.
+    /// [s] The shortest experiment that exceeds the budget; `None` if none does.
     pub beyond_budget: Option<f64>,
-    /// What would tell the causes apart, as the catalogue has it, one a cause.
+    /// How to separate the causes, from the catalogue, one text per cause.
     pub told_apart_by: Vec<&'static str>,
 }
 
-/// What an experiment may take.
+/// Budget of an experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
     /// [s] on the machine.
     pub seconds: f64,
-    /// Of its simulation.
+    /// Limits of its simulation.
     pub limits: Limits,
 }
 
 impl From<f64> for Budget {
-    /// So many seconds, and the limits that simulations have.
+    /// This many seconds, and the default limits of simulations.
     fn from(seconds: f64) -> Self {
         Self { seconds, limits: Limits::default() }
     }
 }
 
-/// Designs the experiment for a machine within a budget, in seconds or with limits of its simulation; `progress` hears what is simulated and which share is done.
+/// Designs the experiment for a machine within a budget of seconds and of simulation cost; `progress` gets the present
+/// step and the share that is done.
 ///
 /// # Errors
-/// The model lacks friction, no experiment fits the budget (the error says how long the shortest is) or the machine's limits, or a
-/// simulation fails.
+/// The model lacks friction; no experiment fits the budget (the error gives the length of the shortest) or the
+/// machine's limits; or a simulation fails.
 pub fn design(
     model: &Model,
     question: &Question,
@@ -169,7 +173,7 @@ pub fn design(
     for plan in plans() {
         let Some(rank) = rank(&plan, question, &catalogue) else { continue };
         let text = text_of(model, question, &plan);
-        // A plan that asks too much or too little of this machine is none for it.
+        // A plan that this machine cannot carry out is skipped.
         let Ok(scenario) = Scenario::of_model(&text, Path::new("scenario.toml"), model) else { continue };
         let scenario = Scenario { limits, ..scenario };
         if let Err(error) = scenario.affordable() {
@@ -196,7 +200,7 @@ pub fn design(
     for (index, (_, plan, text, scenario)) in scenarios.into_iter().enumerate() {
         progress("simulating experiments", index as f64 / count);
         let trial = match attempt(question, &plan, text, &scenario) {
-            // Too short for this machine: another may not be.
+            // Too short for this machine; another plan may be long enough.
             Err(error @ Error::TooLittleData { .. }) => {
                 too_little = Some(error);
                 continue;
@@ -228,7 +232,8 @@ pub fn design(
     })
 }
 
-/// How far down the lists of the causes the best thing stands that a plan does for each, added up; `None` where it does nothing for one.
+/// Sum of the ranks of the plan's best kind in the causes' lists of suitable experiments; `None` if the plan has no
+/// suitable kind for one of them.
 fn rank(plan: &Plan, question: &Question, catalogue: &Catalogue) -> Option<usize> {
     let of_cause = |cause: &String| {
         let wanted = catalogue.find(cause).map_or(&[][..], |effect| effect.shown_by());
@@ -237,7 +242,7 @@ fn rank(plan: &Plan, question: &Question, catalogue: &Catalogue) -> Option<usize
     question.causes().iter().map(of_cause).sum()
 }
 
-/// The scenario file, to lie beside the model file.
+/// The scenario file; its place is beside the model file.
 fn text_of(model: &Model, question: &Question, plan: &Plan) -> String {
     scenario_text(model, plan, "model.toml", "design", &question.causes().join(" or "))
 }
@@ -278,7 +283,7 @@ fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) 
     Ok(trial)
 }
 
-/// The scenario with one effect in its machine and no other.
+/// The scenario with this effect, and no other, in its machine.
 fn with(scenario: &Scenario, effect: Option<&EffectEntry>) -> Scenario {
     let mut scenario = scenario.clone();
     scenario.truth.alter(|machine| machine.effects = effect.into_iter().cloned().collect());
