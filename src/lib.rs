@@ -25,6 +25,8 @@ pub mod files;
 pub mod gearhead;
 /// Friction and backlash from data.
 pub mod identify;
+/// Linear algebra of least squares.
+pub mod linear;
 /// The simulated machine on rapier.
 pub mod plant;
 /// Simulates a model under recorded inputs, for comparison with the recording.

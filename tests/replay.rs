@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use lostmotion::dataset::{Controller, Session};
 use lostmotion::drive::Sensing;
 use lostmotion::plant::{Options as PlantOptions, Plant};
-use lostmotion::replay::{self, Gain, Loop, Options, Pairs, Quantity, Replay, low_pass};
+use lostmotion::replay::{self, Gain, Loop, Observable, Options, Pairs, Replay, low_pass};
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
 use machines::{friction, model, plain_joint, scara, turntable};
@@ -57,7 +57,7 @@ fn record(machine: &Model, controllers: &[Controller], samples: usize, commands:
     Session { series, notes: Vec::new(), source: PathBuf::from("made"), controllers }
 }
 
-fn rms(replay: &Replay, joint: &str, quantity: Quantity) -> f64 {
+fn rms(replay: &Replay, joint: &str, quantity: Observable) -> f64 {
     let found = replay.errors.iter().find(|error| error.joint == joint && error.quantity == quantity);
     found.expect("a figure").rms
 }
@@ -104,10 +104,10 @@ fn equivalent_in_open_loop_the_same_machine_makes_the_same_motion() {
     let machine = scara();
     let session = record(&machine, &[controller(4.0, 2), controller(1.2, 2)], 6000, true, true);
     let replay = replay::replay(&machine, &session, &open()).expect("a replay");
-    assert!(replay.errors.iter().all(|error| error.quantity != Quantity::Torque), "the torque is given");
+    assert!(replay.errors.iter().all(|error| error.quantity != Observable::Torque), "the torque is given");
     for joint in ["joint1", "joint2"] {
         // Same machine, same start, same commands: rounding, magnified at the reversals by friction and gap.
-        assert!(rms(&replay, joint, Quantity::Position) < 1e-7, "{:?}", replay.errors);
+        assert!(rms(&replay, joint, Observable::Position) < 1e-7, "{:?}", replay.errors);
     }
 }
 
@@ -127,7 +127,7 @@ fn analytic_in_open_loop_an_inertia_scales_the_motion_and_a_moving_start_goes_on
     // (k_v k_p 0.6 (2π 0.4)² t⁴/24 J) that the parabola of the start is off by up to 0.3 mrad/s, 0.4 % over 4 s.
     let expected: f64 = recorded.iter().map(|q| (q * (1.0 - 1.0 / ratio)).powi(2)).sum();
     let expected = (expected / recorded.len() as f64).sqrt();
-    let found = rms(&replay, "joint1", Quantity::Position);
+    let found = rms(&replay, "joint1", Observable::Position);
     assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
 
     let mut moving = session.clone();
@@ -138,7 +138,7 @@ fn analytic_in_open_loop_an_inertia_scales_the_motion_and_a_moving_start_goes_on
     let replay = replay::replay(&machine, &moving, &open()).expect("a replay");
     // The start is that of a parabola through T = 20 ms: what the jerk of 0.6 (2π 0.4)³ = 9.5 rad/s³ makes of its velocity, T²/20 of
     // it, is 0.2 mrad/s, over 3.5 s.
-    assert!(rms(&replay, "joint1", Quantity::Position) < 2e-4 * 3.5, "{:?}", replay.errors);
+    assert!(rms(&replay, "joint1", Observable::Position) < 2e-4 * 3.5, "{:?}", replay.errors);
 }
 
 #[test]
@@ -163,9 +163,9 @@ fn analytic_a_missing_asymmetry_shows_as_its_torque() {
     let replay = replay::replay(&nominal, &session, &Options::default()).expect("a replay");
     // 0.2 · 0.5 N·m in both directions. The nominal machine moves 0.1/(4·10) rad beside the recording and does not stick at the
     // same instants, which lowers the figure: 5 % covers five reversals of about 0.1 s in 10 s.
-    let torque = rms(&replay, "joint1", Quantity::Torque);
+    let torque = rms(&replay, "joint1", Observable::Torque);
     assert!((torque - 0.1).abs() < 0.005, "{torque}");
-    let position = rms(&replay, "joint1", Quantity::Position);
+    let position = rms(&replay, "joint1", Observable::Position);
     assert!((position - 0.1 / 40.0).abs() < 0.05 * 0.1 / 40.0, "{position}");
 }
 
@@ -180,10 +180,10 @@ fn property_unknown_controllers_and_noisy_currents_leave_little_error() {
     let wrong = replay::replay(&wrong, &session, &Options::default()).expect("a replay");
     for joint in ["joint1", "joint2"] {
         // One encoder count is 0.58 and 0.94 mrad.
-        assert!(rms(&right, joint, Quantity::Position) < 5e-4);
+        assert!(rms(&right, joint, Observable::Position) < 5e-4);
     }
     // A third of the Coulomb friction is missing, 0.14 N·m; the right model leaves 0.08 N·m of encoder counts in the feedback.
-    assert!(rms(&wrong, "joint1", Quantity::Torque) > 2.0 * rms(&right, "joint1", Quantity::Torque));
+    assert!(rms(&wrong, "joint1", Observable::Torque) > 2.0 * rms(&right, "joint1", Observable::Torque));
 }
 
 #[test]
@@ -275,7 +275,7 @@ fn recover_the_right_model_gains_beside_the_wrong_one() {
     assert_eq!(channels.len(), 6);
     let of =
         |quantity| channels.iter().find(|one| one.joint == "joint1" && one.quantity == quantity).expect("a channel");
-    for quantity in [Quantity::Position, Quantity::Torque, Quantity::Velocity] {
+    for quantity in [Observable::Position, Observable::Torque, Observable::Velocity] {
         let one = of(quantity);
         assert!(one.gain.shown && one.after < one.before, "{one:?}");
         let [low, high] = one.gain.interval_percent;

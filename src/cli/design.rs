@@ -9,7 +9,7 @@ use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::report::files::{envelope, planned};
 use crate::report::{Document, Report, Section, Table};
-use crate::scenario::{Budget, Design as Designed, Question, Trial, design};
+use crate::scenario::{Budget, Design as Designed, Question, TriedExperiment, design};
 
 use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
@@ -66,7 +66,7 @@ impl Design {
     }
 }
 
-fn parts(trial: &Trial) -> String {
+fn parts(trial: &TriedExperiment) -> String {
     let names = trial.experiment.iter().map(|part| json!(part).as_str().unwrap_or_default().replace('_', " "));
     names.collect::<Vec<_>>().join(", then ")
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::dataset::Session;
 use crate::diagnose::{self as diagnosis, Diagnosis, Options, ReplayError, ResidualSeries, Split, Verdict, ZoneShares};
 use crate::error::{Error, Result};
-use crate::replay::{self, Compared, Quantity, Replay};
+use crate::replay::{self, Compared, Observable, Replay};
 use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::{Report, diagnosis as rendering};
@@ -215,7 +215,7 @@ fn tail(session: Session, share: f64) -> Session {
 fn zone_shares(joint: &str, series: &[ResidualSeries], replays: &[Replay]) -> Option<ZoneShares> {
     let (mut sums, mut times) = ([0.0; 3], [0.0; 3]);
     for replay in replays {
-        let error = replay.errors.iter().find(|error| error.joint == joint && error.quantity == Quantity::Torque)?;
+        let error = replay.errors.iter().find(|error| error.joint == joint && error.quantity == Observable::Torque)?;
         for series in series.iter().filter(|one| one.joint == joint && one.session == replay.session) {
             let (Some(first), Some(last)) = (series.time.first(), series.time.last()) else { continue };
             for (time, e) in replay.time.iter().zip(&error.difference) {
@@ -242,10 +242,10 @@ fn replay_error(compared: Compared, model: &Model) -> ReplayError {
     let Compared { joint, quantity, unit, before, after, gain } = compared;
     let slides = model.joints.iter().any(|one| one.name == joint && one.kind == JointKind::Prismatic);
     let quantity = match quantity {
-        Quantity::Position => "position",
-        Quantity::Velocity => "velocity",
-        Quantity::Torque if slides => "force",
-        Quantity::Torque => "torque",
+        Observable::Position => "position",
+        Observable::Velocity => "velocity",
+        Observable::Torque if slides => "force",
+        Observable::Torque => "torque",
     };
     ReplayError { joint, quantity, unit, split: Split::HeldOut, before, after, gain }
 }

@@ -39,13 +39,13 @@ static ABOUT: About = About {
 /// The gap varies with the angle.
 pub struct PositionDependentBacklash;
 
-struct Gap {
+struct UnevenGap {
     amplitude: f64,
     order: f64,
     phase: f64,
 }
 
-impl GearAction for Gap {
+impl GearAction for UnevenGap {
     fn alter(&self, _time: f64, theta: f64, mesh: &mut Mesh) {
         let (sin, cos) = (self.order * theta + self.phase).sin_cos();
         mesh.half_gap += 0.5 * self.amplitude * cos;
@@ -76,7 +76,7 @@ impl Effect for PositionDependentBacklash {
             let expected = format!("less than 2/order = {:.3e}, or the flanks would turn back", 2.0 / order);
             return Err(misfit(&ABOUT, model, "amplitude", amplitude, expected));
         }
-        Ok(vec![Action::Gear(joint, Box::new(Gap { amplitude, order, phase: given.get("phase") }))])
+        Ok(vec![Action::Gear(joint, Box::new(UnevenGap { amplitude, order, phase: given.get("phase") }))])
     }
 
     fn claims(&self, phenomenon: &Phenomenon) -> Option<Claim> {

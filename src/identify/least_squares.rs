@@ -5,6 +5,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::linear::least_squares;
+
 /// Result of a least-squares fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
@@ -32,9 +34,7 @@ impl Fit {
 
 /// Linear fit `min |X θ − y|²` of rows already divided by their errors; `None` where the columns depend on each other.
 pub fn linear(x: &DMatrix<f64>, y: &DVector<f64>) -> Option<Fit> {
-    let normal = x.transpose() * x;
-    let covariance = scaled_inverse(&normal)?;
-    let parameters = &covariance * (x.transpose() * y);
+    let (parameters, covariance) = least_squares(x, y)?;
     let chi_squared = (x * &parameters - y).norm_squared();
     Some(Fit {
         parameters: parameters.as_slice().to_vec(),
@@ -42,17 +42,6 @@ pub fn linear(x: &DMatrix<f64>, y: &DVector<f64>) -> Option<Fit> {
         chi_squared,
         degrees_of_freedom: y.len().saturating_sub(x.ncols()),
     })
-}
-
-/// Inverse of a symmetric positive matrix whose diagonal spans many orders of magnitude.
-fn scaled_inverse(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = normal.diagonal().map(f64::sqrt);
-    if scale.iter().any(|&s| s <= 0.0 || !s.is_finite()) {
-        return None;
-    }
-    let unit = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| normal[(i, j)] / (scale[i] * scale[j]));
-    let inverse = unit.cholesky()?.inverse();
-    Some(DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| inverse[(i, j)] / (scale[i] * scale[j])))
 }
 
 /// How a non-linear fit is carried out.
@@ -114,7 +103,7 @@ pub fn levenberg_marquardt(
         }
     }
     let j = jacobian(&parameters, &free, search, &residuals, r.len())?;
-    let of_free = scaled_inverse(&(j.transpose() * &j))?;
+    let (_, of_free) = least_squares(&j, &r)?;
     let mut covariance = DMatrix::zeros(start.len(), start.len());
     for (i, &k) in free.iter().enumerate() {
         for (j, &l) in free.iter().enumerate() {

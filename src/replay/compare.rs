@@ -5,7 +5,7 @@
 
 use super::inputs::Input;
 use super::low_pass::low_pass;
-use super::{ChannelError, Quantity, Simulated};
+use super::{ChannelError, Observable, Simulated};
 use crate::robot::JointModel;
 use crate::timeseries::Channel;
 use crate::units::JointKind;
@@ -16,7 +16,7 @@ pub struct Side<'a> {
     /// The joint.
     pub joint: &'a str,
     /// The signals.
-    pub quantity: Quantity,
+    pub quantity: Observable,
     /// Their unit.
     pub unit: &'static str,
     /// [s] sample times of both.
@@ -38,11 +38,11 @@ pub(super) fn compare(
     see: &mut dyn FnMut(&Side<'_>) -> bool,
 ) -> Vec<ChannelError> {
     let smooth = |values: &[f64]| low_pass(values, interval, cutoff);
-    let mut see = |quantity: Quantity, recorded: &[f64], simulated: &[f64]| {
+    let mut see = |quantity: Observable, recorded: &[f64], simulated: &[f64]| {
         let unit = quantity.unit(joint.kind);
         see(&Side { joint: &joint.name, quantity, unit, time, recorded, simulated })
     };
-    let error = |quantity: Quantity, recorded: &[f64], simulated: &[f64], kept: bool| {
+    let error = |quantity: Observable, recorded: &[f64], simulated: &[f64], kept: bool| {
         let difference: Vec<f64> = recorded.iter().zip(simulated).map(|(a, b)| a - b).collect();
         let (rms, level) = (rms(&difference), self::rms(recorded));
         let relative = if level > 0.0 { rms / level } else { 0.0 };
@@ -51,20 +51,20 @@ pub(super) fn compare(
         ChannelError { joint: joint.name.clone(), quantity, unit, rms, relative, difference }
     };
     let Simulated { position, torque } = simulated;
-    let kept = see(Quantity::Position, &input.position, &position);
+    let kept = see(Observable::Position, &input.position, &position);
     let positions = [smooth(&input.position), smooth(&position)];
     drop(position);
-    let of_position = error(Quantity::Position, &positions[0], &positions[1], kept);
+    let of_position = error(Observable::Position, &positions[0], &positions[1], kept);
     let recorded = input.torque.values();
-    let kept = see(Quantity::Torque, &recorded, &torque);
+    let kept = see(Observable::Torque, &recorded, &torque);
     let recorded = smooth(&recorded);
     let torque = if input.magnitude { torque.iter().map(|torque| torque.abs()).collect() } else { torque };
-    let of_torque = error(Quantity::Torque, &recorded, &smooth(&torque), kept);
+    let of_torque = error(Observable::Torque, &recorded, &smooth(&torque), kept);
     drop((recorded, torque));
 
     let velocities = positions.map(|position| rate(&position, interval));
-    let kept = see(Quantity::Velocity, &velocities[0], &velocities[1]);
-    let of_velocity = error(Quantity::Velocity, &velocities[0], &velocities[1], kept);
+    let kept = see(Observable::Velocity, &velocities[0], &velocities[1]);
+    let of_velocity = error(Observable::Velocity, &velocities[0], &velocities[1], kept);
     vec![of_position, of_torque, of_velocity]
 }
 
@@ -78,7 +78,7 @@ fn rate(smooth: &[f64], interval: f64) -> Vec<f64> {
     (0..smooth.len()).map(at).collect()
 }
 
-impl Quantity {
+impl Observable {
     /// The channel that holds it.
     pub const fn channel(self) -> Channel {
         match self {

@@ -74,7 +74,7 @@ impl Default for Options {
 /// Which signals were compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Quantity {
+pub enum Observable {
     /// Motor position, joint side.
     Position,
     /// Derivative of the smoothed motor position.
@@ -89,7 +89,7 @@ pub struct ChannelError {
     /// The joint.
     pub joint: String,
     /// The signals.
-    pub quantity: Quantity,
+    pub quantity: Observable,
     /// Unit of `rms`.
     pub unit: &'static str,
     /// RMS of the difference.
@@ -167,7 +167,7 @@ fn replayed(
     }
     if options.control == Loop::Open {
         // The torque is an input here, not a result.
-        errors.retain(|error| error.quantity != Quantity::Torque);
+        errors.retain(|error| error.quantity != Observable::Torque);
     }
     Ok(Replay { session: session.series.name.clone(), time: time.clone(), errors, notes, simulated: drawn })
 }

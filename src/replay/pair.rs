@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::gain::{Gain, Pairs};
-use super::{ChannelError, Options, Quantity, Replay, replay};
+use super::{ChannelError, Observable, Options, Replay, replay};
 use crate::dataset::Session;
 use crate::error::Result;
 use crate::robot::Model;
@@ -14,7 +14,7 @@ pub struct Compared {
     /// The joint.
     pub joint: String,
     /// The signals.
-    pub quantity: Quantity,
+    pub quantity: Observable,
     /// Unit of the errors.
     pub unit: &'static str,
     /// RMS error of the first model.

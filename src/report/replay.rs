@@ -7,14 +7,14 @@ use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::{Trace, canvas_frame};
 use super::svg;
 use super::table::Table;
-use crate::replay::{Loop, Quantity, Replay, Side};
+use crate::replay::{Loop, Observable, Replay, Side};
 use crate::timeseries::Envelope;
 
-const fn name(quantity: Quantity) -> &'static str {
+const fn name(quantity: Observable) -> &'static str {
     match quantity {
-        Quantity::Position => "position",
-        Quantity::Velocity => "velocity",
-        Quantity::Torque => "torque",
+        Observable::Position => "position",
+        Observable::Velocity => "velocity",
+        Observable::Torque => "torque",
     }
 }
 
@@ -22,7 +22,7 @@ const fn name(quantity: Quantity) -> &'static str {
 #[derive(Debug, Default)]
 pub struct Shown {
     /// Both sides of each signal.
-    plots: Vec<(Quantity, Plot)>,
+    plots: Vec<(Observable, Plot)>,
     /// The recorded side and the position error, beside the simulated motion.
     pub traces: Vec<Trace>,
 }
@@ -46,13 +46,13 @@ impl Shown {
         };
         let recorded = || Envelope::of(side.time, side.recorded.iter().copied());
         match quantity {
-            Quantity::Position => {
+            Observable::Position => {
                 add("position", "recorded", Role::Reference, recorded());
                 let error = side.simulated.iter().zip(side.recorded).map(|(model, measured)| model - measured);
                 add("position_error", "simulated_minus_recorded", Role::Before, Envelope::of(side.time, error));
             }
-            Quantity::Torque => add("torque", "recorded", Role::Reference, recorded()),
-            Quantity::Velocity => {}
+            Observable::Torque => add("torque", "recorded", Role::Reference, recorded()),
+            Observable::Velocity => {}
         }
     }
 }
@@ -93,7 +93,7 @@ fn section(replay: &Replay, drawn: &Shown) -> Section {
         ]);
     }
     // A torque that is an input has no error, and no plot.
-    let judged = |quantity: Quantity| replay.errors.iter().any(|error| error.quantity == quantity);
+    let judged = |quantity: Observable| replay.errors.iter().any(|error| error.quantity == quantity);
     let plots = drawn.plots.iter().filter(|(quantity, _)| judged(*quantity)).map(|(_, plot)| plot.clone());
     Section {
         title: replay.session.clone(),

@@ -27,7 +27,7 @@ mod truth;
 pub use closed_loop::{Timing, closed_loop, simulate, simulate_keeping};
 pub use contact::{Contact, ContactExpectation, UnmetContact};
 pub use cost::{Cost, Limits, STEPS_A_SECOND};
-pub use design::{Budget, DECIDES, Design, Prediction, Question, Trial, design};
+pub use design::{Budget, DECIDES, Design, Forecast, Question, TriedExperiment, design};
 pub use expect::{Expectation, Unmet};
 pub use expect_diagnosis::{DiagnosisExpectation, EffectFigure, UnmetDiagnosis};
 pub use record::{Keep, Recorder};

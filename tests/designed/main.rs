@@ -13,7 +13,7 @@ use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::effects::Catalogue;
 use lostmotion::gearhead::FrictionLaw;
 use lostmotion::robot::{EffectEntry, Load, Model};
-use lostmotion::scenario::{Design, Prediction, Question, Scenario, design, simulate};
+use lostmotion::scenario::{Design, Forecast, Question, Scenario, design, simulate};
 use machine::Machine;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -68,7 +68,7 @@ fn designed(question: &str, seed: u64) -> (Model, Design) {
     let asked = Question::parse(question, &Catalogue::default()).expect("a question");
     let found = design(&model, &asked, 120.0, &mut |_, _| {}).expect("a design");
     for trial in &found.tried {
-        let of = |one: &Prediction| format!("{} {:.2} (also {:?})", one.cause, one.probability, one.also_named);
+        let of = |one: &Forecast| format!("{} {:.2} (also {:?})", one.cause, one.probability, one.also_named);
         let predicted: Vec<String> = trial.predictions.iter().map(of).collect();
         println!("{question}: {:?} {:.0} s: {}", trial.experiment, trial.duration, predicted.join(", "));
     }
@@ -90,7 +90,7 @@ fn separates(question: &str, seed: u64, ordinary: impl Fn(&Scenario, &Model) -> 
     assert!(found.decides, "{question}: {:?}", found.best.predictions);
     let experiment = scenario(&found.best.scenario, &model);
     let (mut before, mut after) = (Vec::new(), Vec::new());
-    for (index, Prediction { cause, assumed, .. }) in found.best.predictions.iter().enumerate() {
+    for (index, Forecast { cause, assumed, .. }) in found.best.predictions.iter().enumerate() {
         let seed = seed + 1 + index as u64;
         before.push(left_open(&carried_out(&ordinary(&experiment, &model), Some(assumed), seed), question));
         after.push(left_open(&carried_out(&experiment, Some(assumed), seed), question));

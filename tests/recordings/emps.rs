@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use lostmotion::dataset;
 use lostmotion::diagnose::{self, Split, diagnose};
 use lostmotion::gearhead::{Exponential, Friction, FrictionLaw};
-use lostmotion::replay::{self, Loop, Options, Quantity};
+use lostmotion::replay::{self, Loop, Observable, Options};
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::Channel;
 use lostmotion::units::JointKind;
@@ -89,7 +89,7 @@ pub fn errs_in_open_loop_as_much_as_published() {
     let options = Options { control: Loop::Open, cutoff: 1e6, ..Options::default() };
     let session = dataset::load(&datasets().join("pulses.toml"), &dataset::joints_of(&model)).expect("data");
     let replay = replay::replay(&model, &session, &options).expect("replay");
-    let position = replay.errors.iter().find(|error| error.quantity == Quantity::Position).expect("a position").rms;
+    let position = replay.errors.iter().find(|error| error.quantity == Observable::Position).expect("a position").rms;
     println!("pulses in open loop: {:.2} mm; published 9.22 mm", 1e3 * position);
     // The same parameters: the figure is theirs, up to how the last sample's force is held, what the current loop delays, and the gear
     // that they leave out. A tenth of it covers that; a controller left in would make it a thousandth.

@@ -1,6 +1,6 @@
 //! Whether the current lags behind the motion by another time than it did.
 
-use super::changed::named_as_change;
+use crate::diagnose::fit::cause::change_of;
 use crate::diagnose::instruments::current_lag::Aligned;
 use crate::diagnose::result::{Findings, FoundEffect, Unexplained};
 use crate::robot::Model;
@@ -24,7 +24,7 @@ pub fn changed(model: &Model, [before, now]: [&Option<Aligned>; 2]) -> Findings 
 }
 
 fn as_change(found: &FoundEffect) -> FoundEffect {
-    FoundEffect { effect: named_as_change(&found.effect), ..found.clone() }
+    FoundEffect { effect: change_of(&found.effect), ..found.clone() }
 }
 
 fn in_words(model: &Model, before: &Aligned, now: Option<&Aligned>) -> Vec<Unexplained> {

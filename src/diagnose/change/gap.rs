@@ -16,7 +16,7 @@ const SHARED: f64 = 0.1;
 
 /// The gap of a joint on one side.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gap {
+pub struct SideGap {
     /// [rad or m]
     pub value: f64,
     /// [rad or m]
@@ -31,7 +31,7 @@ pub struct Gap {
 
 /// [1] Part of the reversals that has to agree on a gap before it is compared: where they scatter, some cross it by themselves.
 const LEAST_AGREEMENT: f64 = 0.75;
-impl Gap {
+impl SideGap {
     /// Whether two gaps may be compared.
     pub fn compares(&self, other: &Self) -> bool {
         self.agreement.min(other.agreement) >= LEAST_AGREEMENT
@@ -45,7 +45,7 @@ pub fn both_sides(
     model: &Model,
     sessions: [&[&TimeSeries]; 2],
     friction: &[Vec<SymmetricFriction>; 2],
-) -> [Vec<Option<Gap>>; 2] {
+) -> [Vec<Option<SideGap>>; 2] {
     let dof = model.joints.len();
     let places: Vec<(usize, usize)> = (0..2).flat_map(|side| (0..dof).map(move |joint| (side, joint))).collect();
     let measure = |side: usize, joint: usize, at: Option<Start>| {
@@ -71,8 +71,8 @@ struct Start {
 
 impl Start {
     /// The gap on which most of the reversals agree, and the mean of the shares.
-    fn of(found: impl Iterator<Item = Gap>) -> Option<Self> {
-        let found: Vec<Gap> = found.collect();
+    fn of(found: impl Iterator<Item = SideGap>) -> Option<Self> {
+        let found: Vec<SideGap> = found.collect();
         let best = found.iter().max_by(|a, b| a.agreement.total_cmp(&b.agreement))?;
         let shares = found.iter().filter_map(|one| one.link_share);
         let share = shares.sum::<f64>() / found.len() as f64;
@@ -86,7 +86,7 @@ fn measured(
     sessions: &[&TimeSeries],
     law: SymmetricFriction,
     at: Option<Start>,
-) -> Option<Gap> {
+) -> Option<SideGap> {
     let friction = law.on_motor();
     let found = match at {
         None => backlash::identify(model, joint, sessions, &friction).ok()?,
@@ -98,7 +98,7 @@ fn measured(
     let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
     let values: Vec<f64> = found.best.values.iter().map(|one| one.gap).collect();
     let agreement = values.len() as f64 / (values.len() + found.best.left_out.len()).max(1) as f64;
-    let gap = Gap {
+    let gap = SideGap {
         value: mean.value.max(0.0),
         std_error: mean.std_error,
         repeatability: repeatability(&values, model.joints[joint].encoder_step()),

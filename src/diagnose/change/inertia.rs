@@ -7,10 +7,10 @@
 //! counts where it stands out of `√(σ² + σ_n²)`, `σ_n` what is natural. An inertia does not wander from day to day: there is no spread
 //! between sessions in it.
 
-use super::changed::{plain_name, within};
 use super::quantity;
 use super::robust::Estimates;
 use super::select::{Changes, Sides};
+use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::fit::problem::{Problem, Term};
 use crate::diagnose::rows::zones::{Margins, rigid_zone};
 use crate::effects::{Diagnosable, Effect};
@@ -40,7 +40,7 @@ pub fn look_closer(
 
 /// Takes the changes of rotors' inertias out of what was selected: the closer look has the say.
 pub fn drop_inertias(changes: &mut Changes) {
-    let is_inertia = |term: &Term| plain_name(term.effect.name()) == quantity::rotor_inertia().name();
+    let is_inertia = |term: &Term| term.effect.name() == quantity::rotor_inertia().name();
     for taken in &mut changes.taken {
         taken.terms.retain(|term| !is_inertia(term));
     }
@@ -55,7 +55,7 @@ fn standing_out(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<(
     loop {
         let terms: Vec<Term> = joints
             .iter()
-            .map(|joint| Term::new(&problem.motion, within(inertia, sides.now.clone()), &[*joint], Vec::new()))
+            .map(|joint| Term::new(&problem.motion, Cause::change(inertia, sides.now.clone()), &[*joint], Vec::new()))
             .collect();
         let all: Vec<&Term> = changes.terms().into_iter().chain(&terms).collect();
         let first = all.len() - terms.len();

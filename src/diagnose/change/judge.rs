@@ -2,10 +2,9 @@
 
 use super::quantity;
 use super::robust::Estimates;
-use super::select::{Changes, SURE, Sides, plain, resettle};
+use super::select::{Changes, SURE, Sides, resettle};
 use super::spread::between_sessions;
 use crate::diagnose::fit::problem::{Problem, Term};
-use crate::effects::Catalogue;
 
 /// Probability that any one quantity has changed, before the data are seen.
 const PRIOR: f64 = 0.03;
@@ -16,8 +15,8 @@ pub fn probability(z: f64) -> f64 {
 }
 
 /// Standard deviation of a change that is none: the spread between sessions of the reference, or what is natural for the quantity.
-pub fn natural(problem: &Problem, changes: &Changes, term: &Term, known: &Catalogue, sides: &Sides) -> f64 {
-    let Some(effect) = plain(known, term.effect.name()) else { return 0.0 };
+pub fn natural(problem: &Problem, changes: &Changes, term: &Term, sides: &Sides) -> f64 {
+    let effect = term.effect.everywhere();
     let terms = changes.terms();
     let spread = between_sessions(problem, &terms, effect, &term.joints, &term.shape, sides.reference.clone());
     let share = 1.0 / sides.reference.len() as f64 + 1.0 / sides.now.len().max(1) as f64;
@@ -27,9 +26,9 @@ pub fn natural(problem: &Problem, changes: &Changes, term: &Term, known: &Catalo
 }
 
 /// Standard errors by which the largest coefficient of a term differs from none.
-fn standing(problem: &Problem, changes: &Changes, index: usize, known: &Catalogue, sides: &Sides) -> f64 {
+fn standing(problem: &Problem, changes: &Changes, index: usize, sides: &Sides) -> f64 {
     let terms = changes.terms();
-    let natural = natural(problem, changes, terms[index], known, sides);
+    let natural = natural(problem, changes, terms[index], sides);
     let at = changes.estimates.fitted.term_at[index];
     let one = |k: usize| {
         let own = changes.estimates.std_error(&[(at + k, 1.0)]);
@@ -39,16 +38,11 @@ fn standing(problem: &Problem, changes: &Changes, index: usize, known: &Catalogu
 }
 
 /// Drops what is within natural noise, the smallest first; returns the standing of the terms that stay.
-pub fn keep_significant(
-    problem: &mut Problem,
-    changes: &mut Changes,
-    known: &Catalogue,
-    sides: &Sides,
-) -> Option<Vec<f64>> {
+pub fn keep_significant(problem: &mut Problem, changes: &mut Changes, sides: &Sides) -> Option<Vec<f64>> {
     loop {
         let first = changes.shared.len();
         let standings: Vec<f64> =
-            (first..changes.terms().len()).map(|index| standing(problem, changes, index, known, sides)).collect();
+            (first..changes.terms().len()).map(|index| standing(problem, changes, index, sides)).collect();
         let weakest = standings.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         let Some((index, _)) = weakest.filter(|(_, standing)| **standing < SURE) else { return Some(standings) };
         let mut position = 0;

@@ -9,7 +9,6 @@
 //! A change of what the baseline fits freely cannot be told from its value by one recording; by two it can. Candidates are the terms of
 //! friction, the rotor's inertia and every effect of the catalogue, in the rows of now alone. What both sides get wrong alike cancels.
 
-mod changed;
 mod delays;
 mod gap;
 mod inertia;
@@ -37,11 +36,10 @@ use crate::diagnose::select::confirm;
 use crate::diagnose::select::selection;
 use crate::diagnose::select::selection::{Nominal, Selection, Taken};
 use crate::diagnose::{conclude, mistakes};
-use crate::effects::Diagnosable;
+use crate::effects::{Catalogue, Diagnosable};
 use crate::error::Result;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
-use changed::plain_name;
 use select::Sides;
 
 /// Names what is another size `now` than in the `reference`, and what is there now and was not before; the model that comes
@@ -83,19 +81,18 @@ pub fn compare(
     progress("fitting both", 0.3);
     let mut problem = pose(model, &sessions, division, options)?;
     // What wide rows show; and nothing of inertias where masses are a guess.
-    let known = problem.catalogue.clone();
-    problem.catalogue = select::catalogue(&known, model.masses, &sides);
+    problem.causes = select::causes(&problem.catalogue, model.masses, &sides);
+    problem.catalogue = Catalogue::empty();
     problem.standstill = difference_at_rest(&problem, &sessions, before.len());
     problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
     let shared = shared_terms(&problem, &were);
     drop(were);
     let mut changes =
-        select::select(&mut problem, shared, &known, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
+        select::select(&mut problem, shared, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
     progress("judging changes", 0.8);
     inertia::drop_inertias(&mut changes);
     select::refresh(&mut problem, &mut changes).ok_or_else(|| nothing_moves(model))?;
-    let standings =
-        judge::keep_significant(&mut problem, &mut changes, &known, &sides).ok_or_else(|| nothing_moves(model))?;
+    let standings = judge::keep_significant(&mut problem, &mut changes, &sides).ok_or_else(|| nothing_moves(model))?;
 
     changes.estimates =
         select::estimates_beside_companions(&problem, &changes, &sides).ok_or_else(|| nothing_moves(model))?;
@@ -207,7 +204,7 @@ fn report(
         friction: problem.motion.joints.iter().map(|joint| joint.friction).collect(),
     };
     let mut selection = Selection { taken, first_round: changes.first_round, fitted, nominal, as_recorded: unchanged };
-    let is_effect = |term: &Term| quantity::find(plain_name(term.effect.name())).is_none();
+    let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();
     let confirmed = confirm::confirm(problem, &mut selection, given, &is_effect).ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions, division, earlier, shaken: false };
     let options = Options { backlash: false, ..options.clone() };

@@ -1,12 +1,12 @@
 //! From the changes to a report: each with what it was and what it is, and the machine as it was and as it is.
 
-use super::changed::plain_name;
-use super::gap::Gap;
+use super::gap::SideGap;
 use super::judge::probability;
 use super::quantity;
-use super::quantity::Quantity;
+use super::quantity::MachineQuantity;
 use super::select::{Changes, SURE};
 use crate::diagnose::conclude::extend;
+use crate::diagnose::fit::cause::changed;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::result::{Change, FoundEffect, Measured, Parts};
 use crate::effects::{Catalogue, Effect, Scope, SymmetricFriction};
@@ -18,19 +18,19 @@ const NATURAL_GAP: f64 = 0.02;
 const NOMINAL: f64 = 0.3;
 
 /// A changed quantity of the regression.
-struct Found {
-    quantity: &'static Quantity,
+struct ChangedTerm {
+    quantity: &'static MachineQuantity,
     joint: usize,
     /// Position among the terms.
     term: usize,
     standing: f64,
 }
 
-fn found(changes: &Changes, standings: &[f64]) -> Vec<Found> {
+fn found(changes: &Changes, standings: &[f64]) -> Vec<ChangedTerm> {
     let first = changes.shared.len();
     let of_term = |(index, term): (usize, &&crate::diagnose::fit::problem::Term)| {
-        let quantity = quantity::find(plain_name(term.effect.name()))?;
-        Some(Found { quantity, joint: term.joints[0], term: first + index, standing: standings[index] })
+        let quantity = quantity::find(term.effect.name())?;
+        Some(ChangedTerm { quantity, joint: term.joints[0], term: first + index, standing: standings[index] })
     };
     changes.terms()[first..].iter().enumerate().filter_map(of_term).collect()
 }
@@ -56,8 +56,8 @@ pub fn of_inertias(problem: &Problem, changes: &Changes, standings: &[f64]) -> V
     entries
 }
 
-fn change(problem: &Problem, changes: &Changes, one: &Found, all: &[Found]) -> Change {
-    let Found { quantity, joint, .. } = *one;
+fn change(problem: &Problem, changes: &Changes, one: &ChangedTerm, all: &[ChangedTerm]) -> Change {
+    let ChangedTerm { quantity, joint, .. } = *one;
     let estimates = &changes.estimates;
     let model = &problem.motion.model.joints[joint];
     let unit = quantity.unit(model.kind);
@@ -76,7 +76,7 @@ fn change(problem: &Problem, changes: &Changes, one: &Found, all: &[Found]) -> C
         of_reference = (trust * error * error).sqrt();
         reference = (reference + trust * estimates.coefficient(shared, 0)).max(0.1 * reference);
     }
-    let own = |other: &&Found| {
+    let own = |other: &&ChangedTerm| {
         other.joint == joint && (std::ptr::eq(other.quantity, quantity) || quantity.follows(other.quantity))
     };
     let parts: Vec<usize> = all.iter().filter(own).map(|other| other.term).collect();
@@ -90,7 +90,7 @@ fn change(problem: &Problem, changes: &Changes, one: &Found, all: &[Found]) -> C
         .chain(steps.map(|(at, slope)| (at, slope / reference)))
         .collect();
     Change {
-        quantity: plain_name(changes.terms()[one.term].effect.name()).to_owned(),
+        quantity: changes.terms()[one.term].effect.name().to_owned(),
         joint: model.name.clone(),
         reference: Measured { value: reference, std_error: of_reference, unit },
         now: Measured { value: reference + delta, std_error: estimates.std_error(&now), unit },
@@ -113,8 +113,8 @@ fn shared_inertia(changes: &Changes, joint: usize) -> Option<usize> {
 }
 
 /// Gaps that differ between the sides.
-pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<Gap>>; 2]) -> Vec<Change> {
-    let one = |(joint, (before, now)): (usize, (&Option<Gap>, &Option<Gap>))| {
+pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<SideGap>>; 2]) -> Vec<Change> {
+    let one = |(joint, (before, now)): (usize, (&Option<SideGap>, &Option<SideGap>))| {
         let (before, now) = ((*before)?, (*now)?);
         let model = &model.joints[joint];
         let unit = model.kind.position_unit();
@@ -172,29 +172,22 @@ fn entry(found: &FoundEffect, catalogue: &Catalogue) -> EffectEntry {
 
 /// Splits the effects into those that were there before and those that are new, renames what was tried, and writes
 /// the machine as it was and as it is.
-pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [before, now]: &[Vec<Option<Gap>>; 2]) {
+pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [before, now]: &[Vec<Option<SideGap>>; 2]) {
     let catalogue = &parts.catalogue;
     let model = problem.motion.model;
-    let (new, old): (Vec<FoundEffect>, Vec<FoundEffect>) = std::mem::take(&mut parts.findings.effects)
-        .into_iter()
-        .partition(|found| plain_name(&found.effect) != found.effect);
-    let plain = |names: &mut Vec<String>| {
-        names.iter_mut().for_each(|name| *name = plain_name(name).to_owned());
-    };
-    let of_catalogue = |found: &FoundEffect| quantity::find(plain_name(&found.effect)).is_none();
+    let (new, old): (Vec<FoundEffect>, Vec<FoundEffect>) =
+        std::mem::take(&mut parts.findings.effects).into_iter().partition(|found| changed(&found.effect).is_some());
+    let plain = |name: &str| changed(name).unwrap_or(name).to_owned();
+    let of_catalogue = |found: &FoundEffect| quantity::find(&plain(&found.effect)).is_none();
     parts.findings.effects = new.into_iter().filter(of_catalogue).collect();
     for found in &mut parts.findings.effects {
-        found.effect = plain_name(&found.effect).to_owned();
-        plain(&mut found.confusable_with);
-    }
-    for record in &mut parts.candidates {
-        record.effect = plain_name(&record.effect).to_owned();
+        found.effect = plain(&found.effect);
     }
     for withdrawn in &mut parts.findings.withdrawn {
-        withdrawn.effect = plain_name(&withdrawn.effect).to_owned();
+        withdrawn.effect = plain(&withdrawn.effect);
     }
     let old: Vec<FoundEffect> = old.into_iter().filter(of_catalogue).collect();
-    let values = |side: &[Option<Gap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
+    let values = |side: &[Option<SideGap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
     let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
     let friction: Vec<SymmetricFriction> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let was = extend::with_baseline(model, &friction, &values(before), &shares);

@@ -27,7 +27,7 @@ enum What {
 }
 
 /// A free quantity of the baseline.
-pub struct Quantity {
+pub struct MachineQuantity {
     what: What,
     about: &'static About,
     /// [1] Relative change from day to day that is no change of the machine: one standard deviation.
@@ -63,28 +63,28 @@ const INERTIA: &[ParameterSpec] = &[ParameterSpec::new("change", "Δ", "kg·m²"
 /// All of them. What drifts without a fault: the Coulomb level of the EMPS axis by up to 5 % between two days (A. Janot 2019),
 /// hence 2 % as one standard deviation; viscous friction by 3 % a kelvin of the grease; an inertia by nothing, but 1 % is what two
 /// different motions make of an arm that is not quite rigid.
-pub static QUANTITIES: [Quantity; 5] = [
-    Quantity {
+pub static QUANTITIES: [MachineQuantity; 5] = [
+    MachineQuantity {
         what: What::Coulomb,
         about: &about("coulomb", "F_C → F_C + Δ", "Coulomb friction has changed.", EFFORT),
         natural: 0.02,
     },
-    Quantity {
+    MachineQuantity {
         what: What::Breakaway,
         about: &about("breakaway", "F_S → F_S + Δ", "Breakaway friction has changed.", EFFORT),
         natural: 0.03,
     },
-    Quantity {
+    MachineQuantity {
         what: What::StribeckVelocity,
         about: &about("stribeck_velocity", "v_S → v_S + Δ", "The speed at which friction falls has changed.", SPEED),
         natural: 0.1,
     },
-    Quantity {
+    MachineQuantity {
         what: What::Viscous,
         about: &about("viscous", "F_V → F_V + Δ", "Viscous friction has changed.", DAMPING),
         natural: 0.03,
     },
-    Quantity {
+    MachineQuantity {
         what: What::RotorInertia,
         about: &about("rotor_inertia", "J_r → J_r + Δ", "The rotor's inertia has changed.", INERTIA),
         natural: 0.01,
@@ -92,21 +92,21 @@ pub static QUANTITIES: [Quantity; 5] = [
 ];
 
 /// The quantity of that name.
-pub fn find(name: &str) -> Option<&'static Quantity> {
+pub fn find(name: &str) -> Option<&'static MachineQuantity> {
     QUANTITIES.iter().find(|quantity| quantity.about.name == name)
 }
 
 /// The linear terms of friction.
-pub fn levels() -> impl Iterator<Item = &'static Quantity> {
+pub fn levels() -> impl Iterator<Item = &'static MachineQuantity> {
     QUANTITIES.iter().filter(|quantity| matches!(quantity.what, What::Coulomb | What::Breakaway | What::Viscous))
 }
 
 /// The inertia of a rotor: its shared error is freed on both sides, so that a wrong nominal value is no change.
-pub fn rotor_inertia() -> &'static Quantity {
+pub fn rotor_inertia() -> &'static MachineQuantity {
     &QUANTITIES[4]
 }
 
-impl Quantity {
+impl MachineQuantity {
     /// Its value as it was in the baseline of a joint, and its slope against the coefficients of that baseline in a loose fit.
     /// A rotor's inertia is not in the baseline: its nominal value.
     pub fn reference(&self, problem: &Problem, joint: usize) -> (f64, Vec<(usize, f64)>) {
@@ -162,7 +162,7 @@ impl Quantity {
     }
 }
 
-impl Effect for Quantity {
+impl Effect for MachineQuantity {
     fn about(&self) -> &'static About {
         self.about
     }
@@ -192,7 +192,7 @@ impl Effect for Quantity {
     }
 }
 
-impl Diagnosable for Quantity {
+impl Diagnosable for MachineQuantity {
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         let law = motion.joints[joint].friction;
         match self.what {

@@ -5,12 +5,13 @@
 //! `ψ' = (ν + 1)(ν − z²)/(ν + z²)²` the slope of its score, `z = e/s`, averaged over each joint.
 //! Reference: K.-Y. Liang, S. Zeger (1986), Longitudinal data analysis using generalized linear models; P. Huber (1967).
 
+use crate::linear::{Equilibrated, sandwich};
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
-use crate::diagnose::fit::regression::NU;
+use crate::diagnose::fit::uncertainty::mean_slope;
 
 /// [s] Length of a block.
 const BLOCK: f64 = 5.0;
@@ -37,12 +38,7 @@ impl Estimates {
             let rows = problem.rows(joint, Part::Train);
             let (e, w, s) = (&solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
             let precision = 1.0 / (s * s);
-            let slope = |e: f64| {
-                let z2 = (e / s).powi(2);
-                (NU + 1.0) * (NU - z2) / (NU + z2).powi(2)
-            };
-            let total: f64 = w.iter().sum();
-            let kappa = e.iter().map(|e| slope(*e)).sum::<f64>() / total.max(1e-300);
+            let kappa = mean_slope(e, w, s);
             for (position, (i, x)) in block.columns.iter().enumerate() {
                 for (j, y) in &block.columns[..=position] {
                     let sum: f64 = x.iter().zip(y).zip(w).map(|((x, y), w)| x * y * w).sum();
@@ -61,11 +57,13 @@ impl Estimates {
                 }
             }
         }
-        let inverse = inverted(bread)?;
+        // A coefficient that the rows do not show stays where it is.
+        let inverse = Equilibrated::new(&bread)?.inverse();
+        // The scores of all clusters sum to zero: one of them is not free.
         Some(Self {
             fitted,
-            by_block: sandwich(&inverse, blocks.values()),
-            by_session: sandwich(&inverse, sessions.values()),
+            by_block: sandwich(&inverse, blocks.values(), 1),
+            by_session: sandwich(&inverse, sessions.values(), 1),
         })
     }
 
@@ -83,32 +81,4 @@ impl Estimates {
     pub fn coefficient(&self, term: usize, k: usize) -> f64 {
         self.fitted.solution.coefficients[self.fitted.term_at[term] + k]
     }
-}
-
-/// Inverse of a matrix whose unknowns have very different sizes.
-fn inverted(mut a: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let size: Vec<f64> = a.diagonal().iter().map(|d| 1.0 / d.abs().max(1e-300).sqrt()).collect();
-    let n = a.nrows();
-    let scale = |m: &mut DMatrix<f64>| {
-        for i in 0..n {
-            for j in 0..n {
-                m[(i, j)] *= size[i] * size[j];
-            }
-        }
-    };
-    scale(&mut a);
-    // A coefficient that the rows do not show stays where it is.
-    (0..n).for_each(|i| a[(i, i)] += 1e-9);
-    let mut inverse = a.try_inverse()?;
-    scale(&mut inverse);
-    Some(inverse)
-}
-
-fn sandwich<'g>(inverse: &DMatrix<f64>, scores: impl ExactSizeIterator<Item = &'g DVector<f64>>) -> DMatrix<f64> {
-    let clusters = scores.len() as f64;
-    let mut filling = DMatrix::zeros(inverse.nrows(), inverse.nrows());
-    scores.for_each(|g| filling += g * g.transpose());
-    // The scores of all clusters sum to zero: one of them is not free.
-    filling *= clusters / (clusters - 1.0).max(1.0);
-    inverse * filling * inverse
 }

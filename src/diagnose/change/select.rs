@@ -5,9 +5,9 @@
 //! the model that the reference did not show well enough. In the end a change has to exceed what the same quantity does from session
 //! to session of the healthy machine.
 
+use crate::diagnose::fit::cause::Cause;
 use std::ops::Range;
 
-use super::changed::{plain_name, within};
 use super::quantity;
 use super::quantity::QUANTITIES;
 use super::robust::Estimates;
@@ -16,7 +16,7 @@ use crate::diagnose::fit::problem::{Fitted, Problem, Term};
 use crate::diagnose::options::Rules;
 use crate::diagnose::select::candidates::{Candidate, candidates};
 use crate::diagnose::select::selection::{Taken, choose};
-use crate::effects::{Catalogue, Diagnosable, Effect};
+use crate::effects::Catalogue;
 use crate::robot::Masses;
 
 /// [1] Part of the usual least fall of the error that a change has to make: it acts in the rows of now alone.
@@ -65,29 +65,19 @@ pub struct Sides {
     pub now: Range<usize>,
 }
 
-/// Every effect and every quantity of the baseline, in the sessions of now; no inertia where masses are a guess.
-pub fn catalogue(known: &Catalogue, masses: Masses, sides: &Sides) -> Catalogue {
+/// Changes of every effect and every quantity of the baseline, between both recordings; no inertia where masses are a guess.
+pub fn causes(known: &Catalogue, masses: Masses, sides: &Sides) -> Vec<Cause> {
     let told = QUANTITIES.iter().filter(|quantity| masses == Masses::Known || quantity.is_of_baseline());
-    let quantities = told.map(|quantity| quantity as &'static dyn Diagnosable);
     let effects = known.diagnosable().filter(|effect| quantity::find(effect.name()).is_none());
-    let changes = quantities.chain(effects).map(|effect| within(effect, sides.now.clone()));
-    changes.map(|change| change as &'static dyn Effect).collect()
-}
-
-/// The effect or quantity behind a term.
-pub fn plain(known: &Catalogue, name: &str) -> Option<&'static dyn Diagnosable> {
-    let name = plain_name(name);
-    match quantity::find(name) {
-        Some(found) => Some(found),
-        None => known.diagnosable().find(|effect| effect.name() == name),
-    }
+    let mut causes: Vec<Cause> = told.map(Cause::from).chain(effects.map(Cause::from)).collect();
+    causes.sort_by_key(|cause| cause.name());
+    causes.into_iter().map(|cause| Cause::change(cause, sides.now.clone())).collect()
 }
 
 /// Takes changes one after the other; `None` where nothing can be fitted.
 pub fn select(
     problem: &mut Problem,
     mut shared: Vec<Term>,
-    known: &Catalogue,
     rules: &Rules,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Option<Changes> {
@@ -107,10 +97,10 @@ pub fn select(
         if round == rules.most {
             break;
         }
-        match always_was(problem, &terms, best, known) {
+        match always_was(problem, &terms, best) {
             Some(before) => shared.extend(before),
             None => {
-                let rivals = outlines(found.iter().filter(|other| other.effect().name() != best.effect().name()));
+                let rivals = outlines(found.iter().filter(|other| other.effect() != best.effect()));
                 taken.push(Taken { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals });
             }
         }
@@ -139,9 +129,9 @@ fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidat
 }
 
 /// The same effect in all sessions, where that explains the data as well: then it is no change.
-fn always_was(problem: &Problem, terms: &[Term], best: &Candidate, known: &Catalogue) -> Option<Vec<Term>> {
+fn always_was(problem: &Problem, terms: &[Term], best: &Candidate) -> Option<Vec<Term>> {
     // What the baseline has anyway is there on both sides already.
-    let effect = plain(known, best.effect().name()).filter(|effect| quantity::find(effect.name()).is_none())?;
+    let effect = Some(best.effect().everywhere()).filter(|effect| quantity::find(effect.name()).is_none())?;
     let own: Vec<&Term> = terms.iter().collect();
     let before = predict(problem, &own)?;
     let everywhere: Vec<Term> =
@@ -175,8 +165,7 @@ pub fn refresh(problem: &mut Problem, changes: &mut Changes) -> Option<()> {
 pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<Estimates> {
     let terms = changes.terms();
     let taken = &terms[changes.shared.len()..];
-    let is_friction =
-        |term: &&&Term| quantity::find(plain_name(term.effect.name())).is_some_and(|q| q.is_of_baseline());
+    let is_friction = |term: &&&Term| quantity::find(term.effect.name()).is_some_and(|q| q.is_of_baseline());
     let mut companions: Vec<Term> = Vec::new();
     for joint in 0..problem.baseline.len() {
         let of_joint: Vec<&str> = taken
@@ -188,7 +177,7 @@ pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: 
         if of_joint.is_empty() {
             continue;
         }
-        let missing = quantity::levels().map(|quantity| within(quantity, sides.now.clone()));
+        let missing = quantity::levels().map(|quantity| Cause::change(quantity, sides.now.clone()));
         let missing = missing.filter(|effect| !of_joint.contains(&effect.name()));
         companions.extend(missing.map(|effect| Term::new(&problem.motion, effect, &[joint], Vec::new())));
     }

@@ -5,12 +5,11 @@
 //! that is no more than the scatter of `Q` itself, `√(2 (n − 1))` twice, can make of nothing. A change between `n` sessions and `m` has the variance `τ² (1/n + 1/m)` on top of its own.
 //! Reference: R. DerSimonian, N. Laird (1986), Meta-analysis in clinical trials.
 
+use crate::diagnose::fit::cause::Cause;
 use std::ops::Range;
 
-use super::changed::within;
 use super::robust::Estimates;
 use crate::diagnose::fit::problem::{Problem, Term};
-use crate::effects::Diagnosable;
 
 /// Standard errors of the session that tells most within which another has a say: a staircase tells next to nothing of an inertia, and
 /// what it tells is the friction law's fault.
@@ -20,7 +19,7 @@ const AS_TELLING: f64 = 3.0;
 pub fn between_sessions(
     problem: &Problem,
     terms: &[&Term],
-    effect: &'static dyn Diagnosable,
+    effect: Cause,
     joints: &[usize],
     shape: &[f64],
     sessions: Range<usize>,
@@ -29,7 +28,7 @@ pub fn between_sessions(
         return 0.0;
     }
     let deviation = |session: usize| {
-        let own = Term::new(&problem.motion, within(effect, session..session + 1), joints, shape.to_vec());
+        let own = Term::new(&problem.motion, Cause::change(effect, session..session + 1), joints, shape.to_vec());
         let mut with = terms.to_vec();
         with.push(&own);
         let estimates = Estimates::new(problem, &with)?;

@@ -12,7 +12,7 @@ use crate::timeseries::TimeSeries;
 
 /// What turns say of a gap that the model file does not give.
 #[derive(Debug, Clone, Default)]
-pub struct Gap {
+pub struct MeasuredGap {
     /// The gap, where the data show one.
     pub measured: Option<Measured>,
     /// [1] Share of friction behind it.
@@ -21,7 +21,7 @@ pub struct Gap {
     pub left_out: Option<String>,
 }
 
-impl Gap {
+impl MeasuredGap {
     /// [rad or m] The gap, where the data show one.
     pub fn value(&self) -> Option<f64> {
         self.measured.as_ref().map(|gap| gap.value)
@@ -35,43 +35,46 @@ pub fn measured(
     problem: &Problem,
     selection: &Selection,
     seen: &[Option<Measured>],
-) -> Vec<Gap> {
+) -> Vec<MeasuredGap> {
     let measure = |index: usize| {
         let joint = &model.joints[index];
         if joint.backlash.is_some() {
-            return Gap::default();
+            return MeasuredGap::default();
         }
         // Two encoders show a gap directly.
         if let Some(gap) = &seen[index] {
             let gap = Measured { value: gap.value.max(0.0), ..gap.clone() };
-            return Gap { measured: Some(gap), ..Gap::default() };
+            return MeasuredGap { measured: Some(gap), ..MeasuredGap::default() };
         }
         if model.masses == Masses::Estimated {
-            return Gap::default();
+            return MeasuredGap::default();
         }
         let left_out = link_load::why_not(problem, selection, index, sessions);
         if left_out.is_some() {
-            return Gap { left_out, ..Gap::default() };
+            return MeasuredGap { left_out, ..MeasuredGap::default() };
         }
         let friction = problem.motion.joints[index].friction.on_motor();
         let Ok(found) = backlash::identify(model, index, &gentlest(model, index, sessions), &friction) else {
-            return Gap::default();
+            return MeasuredGap::default();
         };
         let mean = &found.best.mean;
         if !(mean.std_error > 0.0 && mean.std_error.is_finite()) {
-            return Gap { left_out: Some("the turns of this motion do not determine it".to_owned()), ..Gap::default() };
+            return MeasuredGap {
+                left_out: Some("the turns of this motion do not determine it".to_owned()),
+                ..MeasuredGap::default()
+            };
         }
         let unit = joint.kind.position_unit();
         let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
         let measured = Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit };
-        Gap { measured: Some(measured), link_share, left_out: None }
+        MeasuredGap { measured: Some(measured), link_share, left_out: None }
     };
     (0..model.joints.len()).map(measure).collect()
 }
 
 /// Where in its gap `b` a link stands the rotor's angle does not tell: an angle of the link is anywhere within `± b/2` of it, which is a standard
 /// error of `b/√12`.
-pub fn blur(effects: &mut [FoundEffect], model: &Model, gaps: &[Gap], catalogue: &Catalogue) {
+pub fn blur(effects: &mut [FoundEffect], model: &Model, gaps: &[MeasuredGap], catalogue: &Catalogue) {
     for found in effects {
         let joint = model.joints.iter().position(|joint| Some(&joint.name) == found.joints.first());
         let effect = catalogue.diagnosable().find(|effect| effect.about().name == found.effect);

@@ -15,7 +15,7 @@ use crate::diagnose::fit::pose::nothing_moves;
 use crate::diagnose::fit::problem::{Problem, Term};
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::instruments::two_encoders::Encoders;
-use crate::diagnose::instruments::{ON_ROWS, Rows, removal};
+use crate::diagnose::instruments::{FittedRows, ON_ROWS, removal};
 use crate::diagnose::options::Options;
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::errors;
@@ -30,7 +30,7 @@ use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
-use gaps::Gap;
+use gaps::MeasuredGap;
 
 /// What a diagnosis is made of, beside the problem.
 pub struct Data<'d> {
@@ -70,7 +70,7 @@ pub fn conclude(
     };
     findings.merge(data.earlier.clone());
     let left: Vec<Vec<f64>> = residuals.iter().map(|residual| residual.after.clone()).collect();
-    let scene = Rows { problem, sessions, division, options, left: &left, shaken: data.shaken };
+    let scene = FittedRows { problem, sessions, division, options, left: &left, shaken: data.shaken };
     let mut encoders = Encoders::default();
     progress("measuring what torque does not show", 0.88);
     for instrument in ON_ROWS {
@@ -119,9 +119,9 @@ fn gaps(
     selection: &Selection,
     seen: &[Option<Measured>],
     options: &Options,
-) -> Vec<Gap> {
+) -> Vec<MeasuredGap> {
     if !options.backlash {
-        return vec![Gap::default(); data.model.joints.len()];
+        return vec![MeasuredGap::default(); data.model.joints.len()];
     }
     let trained = &data.sessions[..data.division.trained()];
     let without = removal::without(problem, selection, trained, &|_| true);
@@ -133,14 +133,14 @@ fn models(
     problem: &Problem,
     selection: &Selection,
     findings: &Findings,
-    gaps: &[Gap],
+    gaps: &[MeasuredGap],
     other_gaps: &[(usize, f64)],
     catalogue: &Catalogue,
 ) -> [Model; 2] {
     let model = problem.motion.model;
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
-    let gaps: Vec<_> = gaps.iter().map(Gap::value).collect();
+    let gaps: Vec<_> = gaps.iter().map(MeasuredGap::value).collect();
     let nominal = if findings.effects.is_empty() { &friction } else { &selection.nominal.friction };
     let baseline = extend::with_baseline(model, nominal, &gaps, &shares);
     let extended = extend::with_baseline(model, &friction, &gaps, &shares);
@@ -164,13 +164,13 @@ fn baseline(
     selection: &Selection,
     uncertainty: &Uncertainty,
     sessions: &[&TimeSeries],
-    gaps: &[Gap],
+    gaps: &[MeasuredGap],
 ) -> BTreeMap<String, BaselineEstimate> {
     let mut estimates = BTreeMap::new();
     for (joint, model) in problem.motion.model.joints.iter().enumerate() {
         let friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
         let torque_offset = estimate::offsets(problem, joint, &selection.fitted, uncertainty, sessions);
-        let Gap { measured: backlash, left_out: backlash_left_out, .. } = gaps[joint].clone();
+        let MeasuredGap { measured: backlash, left_out: backlash_left_out, .. } = gaps[joint].clone();
         estimates.insert(model.name.clone(), BaselineEstimate { friction, backlash, backlash_left_out, torque_offset });
     }
     estimates

@@ -15,15 +15,13 @@ pub fn records(
     withdrawn: &[Withdrawn],
     options: &Options,
 ) -> Vec<CandidateRecord> {
-    let named = |candidate: &Candidate| {
-        selection.taken.iter().any(|taken| taken.terms[0].effect.name() == candidate.effect().name())
-    };
+    let named = |candidate: &Candidate| selection.taken.iter().any(|taken| taken.terms[0].effect == candidate.effect());
     let record = |candidate: &Candidate| {
         let joints = candidate.joints();
         let rules = &options.rules;
         let (total, log_scale) = (candidate.total(), candidate.log_scale());
         let named = named(candidate);
-        let not_confirmed = withdrawn.iter().find(|one| one.effect == candidate.effect().name());
+        let not_confirmed = withdrawn.iter().find(|one| one.effect == candidate.effect().label());
         let reason = if named {
             format!("evidence {total:.0} nats alone")
         } else if let Some(withdrawn) = not_confirmed {

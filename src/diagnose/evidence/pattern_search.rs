@@ -1,5 +1,6 @@
 //! The pattern without physics that describes best what a fit leaves over.
 
+use crate::diagnose::fit::cause::Cause;
 use rayon::prelude::*;
 
 use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
@@ -10,7 +11,7 @@ use crate::diagnose::fit::regression::Score;
 const SHORTLIST: usize = 2;
 
 /// A pattern that is tried.
-pub struct Trial {
+pub struct TriedPattern {
     /// What it adds to the torque.
     pub term: Term,
     /// How many of its kind were tried: the price of choosing among them.
@@ -26,20 +27,20 @@ pub fn likeliest(
     fitted: &Fitted,
     joint: usize,
     within: &(dyn Fn(usize) -> bool + Sync),
-) -> Option<Trial> {
+) -> Option<TriedPattern> {
     let mut trials = smooth_trials(problem, joint);
     trials.extend(periodic_trials(problem, terms, fitted, joint));
     for column in trials.iter_mut().flat_map(|trial| trial.term.columns.iter_mut().flatten()) {
         let cells = column.iter_mut().zip(&problem.motion.session);
         cells.filter(|(_, session)| !within(**session)).for_each(|(value, _)| *value = 0.0);
     }
-    let gain = |trial: Trial| {
+    let gain = |trial: TriedPattern| {
         let terms = with_term(terms, &trial.term);
         let fitted = problem.fit_near(&problem.coupled(&terms, &[joint]), &terms, Part::Train, fitted)?;
         let gain = fitted.solution.log_likelihood[joint] - (trial.tried as f64).ln();
         gain.is_finite().then_some((gain, trial))
     };
-    let gained: Vec<(f64, Trial)> = trials.into_par_iter().filter_map(gain).collect();
+    let gained: Vec<(f64, TriedPattern)> = trials.into_par_iter().filter_map(gain).collect();
     gained.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best)
 }
 
@@ -48,11 +49,16 @@ pub fn with_term<'t>(terms: &[&'t Term], further: &'t Term) -> Vec<&'t Term> {
     terms.iter().copied().chain([further]).collect()
 }
 
-fn smooth_trials(problem: &Problem, joint: usize) -> Vec<Trial> {
+fn smooth_trials(problem: &Problem, joint: usize) -> Vec<TriedPattern> {
     let columns = smooth(&problem.motion, joint);
     let tried = columns.len();
-    let trial = |(index, (words, column))| Trial {
-        term: Term { effect: &Smooth, joints: vec![joint], shape: vec![index as f64], columns: vec![vec![column]] },
+    let trial = |(index, (words, column))| TriedPattern {
+        term: Term {
+            effect: Cause::from(&Smooth),
+            joints: vec![joint],
+            shape: vec![index as f64],
+            columns: vec![vec![column]],
+        },
         tried,
         words,
     };
@@ -60,7 +66,7 @@ fn smooth_trials(problem: &Problem, joint: usize) -> Vec<Trial> {
 }
 
 /// The harmonics of each kind whose score is best.
-fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<Trial> {
+fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<TriedPattern> {
     let motion = &problem.motion;
     let rows = problem.rows(joint, Part::Train);
     let (system, _, _) = problem.system_of(&[joint], terms, Part::Train, true);
@@ -82,7 +88,7 @@ fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: u
     let of_kind = |(index, kind): (usize, &'static Periodic)| {
         let mut best: Vec<usize> = (0..orders.len()).collect();
         best.sort_by(|a, b| scored[*b][index].total_cmp(&scored[*a][index]));
-        let trial = |order: f64| Trial {
+        let trial = |order: f64| TriedPattern {
             term: Term::new(motion, kind, &[joint], vec![order]),
             tried: orders.len(),
             words: kind.words(order, ratio, range),

@@ -14,6 +14,7 @@
 //! command, by reversals.
 //! Reference: C. R. Rao (1945), Information and the accuracy attainable in the estimation of statistical parameters.
 
+use crate::diagnose::fit::golden::golden_section;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -283,17 +284,19 @@ impl<'p, 'm> Field<'p, 'm> {
         if !effect.refines() || best.shape.len() != 1 || shapes.len() < 2 {
             return Some(best);
         }
-        let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let (mut low, mut high) = (shapes[at.saturating_sub(1)][0], shapes[(at + 1).min(shapes.len() - 1)][0]);
-        for _ in 0..REFINEMENTS {
-            let (a, b) = (high - ratio * (high - low), low + ratio * (high - low));
-            let (at_a, at_b) = (left(&[a]), left(&[b]));
-            let (shape, value) = if at_a < at_b { (a, at_a) } else { (b, at_b) };
-            if value < best.left {
-                best = Best { shape: vec![shape], left: value };
-            }
-            if at_a < at_b { high = b } else { low = a }
-        }
+        let ends = [shapes[at.saturating_sub(1)][0], shapes[(at + 1).min(shapes.len() - 1)][0]];
+        let mut steps = 0..=REFINEMENTS;
+        golden_section(
+            ends,
+            |_, _| steps.next().is_none(),
+            |value| {
+                let left = left(&[value]);
+                if left < best.left {
+                    best = Best { shape: vec![value], left };
+                }
+                -left
+            },
+        );
         Some(best)
     }
 }

@@ -1,6 +1,7 @@
 //! Rows and terms → a robust fit with its uncertainty.
 
 pub mod baseline;
+pub mod cause;
 pub mod estimate;
 pub mod golden;
 pub mod pose;

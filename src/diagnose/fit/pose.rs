@@ -23,10 +23,10 @@ pub fn pose<'m>(
     let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
     // Where masses are a guess, no torque is evidence of anything.
-    problem.catalogue = match model.masses {
+    problem.name_from(match model.masses {
         Masses::Known => of_wide_rows(&options.catalogue),
         Masses::Estimated => Catalogue::empty(),
-    };
+    });
     problem.standstill = Standstill::of(&problem.motion, &sessions[..division.trained()]);
     find_zones(&mut problem)?;
     Ok(problem)

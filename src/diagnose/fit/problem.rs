@@ -1,5 +1,6 @@
 //! The regression problem of a diagnosis: rows, zones, splits, and the terms that are in the model so far.
 
+use super::cause::Cause;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -13,7 +14,7 @@ use crate::effects::{Catalogue, Diagnosable, Motion, Scope, falling};
 #[derive(Clone)]
 pub struct Term {
     /// The effect.
-    pub effect: &'static dyn Diagnosable,
+    pub effect: Cause,
     /// Its joint, or all of them for an effect of the machine.
     pub joints: Vec<usize>,
     /// Its shape.
@@ -24,7 +25,8 @@ pub struct Term {
 
 impl Term {
     /// Evaluates an effect along the motion.
-    pub fn new(motion: &Motion, effect: &'static dyn Diagnosable, joints: &[usize], shape: Vec<f64>) -> Self {
+    pub fn new(motion: &Motion, effect: impl Into<Cause>, joints: &[usize], shape: Vec<f64>) -> Self {
+        let effect = effect.into();
         let columns = joints.iter().map(|joint| effect.columns(motion, *joint, &shape)).collect();
         Self { effect, joints: joints.to_vec(), shape, columns }
     }
@@ -82,6 +84,8 @@ pub struct Problem<'m> {
     pub standstill: Vec<Option<Standstill>>,
     /// Effects that may be named.
     pub catalogue: Catalogue,
+    /// What is tried as a term: those of them that show in torque, or their changes.
+    pub causes: Vec<Cause>,
     /// Joint and order [1/turn or 1/m] of lines that were taken out: what is left of them there is no further effect.
     pub taken_out: Vec<(usize, f64)>,
     fold: Vec<usize>,
@@ -131,7 +135,6 @@ impl<'m> Problem<'m> {
         let judged = zones.clone();
         let independence = vec![1.0; motion.joints.len()];
         let standstill = vec![None; motion.joints.len()];
-        let catalogue = Catalogue::default();
         Self {
             motion,
             zones,
@@ -140,10 +143,17 @@ impl<'m> Problem<'m> {
             baseline,
             independence,
             standstill,
-            catalogue,
+            catalogue: Catalogue::empty(),
+            causes: Vec::new(),
             taken_out: Vec::new(),
             fold,
         }
+    }
+
+    /// Sets the effects that may be named.
+    pub fn name_from(&mut self, catalogue: Catalogue) {
+        self.causes = catalogue.diagnosable().map(Cause::from).collect();
+        self.catalogue = catalogue;
     }
 
     /// Rows of a joint that take part.

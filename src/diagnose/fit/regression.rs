@@ -9,6 +9,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::linear::Equilibrated;
+
 /// Degrees of freedom of the error.
 pub const NU: f64 = 3.0;
 const MOST_ITERATIONS: usize = 40;
@@ -135,7 +137,7 @@ impl System {
         let rows: usize = self.blocks.iter().map(|block| block.y.len()).sum();
         for _ in 0..MOST_ITERATIONS {
             let (a, b) = self.normal(&weights, &scale);
-            let factor = factorise(&a)?;
+            let factor = Equilibrated::new(&a)?;
             let coefficients = factor.solve(&b);
             let residual: Vec<Vec<f64>> = self.blocks.iter().map(|block| block.residual(&coefficients)).collect();
             for ((e, w), s) in residual.iter().zip(&mut weights).zip(&mut scale) {
@@ -157,31 +159,6 @@ impl System {
         let (coefficients, log_likelihood, residual) = result?;
         Some(Solution { coefficients, scale, log_likelihood, residual, weights })
     }
-}
-
-/// A factor of a symmetric matrix in equilibrated form.
-struct Factor {
-    cholesky: Cholesky<f64, Dyn>,
-    size: DVector<f64>,
-}
-
-impl Factor {
-    fn solve(&self, b: &DVector<f64>) -> DVector<f64> {
-        self.cholesky.solve(&b.component_mul(&self.size)).component_mul(&self.size)
-    }
-}
-
-fn factorise(a: &DMatrix<f64>) -> Option<Factor> {
-    let size = DVector::from_iterator(a.nrows(), a.diagonal().iter().map(|d| 1.0 / d.max(1e-300).sqrt()));
-    let mut scaled = a.clone();
-    for i in 0..a.nrows() {
-        for j in 0..a.ncols() {
-            scaled[(i, j)] *= size[i] * size[j];
-        }
-        // A column of zeros, or one that others make up to ten digits: its coefficient stays where it is.
-        scaled[(i, i)] += 1e-10;
-    }
-    Some(Factor { cholesky: Cholesky::new(scaled)?, size })
 }
 
 /// By how much new columns can raise a block's log-likelihood at least, weights and scale held: a score test.

@@ -20,12 +20,13 @@
 //! References: R. Bell, D. McCaffrey (2002), Bias reduction in standard errors for linear regression with multi-stage samples;
 //! P. Huber (1981), Robust Statistics, ch. 7.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::baseline::FALLING;
 use super::problem::{Fitted, Part, Problem, Term};
 use super::regression::{NU, Solution, System};
 use crate::distributions::{NORMAL_975, student_975};
+use crate::linear::{Equilibrated, scale};
 
 /// [s] Lengths of blocks: what a fold takes, and about the time of several moves.
 const BLOCKS: [f64; 2] = [5.0, 15.0];
@@ -36,8 +37,6 @@ pub const SYSTEMATIC: f64 = 0.005;
 const LEAST_BLOCKS: usize = 8;
 /// Share of its own error that a block may leave to be corrected at least.
 const LEAST_FREEDOM: f64 = 0.2;
-/// Share of the diagonal that keeps columns apart which others make up.
-const RIDGE: f64 = 1e-10;
 
 /// Coefficients, shapes and Stribeck velocities with what blocks say of their scatter.
 pub struct Uncertainty {
@@ -138,7 +137,7 @@ impl MovedTorque {
         }
         let beta = DVector::from_fn(at.len(), |i, _| if i < own.len() { coefficients[at[i]] } else { 0.0 });
         let size = beta.dot(&(&gram * &beta)).max(0.0).sqrt();
-        Some(Self { at, size, inverse: inverse(&gram)? })
+        Some(Self { at, size, inverse: Equilibrated::new(&gram)?.inverse() })
     }
 
     fn error(&self, gradient: &[(usize, f64)]) -> f64 {
@@ -146,15 +145,6 @@ impl MovedTorque {
         let c = DVector::from_iterator(self.at.len(), self.at.iter().map(slope));
         SYSTEMATIC * self.size * c.dot(&(&self.inverse * &c)).max(0.0).sqrt()
     }
-}
-
-/// Inverse of a matrix of products, by way of unit diagonals: columns of any unit keep their digits.
-fn inverse(products: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let n = products.nrows();
-    let size = products.diagonal().map(|d: f64| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 });
-    let scaled = DMatrix::from_fn(n, n, |i, j| products[(i, j)] * size[i] * size[j]);
-    let inverse = Cholesky::new(scaled + RIDGE * DMatrix::identity(n, n))?.inverse();
-    Some(DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * size[i] * size[j]))
 }
 
 impl Jackknife {
@@ -181,20 +171,17 @@ impl Jackknife {
             matrix.fill_upper_triangle_with_lower_triangle();
         }
         let all: DMatrix<f64> = information.iter().fold(DMatrix::zeros(n, n), |sum, matrix| sum + matrix);
-        let size = all.diagonal().map(|d: f64| 1.0 / d.max(1e-300).sqrt());
-        let scaled = |a: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| a[(i, j)] * size[i] * size[j]);
-        let root = Cholesky::new(scaled(&all) + RIDGE * DMatrix::identity(n, n))?;
-        let inverse = DMatrix::from_fn(n, n, |i, j| size[i] * size[j] * root.inverse()[(i, j)]);
-        let lower = root.l();
+        let factor = Equilibrated::new(&all)?;
+        let (lower, size, inverse) = (factor.lower(), factor.size(), factor.inverse());
         let step = |(a, s): (&DMatrix<f64>, &DVector<f64>)| {
             // L⁻¹ A_g L⁻ᵀ, its eigenvalues the leverage of the block.
-            let half = lower.solve_lower_triangular(&scaled(a))?;
+            let half = lower.solve_lower_triangular(&scale(a, size))?;
             let leverage = lower.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
-            let whitened = lower.solve_lower_triangular(&s.component_mul(&size))?;
+            let whitened = lower.solve_lower_triangular(&s.component_mul(size))?;
             let mut turned = leverage.eigenvectors.tr_mul(&whitened);
             turned.zip_apply(&leverage.eigenvalues, |x, h| *x /= (1.0 - h).max(LEAST_FREEDOM));
             let corrected = &leverage.eigenvectors * turned;
-            Some(lower.tr_solve_lower_triangular(&corrected)?.component_mul(&size))
+            Some(lower.tr_solve_lower_triangular(&corrected)?.component_mul(size))
         };
         let moved = information.iter().zip(&score).map(step).collect::<Option<_>>()?;
         Some(Self { moved, information, inverse })
@@ -216,7 +203,7 @@ fn widening(freedom: f64) -> f64 {
 }
 
 /// `mean ψ′ · s² / mean w`: the slope of Student's score against its secant.
-fn mean_slope(e: &[f64], w: &[f64], s: f64) -> f64 {
+pub fn mean_slope(e: &[f64], w: &[f64], s: f64) -> f64 {
     let slope = |e: &f64| {
         let z2 = (e / s).powi(2);
         (NU + 1.0) * (NU - z2) / (NU + z2).powi(2)

@@ -10,7 +10,7 @@
 //! Reference: J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation.
 
 use super::claims::{Sighting, claimed};
-use super::{Instrument, Reading, Rows};
+use super::{FittedRows, Instrument, Measurement};
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::select::findings::probability;
 use crate::drive::Sensing;
@@ -53,9 +53,9 @@ pub struct DeadBand {
 /// Commands without a current; the gain is that of the current inside the band.
 pub struct Command;
 
-impl Instrument<Rows<'_>> for Command {
-    fn measure(&self, scene: &Rows) -> Result<Reading> {
-        let Rows { problem, sessions, division, options, .. } = *scene;
+impl Instrument<FittedRows<'_>> for Command {
+    fn measure(&self, scene: &FittedRows) -> Result<Measurement> {
+        let FittedRows { problem, sessions, division, options, .. } = *scene;
         let model = problem.motion.model;
         let of_joint = |joint: usize| {
             let band = dead_band(model, joint, sessions, division).filter(|band| band.nats > options.rules.nats)?;
@@ -72,7 +72,7 @@ impl Instrument<Rows<'_>> for Command {
             })
         };
         let sightings = (0..model.joints.len()).filter_map(of_joint).collect();
-        Ok(Reading { findings: claimed(model, &problem.catalogue, sightings), ..Reading::default() })
+        Ok(Measurement { findings: claimed(model, &problem.catalogue, sightings), ..Measurement::default() })
     }
 }
 

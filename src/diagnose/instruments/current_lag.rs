@@ -7,7 +7,7 @@
 
 use super::as_recorded::{AsRecorded, nominal};
 use super::claims::{Sighting, claimed};
-use super::{Instrument, Reading, Recordings};
+use super::{Instrument, Measurement, Recordings};
 use crate::diagnose::evidence::probability::{calibrated, odds_against};
 use crate::diagnose::fit::pose::{nothing_moves, pose};
 use crate::diagnose::options::Options;
@@ -118,11 +118,11 @@ fn peak(a: &[f64], b: &[f64], longest: usize) -> Option<f64> {
 pub struct CurrentLag;
 
 impl Instrument<Recordings<'_>> for CurrentLag {
-    fn measure(&self, scene: &Recordings) -> Result<Reading> {
+    fn measure(&self, scene: &Recordings) -> Result<Measurement> {
         let Recordings { model, sessions, division, options } = *scene;
-        let Some(aligned) = align(model, sessions, division, options)? else { return Ok(Reading::default()) };
+        let Some(aligned) = align(model, sessions, division, options)? else { return Ok(Measurement::default()) };
         let as_recorded = (!aligned.sessions.is_empty()).then_some(aligned.as_recorded);
-        Ok(Reading { findings: aligned.told, corrected: aligned.sessions, as_recorded, ..Reading::default() })
+        Ok(Measurement { findings: aligned.told, corrected: aligned.sessions, as_recorded, ..Measurement::default() })
     }
 }
 

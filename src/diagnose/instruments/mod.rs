@@ -37,13 +37,13 @@ use crate::timeseries::TimeSeries;
 use as_recorded::AsRecorded;
 use two_encoders::Encoders;
 
-/// An instrument that reads a scene: the [`Recordings`] themselves, or [`Rows`] of them.
+/// An instrument that reads a scene: the [`Recordings`] themselves, or [`FittedRows`] of them.
 pub trait Instrument<S>: Sync {
     /// Measures.
     ///
     /// # Errors
     /// A session lacks a channel of a joint, or there is too little motion.
-    fn measure(&self, scene: &S) -> Result<Reading>;
+    fn measure(&self, scene: &S) -> Result<Measurement>;
 }
 
 /// What is measured before rows are made, each on recordings without what those before it have found: one disturbs the next.
@@ -51,7 +51,7 @@ pub const ON_RECORDINGS: [&dyn for<'s> Instrument<Recordings<'s>>; 3] =
     [&current_lag::CurrentLag, &lines::Lines, &ripple::Ripple];
 
 /// What is measured beside the fit.
-pub const ON_ROWS: [&dyn for<'s> Instrument<Rows<'s>>; 4] =
+pub const ON_ROWS: [&dyn for<'s> Instrument<FittedRows<'s>>; 4] =
     [&command::Command, &slip::Slip, &two_encoders::TwoEncoders, &reversal::Reversal];
 
 /// Recordings before rows are made.
@@ -67,7 +67,7 @@ pub struct Recordings<'s> {
 }
 
 /// Recordings with the rows and the fit that were made of them.
-pub struct Rows<'s> {
+pub struct FittedRows<'s> {
     /// Rows and zones.
     pub problem: &'s Problem<'s>,
     /// The sessions.
@@ -84,7 +84,7 @@ pub struct Rows<'s> {
 
 /// What an instrument has found.
 #[derive(Default)]
-pub struct Reading {
+pub struct Measurement {
     /// Effects, and what no effect explains.
     pub findings: Findings,
     /// The sessions without it; empty where nothing was taken off.

@@ -123,7 +123,7 @@ pub fn is_line(problem: &Problem, terms: &[&Term], index: usize) -> bool {
         let scan = Scan::new(problem, &others, &fitted, *joint);
         let gain = scan.score.gain(&term.effect.columns(&scan.motion, *joint, &term.shape));
         let tried = term.effect.shapes(motion, *joint).len();
-        let line = line_of(term.effect, motion, *joint, &term.shape);
+        let line = line_of(&*term.effect, motion, *joint, &term.shape);
         line.is_some_and(|(order, columns)| scan.stands_out(columns, order, gain, tried))
     })
 }

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use super::as_recorded::AsRecorded;
-use super::{ON_RECORDINGS, Reading, Recordings};
+use super::{Measurement, ON_RECORDINGS, Recordings};
 use crate::diagnose::options::Options;
 use crate::diagnose::result::Findings;
 use crate::diagnose::rows::division::Division;
@@ -64,7 +64,7 @@ impl Prepared<'_> {
     }
 
     /// Takes what was measured off the recordings.
-    fn take(&mut self, reading: Reading) {
+    fn take(&mut self, reading: Measurement) {
         self.earlier.merge(reading.findings);
         self.shaken |= reading.shaken;
         self.ripple.extend(reading.lines);

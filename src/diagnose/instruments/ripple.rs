@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 use super::order_lines;
 use super::removal;
-use super::{Instrument, Reading, Recordings};
+use super::{Instrument, Measurement, Recordings};
 use crate::diagnose::fit::problem::{Problem, Term};
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::result::{EffectGain, Findings};
@@ -45,14 +45,14 @@ const NARROW: &str = "torque along the measured motion, narrow kernels";
 pub struct Ripple;
 
 impl Instrument<Recordings<'_>> for Ripple {
-    fn measure(&self, scene: &Recordings) -> Result<Reading> {
+    fn measure(&self, scene: &Recordings) -> Result<Measurement> {
         Ok(find(scene).unwrap_or_default())
     }
 }
 
 /// Whether a term is sought in narrow rows.
 fn is_narrow(term: &Term) -> bool {
-    needs_narrow_rows(term.effect)
+    needs_narrow_rows(&*term.effect)
 }
 
 /// Those that need narrow ones, those that repeat with an angle, and a lag between torque and motion, which shows where both change fast.
@@ -67,12 +67,12 @@ fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
 }
 
 /// Looks for ripple in what is trained on.
-fn find(scene: &Recordings) -> Option<Reading> {
+fn find(scene: &Recordings) -> Option<Measurement> {
     let Recordings { model, sessions, division, options } = *scene;
     let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE_SHARE).ok()?;
     let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
-    problem.catalogue = of_narrow_rows(&options.catalogue);
+    problem.name_from(of_narrow_rows(&options.catalogue));
     problem.zones = (0..model.joints.len()).map(|joint| moving(&problem.motion, joint)).collect();
     problem.judged.clone_from(&problem.zones);
     if problem.zones.iter().any(|zone| zone.iter().filter(|takes_part| **takes_part).count() < FEWEST) {
@@ -91,7 +91,7 @@ fn find(scene: &Recordings) -> Option<Reading> {
     let withdrawn = confirmed.withdrawn.clone();
     if names.is_empty() {
         let findings = Findings { withdrawn, ..Findings::default() };
-        return (!findings.withdrawn.is_empty()).then_some(Reading { findings, ..Reading::default() });
+        return (!findings.withdrawn.is_empty()).then_some(Measurement { findings, ..Measurement::default() });
     }
     let uncertainty = Uncertainty::new(&problem, &selection.terms(), &selection.fitted)?;
     let mut effects = found(&problem, &selection, &confirmed, &uncertainty, options);
@@ -105,7 +105,7 @@ fn find(scene: &Recordings) -> Option<Reading> {
         Some((joint, (term.effect.harmonic()?.order)(&problem.motion, joint, &term.shape)))
     });
     let findings = Findings { effects, withdrawn, ..Findings::default() };
-    Some(Reading { findings, lines: lines.collect(), corrected, ..Reading::default() })
+    Some(Measurement { findings, lines: lines.collect(), corrected, ..Measurement::default() })
 }
 
 /// Drops what would be ripple and is no line, until all that is left is one.

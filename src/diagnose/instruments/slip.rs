@@ -16,7 +16,7 @@
 use rayon::prelude::*;
 
 use super::claims::{Sighting, claimed};
-use super::{Instrument, Reading, Rows};
+use super::{FittedRows, Instrument, Measurement};
 use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::rows::inertia::typical_inertia;
@@ -82,12 +82,12 @@ struct Throw {
 /// Steps of a link against its rotor.
 pub struct Slip;
 
-impl Instrument<Rows<'_>> for Slip {
-    fn measure(&self, scene: &Rows) -> Result<Reading> {
-        let Rows { problem, sessions, division, .. } = *scene;
+impl Instrument<FittedRows<'_>> for Slip {
+    fn measure(&self, scene: &FittedRows) -> Result<Measurement> {
+        let FittedRows { problem, sessions, division, .. } = *scene;
         let model = problem.motion.model;
         if model.masses == Masses::Estimated {
-            return Ok(Reading::default());
+            return Ok(Measurement::default());
         }
         let with_rotor = typical_inertia(model).into_iter().zip(&model.joints);
         let link: Vec<f64> = with_rotor.map(|(inertia, joint)| inertia - joint.reflected_inertia()).collect();
@@ -102,7 +102,7 @@ impl Instrument<Rows<'_>> for Slip {
             words: in_words(model, &one),
         };
         let sightings = steps(model, trained, &parts, &link).into_iter().map(sighting).collect();
-        Ok(Reading { findings: claimed(model, &problem.catalogue, sightings), ..Reading::default() })
+        Ok(Measurement { findings: claimed(model, &problem.catalogue, sightings), ..Measurement::default() })
     }
 }
 

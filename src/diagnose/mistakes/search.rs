@@ -34,7 +34,7 @@ const LAGS: [f64; 8] = [-0.4, -0.3, -0.2, -0.15, 0.15, 0.2, 0.3, 0.4];
 
 /// A change that makes the balance add up.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct Culprit {
     /// The best.
     pub change: Change,
     /// Others that do nearly as well.
@@ -48,7 +48,7 @@ pub struct Found {
 }
 
 /// One change tried.
-struct Trial {
+struct TriedChange {
     change: Change,
     score: f64,
     before: Vec<Option<Balance>>,
@@ -57,9 +57,9 @@ struct Trial {
 
 /// All changes that are needed, the strongest first. `timed`: whether a velocity channel confirms the time base.
 /// `limits`: what leaves the limits of the model, which speaks for a factor that brings it back.
-pub fn found(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Vec<Found> {
+pub fn found(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Vec<Culprit> {
     let (mut model, mut rows) = (model.clone(), rows.to_vec());
-    let mut found: Vec<Found> = Vec::new();
+    let mut found: Vec<Culprit> = Vec::new();
     while found.len() <= model.joints.len() {
         let Some(best) = best(&model, &rows, timed, limits) else { break };
         if found.iter().any(|one| one.change == best.change) {
@@ -71,7 +71,7 @@ pub fn found(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> 
     found
 }
 
-fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Option<Found> {
+fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Option<Culprit> {
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
     let bounds = balance::bounds(model);
     let columns = Columns::new(model, rows);
@@ -84,9 +84,10 @@ fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Optio
     }
     let tried = |change: Change| {
         let trial = trial(model, rows, change, (&columns, &normals), &before);
-        Trial { score: trial.score + FACTOR.ln() * brought_back(model, change, limits), ..trial }
+        TriedChange { score: trial.score + FACTOR.ln() * brought_back(model, change, limits), ..trial }
     };
-    let mut trials: Vec<Trial> = changes(model, rows, &suspicious, &before, timed).into_par_iter().map(tried).collect();
+    let mut trials: Vec<TriedChange> =
+        changes(model, rows, &suspicious, &before, timed).into_par_iter().map(tried).collect();
     trials.sort_by(|a, b| b.score.total_cmp(&a.score));
     let first = trials.first()?;
     let joint = worst(first)?;
@@ -100,7 +101,7 @@ fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Optio
         .map(|other| other.change)
         .collect();
     let percent = |left: f64| 100.0 * left.sqrt();
-    Some(Found { change: first.change, alternatives, before: percent(was), after: percent(is), joint })
+    Some(Culprit { change: first.change, alternatives, before: percent(was), after: percent(is), joint })
 }
 
 /// What leaves the limits of the model.
@@ -133,7 +134,7 @@ fn brought_back(model: &Model, change: Change, limits: &Limits<'_>) -> f64 {
 }
 
 /// The joint that a change helps most.
-fn worst(trial: &Trial) -> Option<usize> {
+fn worst(trial: &TriedChange) -> Option<usize> {
     let gain = |joint: &usize| match (trial.before[*joint], trial.after[*joint]) {
         (Some(before), Some(after)) => before.left.max(FLOOR).ln() - after.left.max(FLOOR).ln(),
         _ => f64::NEG_INFINITY,
@@ -147,7 +148,7 @@ fn trial(
     change: Change,
     (columns, normals): (&Columns, &[Normal]),
     before: &[Option<Balance>],
-) -> Trial {
+) -> TriedChange {
     let bounds = balance::bounds(model);
     let scale = match change {
         Change::TorqueScale(which, factor) => Some((which, factor)),
@@ -161,7 +162,7 @@ fn trial(
             _ => normal.scaled(factor).solve(&bounds),
         };
         let after: Vec<_> = normals.iter().enumerate().map(of_joint).collect();
-        return Trial { change, score: score(before, &after), before: before.to_vec(), after };
+        return TriedChange { change, score: score(before, &after), before: before.to_vec(), after };
     }
     let exchanged = change.exchanged();
     let both = |session: usize, joint: usize, row: usize| {
@@ -175,7 +176,7 @@ fn trial(
     let before = if exchanged.is_some() { solved(columns, rows) } else { before.to_vec() };
     let (changed, undone) = change.undone(model, rows);
     let after = if change.of_torque() { solved(columns, &undone) } else { balance::balances(&changed, &undone, mask) };
-    Trial { change, score: score(&before, &after), before, after }
+    TriedChange { change, score: score(&before, &after), before, after }
 }
 
 /// `Σ ln(u_before/u_after)`, less what makes the coefficients after it unlikely.

@@ -9,7 +9,7 @@ use super::meaning::Meaning;
 use super::overload::Overload;
 use super::rows::Rows;
 use super::search;
-use super::search::Found;
+use super::search::Culprit;
 use crate::diagnose::result::Mistake;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
@@ -386,7 +386,7 @@ fn scale(model: &Model, which: Option<usize>, factor: f64, from_current: bool) -
 }
 
 /// A change that makes the torque balance add up.
-pub fn balance(model: &Model, rows: &[Rows], found: &Found) -> Mistake {
+pub fn balance(model: &Model, rows: &[Rows], found: &Culprit) -> Mistake {
     let (mistake, joints, factor) = named(model, rows, found.change);
     let mut alternatives: Vec<&'static str> =
         found.alternatives.iter().map(|other| named(model, rows, *other).0).collect();

@@ -1,13 +1,14 @@
 //! Candidates: each effect of the catalogue where it could act, with the shape that suits it best and the evidence for it.
 
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction};
+use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::options::Rules;
 use rayon::prelude::*;
 
 use crate::diagnose::fit::golden::golden_section;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::{Block, Score};
-use crate::effects::{Diagnosable, Scope};
+use crate::effects::Scope;
 
 /// Shapes that are fitted in full after a scan of many.
 const SHORTLIST: usize = 3;
@@ -33,7 +34,7 @@ pub struct Candidate {
 
 impl Candidate {
     /// The effect.
-    pub fn effect(&self) -> &'static dyn Diagnosable {
+    pub fn effect(&self) -> Cause {
         self.terms[0].effect
     }
 
@@ -87,7 +88,7 @@ impl Search<'_, '_> {
         fitted.joints.iter().map(|joint| after[*joint] - self.before[*joint]).sum()
     }
 
-    fn shortlist(&self, effect: &'static dyn Diagnosable, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    fn shortlist(&self, effect: Cause, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         if shapes.len() <= MANY_SHAPES || joints.len() > 1 {
             return shapes;
         }
@@ -116,10 +117,10 @@ impl Search<'_, '_> {
     }
 
     /// The best term of an effect on these joints, and its training gain.
-    fn best(&self, effect: &'static dyn Diagnosable, joints: &[usize]) -> Option<(Term, f64, usize)> {
+    fn best(&self, effect: Cause, joints: &[usize]) -> Option<(Term, f64, usize)> {
         let motion = &self.problem.motion;
         let mut shapes = effect.shapes(motion, joints[0]);
-        shapes.retain(|shape| !self.problem.is_taken_out(effect, joints[0], shape));
+        shapes.retain(|shape| !self.problem.is_taken_out(&*effect, joints[0], shape));
         let count = shapes.len();
         let all = shapes.clone();
         let mut best: Option<(Term, f64)> = None;
@@ -186,9 +187,9 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
         places.par_iter().map(|(effect, joints)| assess(&search, &before, *effect, joints)).collect();
     let mut gathered: Vec<Candidate> = Vec::new();
     for candidate in found.into_iter().flatten() {
-        let name = candidate.effect().name();
+        let effect = candidate.effect();
         let joint = candidate.terms[0].joints[0];
-        let partner = gathered.iter_mut().find(|other| other.effect().name() == name);
+        let partner = gathered.iter_mut().find(|other| other.effect() == effect);
         match partner {
             // Joints of one effect belong together where each has enough evidence of its own.
             Some(other) if candidate.sensible && enough(&candidate.evidence[joint]) => {
@@ -214,13 +215,12 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
 }
 
 /// Effects with the joints where they could act and are not in the model yet.
-fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Diagnosable, Vec<usize>)> {
+fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
     let dof = problem.baseline.len();
-    let mut places: Vec<(&'static dyn Diagnosable, Vec<usize>)> = Vec::new();
-    for effect in problem.catalogue.diagnosable() {
+    let mut places: Vec<(Cause, Vec<usize>)> = Vec::new();
+    for effect in problem.causes.iter().copied() {
         let applies = |joint: usize| effect.applies(&problem.motion, joint);
-        let present =
-            |joint: usize| terms.iter().any(|term| term.effect.name() == effect.name() && term.joints.contains(&joint));
+        let present = |joint: usize| terms.iter().any(|term| term.effect == effect && term.joints.contains(&joint));
         match effect.about().scope {
             Scope::Machine if (0..dof).any(applies) && !present(0) => places.push((effect, (0..dof).collect())),
             Scope::Machine => {}
@@ -238,12 +238,7 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(&'static dyn Diagnosable, V
     places
 }
 
-fn assess(
-    search: &Search,
-    before: &Prediction,
-    effect: &'static dyn Diagnosable,
-    joints: &[usize],
-) -> Option<Candidate> {
+fn assess(search: &Search, before: &Prediction, effect: Cause, joints: &[usize]) -> Option<Candidate> {
     let (term, training_gain, shapes) = search.best(effect, joints)?;
     let dof = before.folds.len();
     let mut evidence = vec![Evidence::default(); dof];

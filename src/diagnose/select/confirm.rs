@@ -43,11 +43,7 @@ pub fn confirm(
         let Some((index, reason)) = outside.or(without_gain) else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
-        withdrawn.push(Withdrawn {
-            effect: terms[index].effect.name().to_owned(),
-            joints: names(problem, terms[index]),
-            reason,
-        });
+        withdrawn.push(Withdrawn { effect: terms[index].effect.label(), joints: names(problem, terms[index]), reason });
         remove(selection, index);
         selection.fitted = resettle(problem, &mut selection.taken)?;
     }

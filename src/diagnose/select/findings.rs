@@ -29,7 +29,7 @@ pub fn found(
             let (evidence_nats, gain) = (confirmed.strength[position], confirmed.gains[position].clone());
             let standing = Standing { probability, evidence_nats, gain };
             let entry = FoundEffect::new(term.effect.about(), names.collect(), parameters, standing);
-            entries.push(entry.beside(confusable_with.clone()));
+            entries.push(FoundEffect { effect: term.effect.label(), ..entry.beside(confusable_with.clone()) });
             position += 1;
         }
     }

@@ -26,7 +26,7 @@ pub struct Taken {
 impl Taken {
     /// A candidate, with the others of its round as rivals.
     fn new(best: &Candidate, found: &[Candidate]) -> Self {
-        let rivals = found.iter().filter(|other| other.effect().name() != best.effect().name()).cloned().collect();
+        let rivals = found.iter().filter(|other| other.effect() != best.effect()).cloned().collect();
         Self { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals }
     }
 }
@@ -118,7 +118,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
 /// What stays learns its rivals in that place.
 fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option<bool> {
     for index in 0..taken.len() {
-        let name = taken[index].terms[0].effect.name();
+        let effect = taken[index].terms[0].effect;
         let others: Vec<Term> = taken
             .iter()
             .enumerate()
@@ -126,12 +126,11 @@ fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option
             .flat_map(|(_, taken)| taken.terms.clone())
             .collect();
         let mut found = candidates(problem, &others, &|evidence| evidence.is_enough(rules));
-        let of_others =
-            |candidate: &Candidate| others.iter().any(|term| term.effect.name() == candidate.effect().name());
-        found.retain(|candidate| candidate.effect().name() == name || !of_others(candidate));
+        let of_others = |candidate: &Candidate| others.iter().any(|term| term.effect == candidate.effect());
+        found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
         let Some(best) = choose(&found, rules) else { continue };
-        let own = found.iter().find(|candidate| candidate.effect().name() == name && candidate.is_accepted(rules));
-        if best.effect().name() != name && own.is_none_or(|own| best.total() > own.total()) {
+        let own = found.iter().find(|candidate| candidate.effect() == effect && candidate.is_accepted(rules));
+        if best.effect() != effect && own.is_none_or(|own| best.total() > own.total()) {
             taken[index] = Taken::new(best, &found);
             return Some(true);
         }

@@ -69,7 +69,7 @@ impl Question {
 
 /// Predicted result of an experiment if a cause is present.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Prediction {
+pub struct Forecast {
     /// The cause in the simulated machines.
     pub cause: String,
     /// Its strength in the first machine.
@@ -86,19 +86,19 @@ pub struct Prediction {
 
 /// An experiment that was simulated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Trial {
+pub struct TriedExperiment {
     /// The kinds of experiment.
     pub experiment: Vec<Experiment>,
     /// [s] Total length of its sessions.
     pub duration: f64,
     /// One per cause.
-    pub predictions: Vec<Prediction>,
+    pub predictions: Vec<Forecast>,
     /// The scenario file; the model is `model.toml` beside it.
     #[serde(skip)]
     pub scenario: String,
 }
 
-impl Trial {
+impl TriedExperiment {
     /// Confidence of its decision, 0 to 1.
     pub fn certainty(&self) -> f64 {
         self.predictions.iter().map(|one| one.probability).fold(1.0, f64::min)
@@ -120,9 +120,9 @@ pub struct Design {
     /// Whether the best one decides with [`DECIDES`]; for a single cause, whether it names it.
     pub decides: bool,
     /// The experiment that is recommended.
-    pub best: Trial,
+    pub best: TriedExperiment,
     /// All that were simulated, in this order.
-    pub tried: Vec<Trial>,
+    pub tried: Vec<TriedExperiment>,
     /// [s] The shortest experiment that exceeds the budget; `None` if none does.
     pub beyond_budget: Option<f64>,
     /// How to separate the causes, from the catalogue, one text per cause.
@@ -194,7 +194,7 @@ pub fn design(
         return Err(error);
     }
     scenarios.sort_by(|a, b| a.0.cmp(&b.0).then(duration(&a.3).total_cmp(&duration(&b.3))));
-    let mut tried: Vec<Trial> = Vec::new();
+    let mut tried: Vec<TriedExperiment> = Vec::new();
     let mut too_little = None;
     let count = scenarios.len() as f64;
     for (index, (_, plan, text, scenario)) in scenarios.into_iter().enumerate() {
@@ -251,12 +251,12 @@ fn duration(scenario: &Scenario) -> f64 {
     scenario.sessions.iter().map(|session| session.duration).sum()
 }
 
-fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) -> Result<Trial> {
+fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) -> Result<TriedExperiment> {
     let options = Options { backlash: false, ..Options::default() };
     let told = &scenario.model;
     let plain = simulate(&with(scenario, None), SEED, &|_, _| {})?.measured();
     let mut seed = SEED;
-    let mut predict = |cause: &String, strength: f64| -> Result<Prediction> {
+    let mut predict = |cause: &String, strength: f64| -> Result<Forecast> {
         let Some(assumed) = diagnose::typical(told, &plain, cause, strength, &options)? else {
             let expected = "effects that can move the torque of this machine in an experiment";
             return Err(Error::input("command line".as_ref(), Place::File, "question", cause, expected));
@@ -268,7 +268,8 @@ fn attempt(question: &Question, plan: &Plan, text: String, scenario: &Scenario) 
     };
     let [first, further @ ..] = STRENGTHS;
     let predictions = question.causes().iter().map(|cause| predict(cause, first)).collect::<Result<_>>()?;
-    let mut trial = Trial { experiment: plan.parts.clone(), duration: duration(scenario), predictions, scenario: text };
+    let mut trial =
+        TriedExperiment { experiment: plan.parts.clone(), duration: duration(scenario), predictions, scenario: text };
     for strength in further {
         if question.causes().len() < 2 || trial.certainty() < DECIDES {
             break;
@@ -290,7 +291,7 @@ fn with(scenario: &Scenario, effect: Option<&EffectEntry>) -> Scenario {
     scenario
 }
 
-fn prediction(found: &Diagnosis, cause: &str, question: &Question, assumed: EffectEntry) -> Prediction {
+fn prediction(found: &Diagnosis, cause: &str, question: &Question, assumed: EffectEntry) -> Forecast {
     let other = |name: &String| name != cause && question.causes().contains(name);
     let named = found.effects.iter().find(|one| one.effect == cause);
     let wrong = found.effects.iter().any(|one| other(&one.effect));
@@ -303,5 +304,5 @@ fn prediction(found: &Diagnosis, cause: &str, question: &Question, assumed: Effe
     let measured = named.and_then(|one| one.parameters.get(first?));
     let relative_error = measured.map(|one| (one.std_error / one.value).abs());
     let also_named = found.effects.iter().map(|one| one.effect.clone()).filter(|name| name != cause).collect();
-    Prediction { cause: cause.to_owned(), assumed, machines: 1, probability, relative_error, also_named }
+    Forecast { cause: cause.to_owned(), assumed, machines: 1, probability, relative_error, also_named }
 }

@@ -13,7 +13,7 @@
 use nalgebra::{Complex, DMatrix};
 use std::f64::consts::TAU;
 
-use super::piece::Place;
+use super::piece::Posture;
 use crate::robot::Model;
 
 /// [Hz] Distance of the frequencies at which it is reckoned.
@@ -27,7 +27,7 @@ pub struct Stiffness {
 
 impl Stiffness {
     /// From `first` to `last` [Hz].
-    pub fn new(model: &Model, joint: usize, places: &[Place], first: f64, last: f64) -> Self {
+    pub fn new(model: &Model, joint: usize, places: &[Posture], first: f64, last: f64) -> Self {
         let count = ((last - first) / SPACING).ceil() as usize + 2;
         let at = |k: usize| {
             let omega = TAU * (first + SPACING * k as f64);
@@ -46,7 +46,7 @@ impl Stiffness {
 }
 
 /// `R_j` in one place.
-fn receptance(model: &Model, joint: usize, place: &Place, omega: f64) -> Option<Complex<f64>> {
+fn receptance(model: &Model, joint: usize, place: &Posture, omega: f64) -> Option<Complex<f64>> {
     let dof = model.joints.len();
     let gear = |i: usize| Complex::new(model.joints[i].gear_stiffness, omega * model.joints[i].gear_damping);
     let diagonal = |i: usize, j: usize, value: Complex<f64>| if i == j { value } else { Complex::default() };
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn closed_form_two_masses_on_a_spring() {
         let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
-        let places = [Place { mass: DMatrix::from_element(1, 1, 0.2), moves: vec![true] }];
+        let places = [Posture { mass: DMatrix::from_element(1, 1, 0.2), moves: vec![true] }];
         let stiffness = Stiffness::new(&model, 0, &places, 0.5, 150.0);
         for f in [0.5, 10.0, 50.0, 100.0] {
             let omega: f64 = TAU * f;

@@ -4,6 +4,7 @@
 //! `σ_a/a = σ_φ = 1/√(2η)` and `σ_ω² = 1/(2 Σ η_s var_s t)`. All sessions share the phase since their start, as the effect has it;
 //! what they differ by beyond noise widens the errors.
 
+use crate::diagnose::fit::golden::golden_section;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
@@ -58,7 +59,7 @@ impl Line {
 }
 
 /// One piece with what is known of its neighbourhood in frequency.
-pub struct Part<'p> {
+pub struct MeasuredPiece<'p> {
     /// The piece.
     pub piece: &'p Piece,
     /// `1/R̄`.
@@ -77,7 +78,7 @@ struct Phasor {
     evidence: f64,
 }
 
-fn phasor(part: &Part, f: f64, pick: &dyn Fn(usize) -> bool) -> Phasor {
+fn phasor(part: &MeasuredPiece, f: f64, pick: &dyn Fn(usize) -> bool) -> Phasor {
     let (e, total) = unexplained(part.stiffness, part.piece, f, pick);
     // Noise grows with the samples that take part.
     let level = part.level * total / part.piece.total();
@@ -90,9 +91,10 @@ fn phasor(part: &Part, f: f64, pick: &dyn Fn(usize) -> bool) -> Phasor {
 
 /// The line near `f` [Hz], where it is one, from the parts that are trained on, judged by those held out; `step` [Hz] of the frequencies
 /// scanned.
-pub fn estimated((parts, held_out): (&[Part], &[Part]), f: f64, step: f64) -> Option<Line> {
-    let phasors_of =
-        |parts: &[Part], f: f64| -> Vec<Phasor> { parts.iter().map(|part| phasor(part, f, &|_| true)).collect() };
+pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64, step: f64) -> Option<Line> {
+    let phasors_of = |parts: &[MeasuredPiece], f: f64| -> Vec<Phasor> {
+        parts.iter().map(|part| phasor(part, f, &|_| true)).collect()
+    };
     let at = |f: f64| phasors_of(parts, f);
     let pieces: Vec<&Piece> = parts.iter().map(|part| part.piece).collect();
     let apart = |f: f64| -> f64 { at(f).iter().map(|phasor| phasor.evidence).sum() };
@@ -176,7 +178,7 @@ fn agrees(phasors: &[Phasor]) -> bool {
 }
 
 /// Whether slow and fast motion show the line alike.
-fn everywhere(parts: &[Part], f: f64, amplitude: f64, least: f64) -> bool {
+fn everywhere(parts: &[MeasuredPiece], f: f64, amplitude: f64, least: f64) -> bool {
     let mut speeds: Vec<f64> = parts
         .iter()
         .map(|part| part.piece)
@@ -213,14 +215,10 @@ fn times(piece: &Piece) -> [f64; 2] {
     [mean, (moment(2) - mean * mean).max(0.0)]
 }
 
-/// Golden section for the largest value within a step to either side.
+/// The frequency of the largest value within a step to either side.
 fn peak(value: &dyn Fn(f64) -> f64, f: f64, step: f64) -> f64 {
-    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low, mut high) = (f - step, f + step);
-    for _ in 0..STEPS {
-        let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
-        if value(left) > value(right) { high = right } else { low = left }
-    }
+    let mut steps = 0..=STEPS;
+    let (low, high) = golden_section([f - step, f + step], |_, _| steps.next().is_none(), value);
     0.5 * (low + high)
 }
 

@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::instruments::claims::{Sighting, claimed};
-use crate::diagnose::instruments::{Instrument, Reading, Recordings};
+use crate::diagnose::instruments::{Instrument, Measurement, Recordings};
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::observe;
@@ -32,7 +32,7 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 use balance::Stiffness;
-use estimate::{Line, Part, estimated};
+use estimate::{Line, MeasuredPiece, estimated};
 use piece::Piece;
 use spectrum::{Spectrum, spectrum};
 
@@ -62,7 +62,7 @@ const OTHER_JOINT: f64 = 0.3;
 pub struct Lines;
 
 impl Instrument<Recordings<'_>> for Lines {
-    fn measure(&self, scene: &Recordings) -> Result<Reading> {
+    fn measure(&self, scene: &Recordings) -> Result<Measurement> {
         let Recordings { model, sessions, division, options } = *scene;
         let all = found(model, sessions, division);
         let (lines, without_gain): (Vec<_>, Vec<_>) = all.into_iter().partition(|(_, line)| line.gain.shown);
@@ -72,7 +72,7 @@ impl Instrument<Recordings<'_>> for Lines {
             true => Vec::new(),
             false => sessions.iter().map(|session| without(model, &lines, session)).collect(),
         };
-        Ok(Reading { findings, shaken: !corrected.is_empty(), corrected, ..Reading::default() })
+        Ok(Measurement { findings, shaken: !corrected.is_empty(), corrected, ..Measurement::default() })
     }
 }
 
@@ -207,8 +207,9 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
         }
         tried.push(f);
         let levels: Vec<f64> = spectra.iter().map(|spectrum| spectrum.level[k]).collect();
-        let parts: Vec<Part> =
-            (0..pieces.len()).map(|i| Part { piece: &pieces[i], stiffness: &stiffness[i], level: levels[i] }).collect();
+        let parts: Vec<MeasuredPiece> = (0..pieces.len())
+            .map(|i| MeasuredPiece { piece: &pieces[i], stiffness: &stiffness[i], level: levels[i] })
+            .collect();
         lines.extend(estimated(parts.split_at(trained), f, step).filter(|line| motor.is_disturbed_by(line)));
         if lines.len() == MOST || tried.len() == MOST_TRIED {
             break;

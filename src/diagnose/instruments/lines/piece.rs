@@ -33,7 +33,7 @@ const PLACES: usize = 40;
 const COUNTS_AT_REST: f64 = 1.5;
 
 /// The arm at one sample.
-pub struct Place {
+pub struct Posture {
     /// `M` [kg·m², kg or kg·m] of the links.
     pub mass: DMatrix<f64>,
     /// Which joints move.
@@ -57,7 +57,7 @@ pub struct Piece {
     /// `w Δ²τ_m`.
     pub torque: Vec<f64>,
     /// The arm at some of its samples.
-    pub places: Vec<Place>,
+    pub places: Vec<Posture>,
     lag: f64,
 }
 
@@ -151,7 +151,7 @@ fn weights(velocity: &[f64], count: f64, dt: f64) -> Vec<f64> {
 }
 
 /// The arm at some of the samples.
-fn places(model: &Model, session: &TimeSeries, moving: &[usize], half: usize) -> Vec<Place> {
+fn places(model: &Model, session: &TimeSeries, moving: &[usize], half: usize) -> Vec<Posture> {
     let dof = model.joints.len();
     let mut dynamics = Dynamics::new(&model.robot);
     let mut mass = DMatrix::zeros(dof, dof);
@@ -164,7 +164,7 @@ fn places(model: &Model, session: &TimeSeries, moving: &[usize], half: usize) ->
         let passes = |(joint, q): (&crate::robot::JointModel, &Option<&[f64]>)| {
             q.is_some_and(|q| (q[k + half] - q[k - half]).abs() > COUNTS_AT_REST * joint.encoder_step())
         };
-        Place { mass: mass.clone(), moves: model.joints.iter().zip(&positions).map(passes).collect() }
+        Posture { mass: mass.clone(), moves: model.joints.iter().zip(&positions).map(passes).collect() }
     };
     moving.iter().step_by(stride).map(place).collect()
 }

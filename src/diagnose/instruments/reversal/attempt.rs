@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::Channel;
+use super::channel::TurnRows;
 use super::gear::{Altered, Gear};
 use crate::diagnose::fit::problem::Part;
 use crate::effects::{AtTurns, SymmetricFriction, Trial};
@@ -57,7 +57,7 @@ pub struct Setting {
 
 /// A fit at its end.
 #[derive(Clone)]
-pub struct Fit {
+pub struct TurnFit {
     /// Where it ended.
     pub setting: Setting,
     /// What the rows lack there.
@@ -94,7 +94,7 @@ impl Setting {
     }
 }
 
-impl Channel<'_, '_> {
+impl TurnRows<'_, '_> {
     /// What the rows lack in a setting, and how that changes with a delay; `None` where an effect refuses its parameters.
     pub fn simulate(&self, setting: &Setting) -> Option<[Vec<f64>; 2]> {
         let gear = Gear { gap: setting.gap, share: setting.share };
@@ -132,7 +132,7 @@ impl Channel<'_, '_> {
     }
 
     /// Fits a setting.
-    pub fn fitted(&self, setting: &Setting) -> Option<Fit> {
+    pub fn fitted(&self, setting: &Setting) -> Option<TurnFit> {
         let mut fit = self.at(setting)?;
         for _ in 0..MOST_STEPS {
             let solution = self.fit(Part::Train, &fit.lack, &fit.columns)?;
@@ -161,7 +161,7 @@ impl Channel<'_, '_> {
         Some(fit)
     }
 
-    fn at(&self, setting: &Setting) -> Option<Fit> {
+    fn at(&self, setting: &Setting) -> Option<TurnFit> {
         let [lack, delay] = self.simulate(setting)?;
         let log_likelihood = self.fit(Part::Train, &lack, std::slice::from_ref(&delay))?.log_likelihood[0];
         let (values, scales) = (setting.values(), setting.scales(self.count()));
@@ -179,7 +179,7 @@ impl Channel<'_, '_> {
             columns.push(other.iter().zip(&lack).map(|(other, lack)| (other - lack) / by).collect());
         }
         columns.push(delay);
-        Some(Fit { setting: setting.clone(), lack, columns, log_likelihood })
+        Some(TurnFit { setting: setting.clone(), lack, columns, log_likelihood })
     }
 
     fn count(&self) -> f64 {

@@ -13,7 +13,7 @@ const AROUND: [f64; 2] = [0.1, 0.4];
 const TRAVEL: f64 = 3.0;
 
 /// The rows of one joint around its turns.
-pub struct Channel<'p, 'm> {
+pub struct TurnRows<'p, 'm> {
     /// All rows.
     pub problem: &'p Problem<'m>,
     /// Index of the joint.
@@ -29,7 +29,7 @@ pub struct Channel<'p, 'm> {
     free: Vec<Vec<f64>>,
 }
 
-impl<'p, 'm> Channel<'p, 'm> {
+impl<'p, 'm> TurnRows<'p, 'm> {
     /// The channel of a joint; `residual` of all rows, `gap` the largest that is thought of.
     pub fn new(problem: &'p Problem<'m>, joint: usize, sessions: &[&TimeSeries], residual: &[f64], gap: f64) -> Self {
         let motion = &problem.motion;

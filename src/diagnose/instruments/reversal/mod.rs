@@ -20,23 +20,23 @@ mod tests;
 
 use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::fit::problem::Problem;
-use crate::diagnose::instruments::{Instrument, Reading, Rows};
+use crate::diagnose::instruments::{FittedRows, Instrument, Measurement};
 use crate::diagnose::result::{EffectGain, FoundEffect, Measured, Standing};
 use crate::diagnose::select::confirm::part;
 use crate::error::Result;
 use crate::timeseries::Estimate;
-use search::Candidate;
+use search::TurnCandidate;
 
 /// When an effect is named by the turns of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rules {
+pub struct TurnRules {
     /// [nats] evidence that it needs.
     pub nats: f64,
     /// [1] logarithm by which the error scale around turns has to fall.
     pub log_scale: f64,
 }
 
-impl Default for Rules {
+impl Default for TurnRules {
     /// Clean machines by seed reach 25 nats and 3 %, not at the same time; an effect that reaches more there has a
     /// [reserve](crate::effects::AtTurns::reserve) of its own.
     fn default() -> Self {
@@ -44,7 +44,7 @@ impl Default for Rules {
     }
 }
 
-impl Rules {
+impl TurnRules {
     /// Fewest rows around turns that are judged.
     const FEWEST: usize = 200;
     /// Part of a parameter's scale that a simulation with hard flanks along a smooth motion may be wrong by, seen on machines by seed.
@@ -56,24 +56,24 @@ impl Rules {
 /// What friction and gear do at the turns of a joint.
 pub struct Reversal;
 
-impl Instrument<Rows<'_>> for Reversal {
-    fn measure(&self, scene: &Rows) -> Result<Reading> {
+impl Instrument<FittedRows<'_>> for Reversal {
+    fn measure(&self, scene: &FittedRows) -> Result<Measurement> {
         if scene.shaken {
-            return Ok(Reading::default());
+            return Ok(Measurement::default());
         }
-        let (rules, problem) = (Rules::default(), scene.problem);
+        let (rules, problem) = (TurnRules::default(), scene.problem);
         let candidates = search::candidates(problem, scene.sessions, scene.left);
         let found = search::named(&candidates, &rules);
         let entries = found.iter().map(|one| entry(problem, one, &candidates, &rules)).collect();
-        Ok(Reading { findings: part(entries, &problem.catalogue), ..Reading::default() })
+        Ok(Measurement { findings: part(entries, &problem.catalogue), ..Measurement::default() })
     }
 }
 
-fn entry(problem: &Problem, one: &Candidate, all: &[Candidate], rules: &Rules) -> FoundEffect {
+fn entry(problem: &Problem, one: &TurnCandidate, all: &[TurnCandidate], rules: &TurnRules) -> FoundEffect {
     let about = one.effect.about();
     let joint = &problem.motion.model.joints[one.joint];
     let rivals = || all.iter().filter(|other| other.joint == one.joint && other.effect.name() != about.name);
-    let unit = Rules::VAGUE * one.total() + 3.0;
+    let unit = TurnRules::VAGUE * one.total() + 3.0;
     let odds = |difference: f64| (difference / unit).exp();
     let of_rivals: f64 = rivals().map(|rival| odds(rival.total() - one.total())).sum();
     let measured = about.parameters.iter().zip(&one.values).map(|(spec, [value, std_error])| {

@@ -1,10 +1,10 @@
 //! Which effects the turns of a joint tell of: every effect is tried from all of its starting points, the best is refined, and what
 //! explains rows that it was not fitted on is named.
 
-use super::Rules;
-use super::attempt::{Fit, Planted, Setting};
-use super::channel::Channel;
-use super::judge::Prediction;
+use super::TurnRules;
+use super::attempt::{Planted, Setting, TurnFit};
+use super::channel::TurnRows;
+use super::judge::TurnLikelihood;
 use super::path::Path;
 use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::regression::Solution;
@@ -34,7 +34,7 @@ const LEAST_OF_BEST: f64 = 0.5;
 
 /// What a joint's turns say of one effect.
 #[derive(Clone)]
-pub struct Candidate {
+pub struct TurnCandidate {
     /// The effect.
     pub effect: &'static dyn AtTurns,
     /// Index of the joint.
@@ -49,22 +49,22 @@ pub struct Candidate {
     pub gain: Gain,
 }
 
-impl Candidate {
+impl TurnCandidate {
     /// [nats] What the effect has to bring beyond others taken off.
     pub fn total(&self) -> f64 {
         self.folds - self.effect.reserve()
     }
 
-    fn accepted(&self, rules: &Rules) -> bool {
+    fn accepted(&self, rules: &TurnRules) -> bool {
         self.total() > rules.nats && self.log_scale > rules.log_scale.max(self.effect.least_fall())
     }
 }
 
 /// What is found, by falling evidence; the first of a joint explains it, the others are its rivals.
-pub fn candidates(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Vec<f64>]) -> Vec<Candidate> {
+pub fn candidates(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Vec<f64>]) -> Vec<TurnCandidate> {
     let joints: Vec<usize> = (0..residuals.len()).collect();
     let of_joint = |joint: &usize| of_joint(problem, *joint, sessions, &residuals[*joint]);
-    let mut found: Vec<Candidate> = side_by_side(&joints, held(problem), of_joint).into_iter().flatten().collect();
+    let mut found: Vec<TurnCandidate> = side_by_side(&joints, held(problem), of_joint).into_iter().flatten().collect();
     found.sort_by(|a, b| b.total().total_cmp(&a.total()));
     found
 }
@@ -74,15 +74,15 @@ fn held(problem: &Problem) -> usize {
     72 * Path::instants(&problem.motion)
 }
 
-fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual: &[f64]) -> Vec<Candidate> {
+fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual: &[f64]) -> Vec<TurnCandidate> {
     let model = &problem.motion.model.joints[joint];
     let (count, gap) = (model.encoder_step(), model.backlash);
     if count <= 0.0 {
         return Vec::new();
     }
     let largest = gap.map_or(GAPS[GAPS.len() - 1] * count, |gap| 1.5 * gap);
-    let channel = Channel::new(problem, joint, sessions, residual, largest);
-    if channel.part(Part::Train).len() < Rules::FEWEST || channel.part(Part::HeldOut).is_empty() {
+    let channel = TurnRows::new(problem, joint, sessions, residual, largest);
+    if channel.part(Part::Train).len() < TurnRules::FEWEST || channel.part(Part::HeldOut).is_empty() {
         return Vec::new();
     }
     let Some(nominal) = nominal(&channel, gap, count) else { return Vec::new() };
@@ -113,7 +113,7 @@ fn starts(gap: Option<f64>, count: f64) -> Vec<Setting> {
 }
 
 /// The gear without effects.
-fn nominal(channel: &Channel, gap: Option<f64>, count: f64) -> Option<Fit> {
+fn nominal(channel: &TurnRows, gap: Option<f64>, count: f64) -> Option<TurnFit> {
     let best = starts(gap, count)
         .into_iter()
         .filter_map(|setting| Some((channel.likelihood(&setting)?, setting)))
@@ -122,7 +122,12 @@ fn nominal(channel: &Channel, gap: Option<f64>, count: f64) -> Option<Fit> {
 }
 
 /// The best starting points of an effect, and how many there were.
-fn best_trials(channel: &Channel, nominal: &Fit, effect: &'static dyn AtTurns, turns: &Turns) -> (Vec<Setting>, usize) {
+fn best_trials(
+    channel: &TurnRows,
+    nominal: &TurnFit,
+    effect: &'static dyn AtTurns,
+    turns: &Turns,
+) -> (Vec<Setting>, usize) {
     let trials = effect.trials(turns);
     let tried = trials.len();
     let given = turns.motion.model.joints[turns.joint].backlash;
@@ -161,13 +166,13 @@ fn best_trials(channel: &Channel, nominal: &Fit, effect: &'static dyn AtTurns, t
 }
 
 fn judged(
-    channel: &Channel,
-    nominal: &Fit,
-    before: &Prediction,
+    channel: &TurnRows,
+    nominal: &TurnFit,
+    before: &TurnLikelihood,
     without: &Solution,
-    fit: &Fit,
+    fit: &TurnFit,
     tried: usize,
-) -> Option<Candidate> {
+) -> Option<TurnCandidate> {
     let (after, solution) = channel.predict(fit)?;
     let planted = fit.setting.planted.first()?;
     // How many rows are independent is judged by the richer model: an effect that is left out makes errors that never forget.
@@ -178,14 +183,14 @@ fn judged(
         .iter()
         .zip(&planted.scales)
         .enumerate()
-        .map(|(k, (value, scale))| [*value, variances[2 + k].max(0.0).sqrt().hypot(Rules::SYSTEMATIC * scale)]);
+        .map(|(k, (value, scale))| [*value, variances[2 + k].max(0.0).sqrt().hypot(TurnRules::SYSTEMATIC * scale)]);
     let held_out = channel.part(Part::HeldOut);
-    let errors = |fit: &Fit, solution: &Solution| {
+    let errors = |fit: &TurnFit, solution: &Solution| {
         channel.system(&held_out, &fit.lack, &fit.columns).blocks[0].residual(&solution.coefficients)
     };
     let rows: Vec<usize> = held_out.iter().map(|index| channel.rows[*index]).collect();
     let gain = gains::of_rows(&channel.problem.motion, &rows, [&errors(nominal, without), &errors(fit, &solution)]);
-    Some(Candidate {
+    Some(TurnCandidate {
         effect: planted.effect,
         joint: channel.joint,
         values: values.collect(),
@@ -196,7 +201,7 @@ fn judged(
 }
 
 /// The candidates that are named: the strongest of each joint, and the same effect on other joints that have enough of their own.
-pub fn named(found: &[Candidate], rules: &Rules) -> Vec<Candidate> {
+pub fn named(found: &[TurnCandidate], rules: &TurnRules) -> Vec<TurnCandidate> {
     let strongest = |joint: usize| found.iter().find(|candidate| candidate.joint == joint);
     found
         .iter()

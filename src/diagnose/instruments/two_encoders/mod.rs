@@ -29,7 +29,7 @@ mod wave;
 use crate::diagnose::evidence::probability::{calibrated, odds_against};
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::instruments::claims::{Sighting, claimed};
-use crate::diagnose::instruments::{Instrument, Reading, Rows};
+use crate::diagnose::instruments::{FittedRows, Instrument, Measurement};
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::errors;
 use crate::diagnose::result::{self, EffectGain, Findings, FitError, Measured, Split, Unexplained};
@@ -67,21 +67,21 @@ pub struct Encoders {
 /// A second encoder behind the gear beside that of the motor.
 pub struct TwoEncoders;
 
-impl Instrument<Rows<'_>> for TwoEncoders {
-    fn measure(&self, scene: &Rows) -> Result<Reading> {
+impl Instrument<FittedRows<'_>> for TwoEncoders {
+    fn measure(&self, scene: &FittedRows) -> Result<Measurement> {
         Ok(measured(scene))
     }
 }
 
 /// Looks at all joints that have a second encoder.
-fn measured(scene: &Rows) -> Reading {
-    let Rows { problem, sessions, options, .. } = *scene;
+fn measured(scene: &FittedRows) -> Measurement {
+    let FittedRows { problem, sessions, options, .. } = *scene;
     let dof = problem.motion.joints.len();
     let free: Vec<AxisFit> = (0..dof).filter_map(|joint| fit(problem, sessions, joint, Lag::Free, None)).collect();
     let mut found = Encoders { gaps: vec![None; dof], ..Encoders::default() };
     let mut findings = Findings::default();
     if free.is_empty() {
-        return Reading { encoders: Some(found), ..Reading::default() };
+        return Measurement { encoders: Some(found), ..Measurement::default() };
     }
     let lag = common(&free);
     let late = lag.value.abs() - NOTICEABLE > SURELY * lag.std_error;
@@ -116,7 +116,7 @@ fn measured(scene: &Rows) -> Reading {
     }
     findings.merge(claimed(problem.motion.model, &options.catalogue, sightings));
     found.fit = errors;
-    Reading { findings, encoders: Some(found), ..Reading::default() }
+    Measurement { findings, encoders: Some(found), ..Measurement::default() }
 }
 
 /// The lag that holds for all joints; where they do not agree, its error grows.

@@ -1,5 +1,6 @@
 //! A robust fit of the difference of two encoders, its errors alike within blocks of time.
 
+use crate::linear::{Equilibrated, sandwich};
 use nalgebra::{DMatrix, DVector};
 
 use super::difference::Difference;
@@ -47,8 +48,7 @@ pub fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
 pub fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved: &Solved) -> DMatrix<f64> {
     let n = columns.len();
     let mut bread = DMatrix::zeros(n, n);
-    let mut meat = DMatrix::zeros(n, n);
-    let mut blocks = 0;
+    let mut scores: Vec<DVector<f64>> = Vec::new();
     let mut sum: DVector<f64> = DVector::zeros(n);
     let key = |index: usize| {
         let row = rows.rows[index];
@@ -59,16 +59,11 @@ pub fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], sol
         bread += solved.weights[index] * &x * x.transpose();
         sum += solved.weights[index] * solved.residual[index] * x;
         if index + 1 == rows.rows.len() || key(index + 1) != key(index) {
-            meat += &sum * sum.transpose();
-            sum.fill(0.0);
-            blocks += 1;
+            scores.push(std::mem::replace(&mut sum, DVector::zeros(n)));
         }
     }
-    let scale = DVector::from_iterator(n, bread.diagonal().iter().map(|d: &f64| 1.0 / d.max(1e-300).sqrt()));
-    let scaled = DMatrix::from_fn(n, n, |i, j| bread[(i, j)] * scale[i] * scale[j] + if i == j { 1e-10 } else { 0.0 });
-    let Some(inverse) = scaled.try_inverse() else { return DMatrix::from_element(n, n, f64::INFINITY) };
-    let inverse = DMatrix::from_fn(n, n, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+    let Some(factor) = Equilibrated::new(&bread) else { return DMatrix::from_element(n, n, f64::INFINITY) };
     // Few blocks: what the fit took from them is given back.
-    let correction = f64::from(blocks) / f64::from(blocks - n.min(blocks as usize - 1) as i32).max(1.0);
-    correction * &inverse * meat * &inverse
+    let taken = n.min(scores.len().saturating_sub(1));
+    sandwich(&factor.inverse(), scores.iter(), taken)
 }
