@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use lostmotion::identify::{Identification, JointIdentification, LawKind, Options, Quantity, identify};
-use lostmotion::plant::Engine;
+use lostmotion::plant::{Engine, Evaluations};
 use lostmotion::scenario::{Scenario, simulate};
 use rayon::prelude::*;
 
@@ -17,13 +17,12 @@ const SEEDS: std::ops::Range<u64> = 1001..1011;
 /// depend on each other, so their number scatters more than a binomial one.
 const MISSES: usize = 16;
 
-/// Runs of the staircase with a friction law, each identified from what the sensors said, and compared with the truth.
-fn runs(robot: &str, seeds: std::ops::Range<u64>) -> Vec<Identification> {
+/// Runs of the staircase with a friction law on rapier, each identified from what the sensors said, and compared with the truth.
+fn runs(robot: &str, seeds: std::ops::Range<u64>, evaluations: Evaluations) -> Vec<Identification> {
     let set = [format!("robot=../../robots/scara/{robot}")];
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/01_identify_scara/scenario.toml");
     let mut scenario = Scenario::load(&path, &set).unwrap();
-    // The same mechanics as rapier's to 1e-9, at half the cost: `tests/plant.rs` compares them.
-    scenario.options.engine = Engine::Reduced;
+    (scenario.options.engine, scenario.options.evaluations) = (Engine::Rapier, evaluations);
     let options = Options { backlash: false, ..Options::default() };
     seeds
         .into_par_iter()
@@ -63,18 +62,26 @@ fn assert_no_centrifugal(runs: &[Identification]) {
 
 #[test]
 fn recover_exponential_law_of_both_joints_over_ten_seeds() {
-    let runs = runs("model.toml", SEEDS);
-    assert_law(&runs, LawKind::Exponential);
-    assert_no_centrifugal(&runs);
+    hold_exponential_law(&runs("model.toml", SEEDS, Evaluations::AsNeeded));
+}
+
+#[test]
+fn recover_exponential_law_with_rapier_asked_every_millisecond() {
+    hold_exponential_law(&runs("model.toml", SEEDS, Evaluations::EveryInterval));
+}
+
+fn hold_exponential_law(runs: &[Identification]) {
+    assert_law(runs, LawKind::Exponential);
+    assert_no_centrifugal(runs);
     let error = |of: fn(&lostmotion::identify::ExponentialEstimate) -> f64| {
-        worst(&runs, |joint| joint.friction.exponential.each().map(of))
+        worst(runs, |joint| joint.friction.exponential.each().map(of))
     };
     let curve = error(|law| law.curve_error_percent.unwrap());
     let coulomb = error(|law| law.coulomb.error_percent.unwrap());
     let viscous = error(|law| law.viscous.error_percent.unwrap());
     let breakaway = error(|law| law.breakaway.error_percent.unwrap());
     let stribeck = error(|law| law.stribeck_velocity.error_percent.unwrap());
-    let missed = misses(&runs, |joint| {
+    let missed = misses(runs, |joint| {
         let laws = joint.friction.exponential.each();
         laws.iter()
             .flat_map(|law| [&law.coulomb, &law.breakaway, &law.stribeck_velocity, &law.viscous])
@@ -95,7 +102,7 @@ fn recover_exponential_law_of_both_joints_over_ten_seeds() {
 
 #[test]
 fn recover_two_lines_of_both_joints_over_ten_seeds() {
-    let runs = runs("model_two_lines.toml", SEEDS);
+    let runs = runs("model_two_lines.toml", SEEDS, Evaluations::AsNeeded);
     assert_law(&runs, LawKind::TwoLines);
     assert_no_centrifugal(&runs);
     let error =
@@ -138,8 +145,8 @@ fn property_intervals_hold_the_truth_in_many_runs() {
     let count: u64 = std::env::var("LOSTMOTION_COVERAGE").map_or(100, |count| count.parse().expect("a number of runs"));
     let seeds = 2001..2001 + count;
     println!("| joint | coefficient | bias % | scatter % | worst % | interval held % |\n|---|---|---|---|---|---|");
-    let exponential = runs("model.toml", seeds.clone());
-    let lines = runs("model_two_lines.toml", seeds);
+    let exponential = runs("model.toml", seeds.clone(), Evaluations::AsNeeded);
+    let lines = runs("model_two_lines.toml", seeds, Evaluations::AsNeeded);
     for joint in 0..2 {
         for (k, sign) in ["+", "-"].into_iter().enumerate() {
             let law = move |one: &JointIdentification| one.friction.exponential.each()[k].clone();

@@ -7,23 +7,23 @@
 //! cargo bench --bench blind -- table [--effects ...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--changes N] [--seeds FIRST]
 //! ```
 //! A set is a folder with `model.toml`, `robot.urdf` and four recordings; what was hidden stands in `truth/<set>.json` beside it.
-//! It is drawn by the same modules as the sets of `tests/hidden_effects`. `table` keeps no data; see `docs/blind.md`. Seeds below 100000 are for tuning, those from 900000 for reports.
+//! It is drawn by the same modules as the sets of `benches/hidden_effects`. `table` keeps no data; see `docs/blind.md`. Seeds below 100000 are for tuning, those from 900000 for reports.
 
-#[path = "../../tests/hidden_effects/drawn.rs"]
+#[path = "../../tests/support/drawn/drawn.rs"]
 mod drawn;
-#[path = "../../tests/hidden_effects/generate.rs"]
+#[path = "../../tests/support/drawn/generate.rs"]
 mod generate;
-#[path = "../../tests/hidden_effects/hidden.rs"]
+#[path = "../../tests/support/drawn/hidden.rs"]
 mod hidden;
-#[path = "../../tests/hidden_effects/machine.rs"]
+#[path = "../../tests/support/drawn/machine.rs"]
 mod machine;
-#[path = "../../tests/hidden_effects/motion.rs"]
+#[path = "../../tests/support/drawn/motion.rs"]
 mod motion;
-#[path = "../../tests/hidden_effects/record.rs"]
+#[path = "../../tests/support/drawn/record.rs"]
 mod record;
-#[path = "../../tests/hidden_effects/strengths.rs"]
+#[path = "../../tests/support/drawn/strengths.rs"]
 mod strengths;
-#[path = "../../tests/hidden_effects/verdict.rs"]
+#[path = "../../tests/support/drawn/verdict.rs"]
 mod verdict;
 
 mod arguments;

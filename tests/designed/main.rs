@@ -3,7 +3,7 @@
 //! The prediction of the design and the machine that carries it out share the program's plant, but neither noise nor strength, friction
 //! or gaps.
 
-#[path = "../hidden_effects/machine.rs"]
+#[path = "../support/drawn/machine.rs"]
 #[allow(dead_code, reason = "only the machine is drawn here, not what is hidden in it")]
 mod machine;
 

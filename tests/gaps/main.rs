@@ -2,11 +2,11 @@
 //! encoder a soft gear and a gap that varies are told, and a gap is not taken for either.
 //! No figure was tuned to these seeds, but for 3006.
 
-#[path = "../hidden_effects/machine.rs"]
+#[path = "../support/drawn/machine.rs"]
 mod machine;
-#[path = "../hidden_effects/motion.rs"]
+#[path = "../support/drawn/motion.rs"]
 mod motion;
-#[path = "../hidden_effects/record.rs"]
+#[path = "../support/drawn/record.rs"]
 mod record;
 
 use std::path::Path;

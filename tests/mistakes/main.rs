@@ -3,18 +3,18 @@
 //! Mistakes are planted in sound recordings, simulated and recorded, joint by joint; the sound ones are the negative control. Checks on recordings
 //! that are missing are reported as ignored, never as passed.
 
-#[path = "../hidden_effects/hidden.rs"]
+#[path = "../support/drawn/hidden.rs"]
 #[allow(dead_code)]
 mod hidden;
-#[path = "../hidden_effects/machine.rs"]
+#[path = "../support/drawn/machine.rs"]
 #[allow(dead_code)]
 mod machine;
-#[path = "../hidden_effects/motion.rs"]
+#[path = "../support/drawn/motion.rs"]
 #[allow(dead_code)]
 mod motion;
-#[path = "../hidden_effects/record.rs"]
+#[path = "../support/drawn/record.rs"]
 mod record;
-#[path = "../hidden_effects/strengths.rs"]
+#[path = "../support/drawn/strengths.rs"]
 #[allow(dead_code)]
 mod strengths;
 

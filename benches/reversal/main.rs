@@ -1,19 +1,19 @@
 //! What shows only where joints turn around, planted in simulated machines and found again in their recordings.
 //!
-//! The machines, their motions and what is planted are those of the blind sets (`tests/hidden_effects`, `benches/blind`), strength 1.
+//! The machines, their motions and what is planted are those of the blind sets (`benches/hidden_effects`, `benches/blind`), strength 1.
 //! The seeds belong to this test alone: nothing may be tuned to them.
 
-#[path = "../hidden_effects/drawn.rs"]
+#[path = "../../tests/support/drawn/drawn.rs"]
 mod drawn;
-#[path = "../hidden_effects/hidden.rs"]
+#[path = "../../tests/support/drawn/hidden.rs"]
 mod hidden;
-#[path = "../hidden_effects/machine.rs"]
+#[path = "../../tests/support/drawn/machine.rs"]
 mod machine;
-#[path = "../hidden_effects/motion.rs"]
+#[path = "../../tests/support/drawn/motion.rs"]
 mod motion;
-#[path = "../hidden_effects/record.rs"]
+#[path = "../../tests/support/drawn/record.rs"]
 mod record;
-#[path = "../hidden_effects/strengths.rs"]
+#[path = "../../tests/support/drawn/strengths.rs"]
 mod strengths;
 
 mod planted;

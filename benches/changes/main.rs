@@ -3,11 +3,11 @@
 //!
 //! Seeds below 100,000 are for tuning, seeds from 900,000 on for the tests.
 
-#[path = "../hidden_effects/machine.rs"]
+#[path = "../../tests/support/drawn/machine.rs"]
 mod machine;
-#[path = "../hidden_effects/motion.rs"]
+#[path = "../../tests/support/drawn/motion.rs"]
 mod motion;
-#[path = "../hidden_effects/record.rs"]
+#[path = "../../tests/support/drawn/record.rs"]
 mod record;
 
 mod pair;

@@ -4,13 +4,21 @@
 //! `truth/<effect>_<seed>.json`. The seeds of this test belong to it alone: nothing may be tuned to them.
 //! A set is judged right only where the hidden effect and no other is named. The bench `blind` draws and judges by the same modules, at length.
 
+#[path = "../../tests/support/drawn/drawn.rs"]
 mod drawn;
+#[path = "../../tests/support/drawn/generate.rs"]
 mod generate;
+#[path = "../../tests/support/drawn/hidden.rs"]
 mod hidden;
+#[path = "../../tests/support/drawn/machine.rs"]
 mod machine;
+#[path = "../../tests/support/drawn/motion.rs"]
 mod motion;
+#[path = "../../tests/support/drawn/record.rs"]
 mod record;
+#[path = "../../tests/support/drawn/strengths.rs"]
 mod strengths;
+#[path = "../../tests/support/drawn/verdict.rs"]
 mod verdict;
 
 use std::collections::BTreeSet;
