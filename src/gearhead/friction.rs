@@ -150,3 +150,14 @@ impl FrictionLaw {
         direction.sign() * self.magnitude(direction, velocity.abs())
     }
 }
+
+/// Velocity after a step in which friction may take `loss` off it, `[positive, negative]` direction [rad/s or m/s]: what friction can
+/// stop ends at rest.
+///
+/// ```text
+///   v = max(0, v* − loss₊)  for v* > 0,   v = min(0, v* + loss₋)  else          v*: without friction, loss = h F/J
+/// ```
+#[inline]
+pub fn slowed(free: f64, loss: [f64; 2]) -> f64 {
+    if free > 0.0 { (free - loss[0]).max(0.0) } else { (free + loss[1]).min(0.0) }
+}

@@ -11,7 +11,8 @@
 use super::contact::Barriers;
 use super::joint::{Flow, JointLaws, Phase, Power};
 use super::mobility::Response;
-use super::mode::{Margins, Mode, Slip};
+use super::mode::{Margins, Mode};
+use crate::gearhead::Slip;
 
 /// The joints' laws, and room to work.
 pub struct Coupled {

@@ -5,7 +5,8 @@
 
 use super::integrator::{Integrator, Source, State};
 use super::joint::Phase;
-use super::mode::{Change, Event, Slip};
+use super::mode::{Change, Event};
+use crate::gearhead::Slip;
 
 /// Shortest share of a step for which a mode is given a chance to last.
 const SHORTEST: f64 = 1e-3;
@@ -183,7 +184,7 @@ impl Integrator {
                 mode.rotor = Slip::towards(flow.rotor_drive);
             }
             Change::Rotor => {
-                if let Some(slip) = law.rotor_grip.beyond(mode.rotor, y.omega.abs()) {
+                if let Some(slip) = law.gearhead.rotor.beyond(mode.rotor, y.omega.abs()) {
                     mode.rotor = slip;
                     return;
                 }
@@ -201,7 +202,7 @@ impl Integrator {
                 state.modes[joint].link = Slip::towards(coupled.holds[joint]);
             }
             Change::Link => {
-                if let Some(slip) = law.link_grip.beyond(mode.link, y.v.abs()) {
+                if let Some(slip) = law.gearhead.link.beyond(mode.link, y.v.abs()) {
                     mode.link = slip;
                     return;
                 }

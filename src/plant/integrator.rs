@@ -14,8 +14,9 @@ use super::coupled::Coupled;
 use super::joint::{Phase, Power};
 use super::links::Links;
 use super::mobility::{Mobility, Response};
-use super::mode::{Margins, Mode, Slip};
+use super::mode::{Margins, Mode};
 use super::transient::Transient;
+use crate::gearhead::Slip;
 
 /// Where `W` and `a₀` come from during a stretch of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -287,8 +288,8 @@ impl Integrator {
         let (mut joint, mut fastest) = (0, Fastest { oscillation: 0.0, decay: 0.0 });
         for (i, law) in laws.iter().enumerate() {
             let (sigma_0, sigma_1) = law.bristles();
-            let omega_squared = law.gear.stiffness * a(i, i) + sigma_0 / law.rotor_inertia;
-            let delta = 0.5 * (law.gear.damping * a(i, i) + sigma_1 / law.rotor_inertia);
+            let omega_squared = law.gearhead.dead_zone.stiffness * a(i, i) + sigma_0 / law.rotor_inertia;
+            let delta = 0.5 * (law.gearhead.dead_zone.damping * a(i, i) + sigma_1 / law.rotor_inertia);
             let before = fastest.pole();
             if delta * delta > omega_squared {
                 fastest.decay = fastest.decay.max(delta + (delta * delta - omega_squared).sqrt());
@@ -304,7 +305,9 @@ impl Integrator {
         }
         if fastest.pole().is_finite() {
             let n = laws.len();
-            let stiffness = |i: usize, j: usize| (laws[i].gear.stiffness * laws[j].gear.stiffness).sqrt();
+            let stiffness = |i: usize, j: usize| {
+                (laws[i].gearhead.dead_zone.stiffness * laws[j].gearhead.dead_zone.stiffness).sqrt()
+            };
             let squared = DMatrix::from_fn(n, n, |i, j| stiffness(i, j) * a(i, j));
             fastest.oscillation = squared.symmetric_eigenvalues().max().max(0.0).sqrt().max(fastest.oscillation);
         }

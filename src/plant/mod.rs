@@ -15,7 +15,6 @@ mod build;
 pub mod contact;
 pub mod coupled;
 mod events;
-pub mod grip;
 pub mod integrator;
 pub mod joint;
 pub mod links;
@@ -30,11 +29,10 @@ pub mod world;
 
 use build::resting_mode;
 pub use contact::Touch;
-use grip::Grip;
 pub use integrator::Counts;
 use integrator::{Integrator, State};
 use joint::{Phase, Power};
-use mode::{Mode, Slip};
+use mode::Mode;
 pub use obstacle::Obstacle;
 pub use rigid_body::RigidBody;
 use sensors::{Sensors, Tracker};
@@ -43,6 +41,7 @@ pub use world::World;
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, JointState, Reading};
 use crate::error::{Error, Result};
+use crate::gearhead::{Grip, Slip};
 use crate::robot::Robot;
 
 /// Version of the rigid-body engine, as Cargo.toml pins it.
@@ -183,10 +182,10 @@ impl Plant {
             *mode = resting_mode(law);
             mode.contact = law.contact(0.0, y);
             if mode.rotor != Slip::Free {
-                mode.rotor = way(&law.rotor_grip, y.omega);
+                mode.rotor = way(&law.gearhead.rotor, y.omega);
             }
             if mode.link != Slip::Free {
-                mode.link = way(&law.link_grip, y.v);
+                mode.link = way(&law.gearhead.link, y.v);
             }
             self.sensors[i].restart(y);
         }
@@ -285,7 +284,7 @@ impl Plant {
 
     /// Flank of a joint's gear that touches: +1, 0 in the gap, −1. A gear without a gap reports the direction of its torque.
     pub fn contact(&self, joint: usize) -> i8 {
-        if self.integrator.coupled.laws[joint].gear.backlash == 0.0 {
+        if self.integrator.coupled.laws[joint].gearhead.dead_zone.backlash == 0.0 {
             let torque = self.states[joint].gear_torque;
             return if torque > 0.0 { 1 } else { -i8::from(torque < 0.0) };
         }
@@ -324,7 +323,7 @@ impl Plant {
         for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
             stored += 0.5 * law.rotor_inertia * joints[i].omega * joints[i].omega;
             stored += law.elastic_energy(*time, &joints[i], modes[i].contact);
-            stored += law.memory.map_or(0.0, |memory| memory.energy(joints[i].memory));
+            stored += law.gearhead.memory.map_or(0.0, |memory| memory.energy(joints[i].memory));
         }
         Energy { work: done.work, dissipated: done.dissipated, stored }
     }

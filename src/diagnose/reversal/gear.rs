@@ -15,7 +15,7 @@
 
 use super::path::{Path, Span};
 use crate::effects::{Action, GearAction};
-use crate::gearhead::{Memory, Mesh};
+use crate::gearhead::{Flank, Memory, Mesh, slowed};
 
 /// What is taken for known of a joint's gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,10 +88,7 @@ impl Run<'_> {
             for k in span.start..span.end {
                 let v = self.path.v[k];
                 let dry = (rotor * self.path.dry[k]).max(1e-12);
-                // ṡ = r0 − f s with both constant over a step.
-                let (forgets, rate) = (memory.forgets(v.abs(), dry), memory.rate(state, v, dry));
-                let decay = if forgets * h > 1e-9 { -(-forgets * h).exp_m1() / forgets } else { h };
-                let (before, change) = (state, rate * decay);
+                let (before, change) = (state, memory.change(state, v, dry, h));
                 state += change;
                 match memory {
                     Memory::Bristles { stiffness, damping } => {
@@ -133,7 +130,8 @@ impl Run<'_> {
 
     /// Where a flank is, and how fast it goes.
     fn flank(&self, k: usize, mesh: &Mesh, side: f64) -> (f64, f64) {
-        (mesh.compression(self.path.theta[k], 0.0, side), mesh.rate(self.path.v[k], 0.0, side))
+        let Flank { p, p_dot, .. } = mesh.flank([self.path.theta[k], self.path.v[k]], [0.0; 2], side);
+        (p, p_dot)
     }
 
     /// Torque that a link on a flank needs at an instant, while the flank gains `gain` [rad/s or m/s] of speed beyond the rotor in a step.
@@ -189,7 +187,7 @@ impl Run<'_> {
         let path = self.path;
         let (h, inertia) = ((1.0 - begin) * path.step, path.inertia[k]);
         let held = path.load[k] - path.inertial[k];
-        let w = slowed(link.w - h * held / inertia, h * self.friction(k, link.w) / inertia);
+        let w = slowed(link.w - h * held / inertia, [h * self.friction(k, link.w) / inertia; 2]);
         let q = link.q + 0.5 * h * (link.w + w);
         let mut end = 1.0;
         for side in [1.0, -1.0] {
@@ -235,9 +233,4 @@ fn sign(x: f64) -> f64 {
 /// Where a straight line from `a` to `b` crosses zero, 0 to 1.
 fn part(a: f64, b: f64) -> f64 {
     if a == b { 0.0 } else { (a / (a - b)).clamp(0.0, 1.0) }
-}
-
-/// A velocity that friction takes `change` from, but never turns.
-fn slowed(w: f64, change: f64) -> f64 {
-    sign(w) * (w.abs() - change).max(0.0)
 }
