@@ -25,6 +25,8 @@ pub mod plot;
 pub mod recording;
 /// A replay for readers.
 pub mod replay;
+/// A carried out scenario for readers.
+pub mod run;
 /// What a simulation gets wrong, for readers.
 pub mod shortfall;
 /// Plots as SVG.

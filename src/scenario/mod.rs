@@ -6,7 +6,8 @@
 //!                  └── Reading ─┘
 //! ```
 //! A [`Scenario`] is the content of a scenario file; [`simulate`] runs it, [`closed_loop`] is the loop itself, for whoever
-//! brings a machine, a reference and a [`Regulator`] of their own.
+//! brings a machine, a reference and a [`Regulator`] of their own. [`Scenario::carry_out`] does with the recordings what the
+//! scenario asks for.
 
 mod closed_loop;
 mod contact;
@@ -14,6 +15,8 @@ mod cost;
 mod design;
 mod expect;
 mod expect_diagnosis;
+mod findings;
+mod procedure;
 mod ranges;
 mod read;
 mod read_controller;
@@ -30,6 +33,8 @@ pub use cost::{Cost, Limits, STEPS_A_SECOND};
 pub use design::{Budget, DECIDES, Design, Prediction, Question, Trial, design};
 pub use expect::{Expectation, Unmet};
 pub use expect_diagnosis::{DiagnosisExpectation, EffectFigure, UnmetDiagnosis};
+pub use findings::{Findings, channels, reference_name};
+pub use procedure::{Conclusion, Found, Identified, Procedure};
 pub use record::{Keep, Recorder};
 pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
@@ -52,17 +57,6 @@ const PLAN_INTERVAL: f64 = 0.01;
 
 /// Looks at a planned motion at a time.
 const PLAN_PIECE: f64 = 10_000.0;
-
-/// What is done with the data of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Procedure {
-    /// Nothing.
-    None,
-    /// Friction and backlash are identified.
-    Identify,
-    /// The nominal machine is compared with the data.
-    Diagnose,
-}
 
 /// One recording of a scenario: the machine starts anew, at rest on its reference.
 #[derive(Debug, Clone, PartialEq)]
