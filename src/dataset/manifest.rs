@@ -20,7 +20,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::JointKinds;
-use super::columns::{CHANNEL_COLUMNS, Plan, PlannedJoint, Source, channel_names, column_of, conversion, session_name};
+use super::columns::{CHANNEL_COLUMNS, channel_names, column_of, conversion, session_name};
+use super::plan::{Controller, Plan, PlannedJoint, Source};
 use super::table::list;
 use crate::error::{Error, Result};
 use crate::timeseries::Channel;
@@ -39,18 +40,6 @@ const LARGEST_SCALE: f64 = 1e16;
 
 /// Environment variable that names the folder of recordings.
 const DATA_FOLDER: &str = "LOSTMOTION_DATA";
-
-/// The machine's own controller: position and velocity loop in cascade, each sample `k` of interval `T`,
-/// `τ = k_v (k_p (q_ref − q(k)) − (q(k) − q(k−n))/(n T))`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controller {
-    /// `k_p` [1/s] velocity asked for per position error, > 0.
-    pub position_gain: f64,
-    /// `k_v` [N·m·s/rad or N·s/m] torque on the joint side per velocity error, > 0.
-    pub velocity_gain: f64,
-    /// `n` samples over which it takes the difference quotient of the position, ≥ 1; 1 where the manifest does not say.
-    pub velocity_samples: usize,
-}
 
 /// A manifest as it was read.
 #[derive(Debug)]

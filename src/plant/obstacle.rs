@@ -6,10 +6,10 @@
 
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyBuilder;
-use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle};
+use rapier3d_f64::geometry::ColliderBuilder;
 use rapier3d_f64::parry::query::contact;
 
-use super::world::{World, pose};
+use super::world::{Pair, World, pose};
 use crate::dynamics::solid;
 use crate::error::Result;
 use crate::robot::{Geometry, Robot, Shape};
@@ -40,21 +40,6 @@ impl Obstacle {
         };
         Shape { geometry, ..self.shape.clone() }
     }
-}
-
-/// A link's shape and an obstacle, which may meet.
-#[derive(Debug, Clone)]
-pub struct Pair {
-    /// Index of the link's body.
-    pub body: usize,
-    /// Index of the obstacle.
-    pub obstacle: usize,
-    link_collider: ColliderHandle,
-    obstacle_collider: ColliderHandle,
-    /// [m] Thickness of the obstacle's skin.
-    skin: f64,
-    /// The multibody's links from the base to the body.
-    branch: Vec<usize>,
 }
 
 impl World {
