@@ -7,10 +7,9 @@
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyBuilder;
 use rapier3d_f64::geometry::ColliderBuilder;
-use rapier3d_f64::parry::query::contact;
 
 use super::world::{Pair, World, pose};
-use crate::dynamics::solid;
+use crate::dynamics::{closest, solid};
 use crate::error::Result;
 use crate::robot::{Geometry, Robot, Shape};
 
@@ -82,7 +81,7 @@ impl World {
         let link_pose = multibody.forward_kinematics_single_branch(bodies, branch, Some(displacement), Some(jacobian));
         let (link, obstacle) = (&colliders[*link_collider], &colliders[*obstacle_collider]);
         let shape_pose = link_pose * *link.position_wrt_parent()?;
-        let found = contact(obstacle.position(), obstacle.shape(), &shape_pose, link.shape(), reach + skin).ok()??;
+        let found = closest((obstacle.position(), obstacle.shape()), (&shape_pose, link.shape()), reach + skin)?;
         let com = link_pose * bodies[self.links[*body]].mass_properties().local_mprops.local_com;
         let (normal, arm) = (found.normal1, found.point2 - com);
         // The link's point moves by the Jacobian's linear part, and by its angular part about the centre of mass.
