@@ -2,13 +2,15 @@
 
 use super::contact::{Barrier, Barriers, Cause};
 use super::coupled::Coupled;
-use super::integrator::{Integrator, State};
+use super::integrator::Integrator;
 use super::joint::{JointLaws, Phase, Power};
 use super::links::Links;
+use super::machine::Machine;
 use super::mode::Mode;
 use super::obstacle::Obstacle;
 use super::pace::{LONGEST_STEP, LONGEST_STEP_DAMPED};
 use super::sensors::Sensors;
+use super::state::State;
 use super::world::Pair;
 use super::{Engine, Evaluations, Options, Plant, World};
 use crate::drive::PowerStage;
@@ -67,7 +69,10 @@ impl Plant {
             done: Power::default(),
         };
         let mut plant = Self {
-            integrator: Integrator::new(Coupled::new(laws, Barriers::new(barriers, n)), links, options.most_steps),
+            integrator: Integrator::new(
+                Machine::new(Coupled::new(laws, Barriers::new(barriers, n)), links),
+                options.most_steps,
+            ),
             robot: model.robot.clone(),
             step: options.step,
             rate: 0.0,
@@ -84,7 +89,7 @@ impl Plant {
             readings: vec![Reading::default(); n],
         };
         plant.place(&vec![0.0; n]);
-        let (joint, fastest) = plant.integrator.fastest();
+        let (joint, fastest) = plant.integrator.machine.fastest();
         let pole = fastest.pole();
         if !pole.is_finite() || pole > FASTEST {
             let key = format!("joints.{}.gear_stiffness", model.joints[joint].name);

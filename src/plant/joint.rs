@@ -6,7 +6,7 @@
 //! ```
 //! Every law is smooth within a [`Mode`]; a margin that turns negative tells that a mode has ended.
 
-use super::mode::{Margins, Mode};
+use super::mode::{Change, Margins, Mode};
 use crate::drive::PowerStage;
 use crate::effects::{DriveAction, GearAction, JointAction, JointState};
 use crate::gearhead::{Flank, Gearhead, Grip, Slip};
@@ -190,6 +190,14 @@ impl JointLaws {
             flow.power.dissipated += s * friction * y.v;
         }
         flow
+    }
+
+    /// What a rotor at rest does under the torque that acts: it sticks, or slips the way it is driven.
+    pub fn resting_rotor(&self, time: f64, y: &Phase, mode: &Mode, command: f64) -> Slip {
+        let stuck = Mode { rotor: Slip::Stuck, ..*mode };
+        let flow = self.flow(time, y, &stuck, command);
+        let margin = self.margins(time, y, &stuck, command, &flow, 0.0).0[Change::Rotor as usize];
+        if margin < 0.0 { Slip::towards(flow.rotor_drive) } else { Slip::Stuck }
     }
 
     /// How far the mode is from its end; `link_hold` is the friction that holds a link that sticks.
