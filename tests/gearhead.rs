@@ -123,6 +123,18 @@ fn equivalent_two_lines_of_a_side_change_at_the_kink_of_the_law() {
     }
 }
 
+/// What an integrator runs goes on along its tangent below rest, where a step may lead before the end of a slip is located.
+#[test]
+fn property_a_side_goes_on_along_its_tangent_below_rest() {
+    let gear = DeadZone { backlash: 0.0, stiffness: 2000.0, damping: 3.0 };
+    let rotor = Gearhead::new(gear, Some(&friction(0.173, 0.187, 0.04, 0.2, 0.0)), 0.0).rotor;
+    let at = |s: f64| rotor.level(Slip::Positive, s * 0.04);
+    // Both pieces and their slopes meet at |v| σ = −1; the second difference there is half that of the exponential, e · 1e-6 of the drop.
+    assert!((at(-1.0 + 1e-3) - 2.0 * at(-1.0) + at(-1.0 - 1e-3)).abs() < 3e-6 * 0.014);
+    // Rounding of a few sums at 0.3 N·m.
+    assert!((at(-3.0) - 2.0 * at(-2.0) + at(-1.0)).abs() < 1e-15);
+}
+
 #[test]
 fn analytic_friction_stops_what_it_can_and_turns_nothing() {
     assert_eq!(slowed(0.5, [0.2, 9.0]), 0.3);

@@ -56,6 +56,13 @@ pub struct Exponential {
     pub viscous: f64,
 }
 
+impl Exponential {
+    /// Dry part `F_C + (F_S − F_C) e^{−|v|/v_S}` [N·m or N] at a speed `|v|`.
+    pub fn dry(&self, speed: f64) -> f64 {
+        self.coulomb + (self.breakaway - self.coulomb) * (-speed / self.stribeck_velocity).exp()
+    }
+}
+
 /// One direction of equation 9, magnitude against speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lines {
@@ -102,8 +109,8 @@ impl FrictionLaw {
     pub fn magnitude(&self, direction: Direction, speed: f64) -> f64 {
         match self {
             Self::Exponential(law) => {
-                let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = law[direction.index()];
-                coulomb + (breakaway - coulomb) * (-speed / stribeck_velocity).exp() + viscous * speed
+                let law = &law[direction.index()];
+                law.dry(speed) + law.viscous * speed
             }
             Self::TwoLines(law) => {
                 let line = law[direction.index()];

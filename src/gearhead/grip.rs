@@ -4,12 +4,15 @@
 //!   F_side = share · F(|v|) + own
 //!   F(|v|) = F_C + D e^{−|v| σ} + F_V |v|          D = F_S − F_C, σ = 1/v_S; of two lines each is one such law with D = 0
 //! ```
-//! Sign: a magnitude; it opposes the slip. State: the [`Slip`], kept by who integrates.
+//! This is [`FrictionLaw`] as an integrator runs it: one smooth branch for each way of slipping, the same numbers to rounding.
 //! A step may lead beyond the end of a mode before the end is located. There, at a speed that is negative, the exponential
 //! goes on along its tangent from `|v| σ = −1`: left alone it would be e⁷⁰ where a hammering rotor is thrown back within a step.
-//!
 //! Two lines meet at a kink, at the switch velocity: the slower and the faster line are modes of their own, so that the kink is
 //! located like any other event.
+//! Sign: a magnitude; it opposes the slip.
+//! State: the [`Slip`], kept by who integrates.
+//! Left out: what effects make of the level, and what friction remembers ([`Memory`](super::Memory)).
+//! Reference: L. Márton, B. Lantos (2009), equations 6 to 9.
 
 use super::{Direction, Exponential, Friction, FrictionLaw, Lines, Slip};
 

@@ -57,6 +57,15 @@ impl Memory {
         }
     }
 
+    /// `σ0 z + σ1 Δz/Δt` [N·m or N] of bristles at a state that changes by `change` in a time `dt` [s]; contacts that grow at rest have no
+    /// force of their own.
+    pub fn force(&self, state: f64, change: f64, dt: f64) -> f64 {
+        match *self {
+            Self::Bristles { stiffness, damping } => stiffness * state + damping * change / dt,
+            Self::Rest { .. } => 0.0,
+        }
+    }
+
     /// What it adds [N·m or N] to the level of dry friction.
     pub fn level(&self, state: f64) -> f64 {
         match *self {

@@ -59,8 +59,9 @@ impl JointLaws {
         let (v, z) = (state.motor_velocity, state.memory);
         let (dry, viscous) = self.dry_and_viscous(state, v);
         flow.memory_rate = memory.rate(z, v, dry);
-        if let Memory::Bristles { stiffness, damping } = *memory {
-            let friction = stiffness * z + damping * flow.memory_rate + viscous * v;
+        if let Memory::Bristles { stiffness, .. } = *memory {
+            // The rate is the change in a second.
+            let friction = memory.force(z, flow.memory_rate, 1.0) + viscous * v;
             flow.rotor_drive -= friction;
             flow.power.dissipated += friction * v - stiffness * z * flow.memory_rate;
         }

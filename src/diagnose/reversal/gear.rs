@@ -14,8 +14,8 @@
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, the hard-contact model.
 
 use super::path::{Path, Span};
-use crate::effects::{Action, GearAction};
-use crate::gearhead::{Flank, Memory, Mesh, slowed};
+use crate::effects::{Action, GearAction, SymmetricFriction};
+use crate::gearhead::{Exponential, Flank, Memory, Mesh, slowed};
 
 /// What is taken for known of a joint's gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +60,8 @@ struct Run<'a> {
     path: &'a Path,
     gear: &'a Gear,
     altered: &'a Altered<'a>,
+    /// `F`, the same in both directions.
+    law: Exponential,
     /// Growth of dry friction at each instant.
     grown: Vec<f64>,
     lack: Vec<f64>,
@@ -67,7 +69,9 @@ struct Run<'a> {
 
 /// `D` on the grid of the path.
 pub fn lack(path: &Path, gear: &Gear, altered: &Altered) -> Vec<f64> {
-    let mut run = Run { path, gear, altered, grown: Vec::new(), lack: vec![0.0; path.theta.len()] };
+    let SymmetricFriction { coulomb, breakaway, stribeck_velocity, viscous } = path.friction;
+    let law = Exponential { coulomb, breakaway, stribeck_velocity, viscous };
+    let mut run = Run { path, gear, altered, law, grown: Vec::new(), lack: vec![0.0; path.theta.len()] };
     run.remember();
     for span in &path.spans {
         run.span(*span);
@@ -91,8 +95,8 @@ impl Run<'_> {
                 let (before, change) = (state, memory.change(state, v, dry, h));
                 state += change;
                 match memory {
-                    Memory::Bristles { stiffness, damping } => {
-                        let force = stiffness * (before + 0.5 * change) + damping * change / h;
+                    Memory::Bristles { .. } => {
+                        let force = memory.force(before + 0.5 * change, change, h);
                         self.lack[k] += force - rotor * self.path.dry[k] * sign(v);
                     }
                     Memory::Rest { .. } => {
@@ -110,16 +114,15 @@ impl Run<'_> {
 
     /// Friction of the link [N·m or N], at least zero.
     fn friction(&self, k: usize, w: f64) -> f64 {
-        let law = &self.path.friction;
         // On a flank of a perfect gear the link goes as the rotor does, whose friction is known.
-        let dry = if w == self.path.v[k] { self.path.dry[k] } else { law.dry(w) };
-        self.gear.share * (dry + self.grown(k) + law.viscous * w.abs())
+        let dry = if w == self.path.v[k] { self.path.dry[k] } else { self.law.dry(w.abs()) };
+        self.gear.share * (dry + self.grown(k) + self.law.viscous * w.abs())
     }
 
     /// What the motor needs if the link follows the rotor [N·m or N], its rotor's friction aside.
     fn usual(&self, k: usize) -> f64 {
         let v = self.path.v[k];
-        self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.path.friction.viscous * v.abs())
+        self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.law.viscous * v.abs())
     }
 
     fn mesh(&self, span: Span, k: usize) -> Mesh {
