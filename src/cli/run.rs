@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::report::files::planned;
 use crate::report::run as rendering;
 use crate::robot::Model;
-use crate::scenario::{self, Findings, Procedure, Recorded, Scenario, channels};
+use crate::scenario::{self, Findings, Recorded, Scenario, channels};
 
 use super::console::{self, OutputOptions, Progress};
 use super::folder::{Folder, Request};
@@ -102,9 +102,8 @@ fn judged(outcome: Outcome, unmet: &[String]) -> Outcome {
 fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
     let mut inputs = input::files(&scenario.model, &[], &[]);
     inputs.push(scenario.source.clone());
-    let model = Some(&scenario.model).filter(|_| scenario.procedure != Procedure::None);
-    let recordings = scenario.sessions.iter().filter(|_| common.csv).map(|session| rendering::csv_name(&session.name));
-    let request = Request { verb: "run", name: &scenario.name, files: planned(model, recordings), inputs };
+    let request =
+        Request { verb: "run", name: &scenario.name, files: rendering::planned(scenario, common.csv), inputs };
     Folder::reserve(common.output.out.as_deref(), request)
 }
 

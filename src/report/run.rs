@@ -5,12 +5,12 @@ use serde_json::{Value, json};
 use super::contacts;
 use super::diagnosis;
 use super::document::Document;
-use super::files::{Content, File, envelope};
+use super::files::{self, Content, File, envelope};
 use super::identification;
 use super::recording::Motion;
 use super::{Report, Section};
 use crate::dataset;
-use crate::scenario::{Conclusion, Findings, Found, Identified, Recorded, Run, Scenario};
+use crate::scenario::{Conclusion, Findings, Found, Identified, Procedure, Recorded, Run, Scenario};
 use crate::timeseries::{Drawn, TimeSeries};
 
 /// The report of a simulated scenario; `drawn` is how its sessions are shown.
@@ -117,8 +117,15 @@ fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &Run)
     }
 }
 
+/// Names of the files that the report of a scenario may hold; `recordings`: those of its sessions as well.
+pub fn planned(scenario: &Scenario, recordings: bool) -> Vec<String> {
+    let model = Some(&scenario.model).filter(|_| scenario.procedure != Procedure::None);
+    let sessions = scenario.sessions.iter().filter(|_| recordings);
+    files::planned(model, sessions.map(|session| csv_name(&session.name)))
+}
+
 /// Name of the file of a session.
-pub fn csv_name(session: &str) -> String {
+fn csv_name(session: &str) -> String {
     format!("{session}.csv")
 }
 
