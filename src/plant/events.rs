@@ -3,11 +3,12 @@
 //! The root of a margin is found by the Illinois rule along the step's cubic Hermite interpolant; its error there,
 //! `h⁴/384` of the fourth derivative, moves an event by less than a nanosecond at the steps in use.
 
-use super::integrator::{Held, Integrator};
+use super::integrator::Integrator;
 use super::joint::Phase;
 use super::machine::Machine;
-use super::mode::{Change, Event, Margins};
+use super::mode::{Change, Event};
 use super::state::State;
+use super::step::{Held, Probe, Tried};
 use crate::gearhead::Slip;
 
 /// Shortest share of a step for which a mode is given a chance to last.
@@ -15,32 +16,6 @@ const SHORTEST: f64 = 1e-3;
 
 /// Most trials of a root: the Illinois rule needs about ten, and a margin with a kink inside the step a few more.
 const MOST_TRIALS: usize = 50;
-
-/// A step that was tried: what it starts from, and its length.
-#[derive(Clone, Copy)]
-pub(super) struct Tried<'a> {
-    /// At the start.
-    pub state: &'a State,
-    /// What is held.
-    pub held: &'a Held<'a>,
-    /// `h` [s].
-    pub h: f64,
-}
-
-/// Room for a look at a state inside a step.
-pub(super) struct Probe {
-    joints: Vec<Phase>,
-    rate: Vec<Phase>,
-    margins: Vec<Margins>,
-}
-
-impl Probe {
-    /// For so many joints.
-    pub fn new(joints: usize) -> Self {
-        let phases = || vec![Phase::default(); joints];
-        Self { joints: phases(), rate: phases(), margins: vec![Margins([f64::INFINITY; 4]); joints] }
-    }
-}
 
 impl Integrator {
     /// The event that comes first in a step, and the share of the step before it.

@@ -7,13 +7,11 @@
 //! be located, and bounds the cost of an interval.
 
 use super::FASTEST_MOTION;
-use super::coupled::Coupled;
-use super::events::{Probe, Tried};
-use super::joint::{Phase, Power};
-use super::machine::{Machine, Source};
-use super::mode::Margins;
+use super::joint::Power;
+use super::machine::Machine;
 use super::runge_kutta::RungeKutta;
-use super::state::{Situation, State};
+use super::state::State;
+use super::step::{Endpoint, Held, Probe, Step, Tried};
 
 /// Events that are located between two evaluations; a gap that is crossed a hundred times a millisecond is as good as none.
 const MAX_EVENTS: usize = 100;
@@ -21,23 +19,6 @@ const MAX_EVENTS: usize = 100;
 /// Events without time passing, after which a step is taken in the modes that hold: modes that take turns at one state do
 /// the same there.
 const MAX_EVENTS_AT_ONCE: usize = 16;
-
-/// What is held during an interval between two evaluations.
-#[derive(Debug, Clone, Copy)]
-pub struct Held<'a> {
-    /// [A] one a joint.
-    pub commands: &'a [f64],
-    /// Where the links' response comes from.
-    pub source: Source,
-}
-
-/// A step or the part of it up to an event.
-pub struct Step<'a> {
-    /// [s] start and end.
-    pub time: [f64; 2],
-    /// State at start and end, one a joint.
-    pub joints: [&'a [Phase]; 2],
-}
 
 /// What a run has taken so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -60,42 +41,6 @@ impl Counts {
     /// Steps, and the probes as the steps that take as long on a machine of `n` joints: a step evaluates the laws of all joints four times.
     pub fn work(&self, n: usize) -> usize {
         self.steps + self.probes / (4 * n).max(1)
-    }
-}
-
-/// Derivative and margins at the start or the end of a step.
-pub(super) struct Endpoint {
-    /// Derivative of the state, one a joint.
-    pub rate: Vec<Phase>,
-    /// Power that flows.
-    pub power: Power,
-    /// One a joint.
-    pub margins: Vec<Margins>,
-    /// Those of the near barriers, each with its index.
-    pub barrier_margins: Vec<(usize, f64)>,
-}
-
-impl Endpoint {
-    fn new(joints: usize, barriers: usize) -> Self {
-        Self {
-            rate: vec![Phase::default(); joints],
-            power: Power::default(),
-            margins: vec![Margins([f64::INFINITY; 4]); joints],
-            barrier_margins: Vec::with_capacity(barriers),
-        }
-    }
-
-    /// Derivative and margins under the response found last.
-    fn take(&mut self, machine: &mut Machine, at: &Situation, touching: &[bool]) {
-        self.power = machine.derivative(at, &mut self.rate);
-        self.take_margins(&machine.coupled, at, touching);
-    }
-
-    /// Margins at the last derivative.
-    fn take_margins(&mut self, coupled: &Coupled, at: &Situation, touching: &[bool]) {
-        coupled.margins(at, &mut self.margins);
-        self.barrier_margins.clear();
-        self.barrier_margins.extend(coupled.barriers.margins(touching));
     }
 }
 

@@ -28,6 +28,7 @@ pub mod rigid_body;
 mod runge_kutta;
 mod sensors;
 pub mod state;
+pub mod step;
 mod transient;
 pub mod world;
 

@@ -4,8 +4,8 @@
 //! surprise the end of the next interval is first looked at in a few coarse steps, so that the passage in full can
 //! interpolate. Where even that would be wrong, the engine is asked at every stage.
 
-use super::integrator::{Held, Step};
 use super::machine::Source;
+use super::step::{Held, Step};
 use super::{FASTEST_STEPS, Plant};
 
 /// Longest step times the fastest oscillation of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 1.5e-4` rad a step too little.

@@ -6,10 +6,10 @@
 //! The current is the fastest of all; while it is not limited by the voltage its course under a constant command is known, and
 //! it is put in as it is (`transient`).
 
-use super::integrator::{Endpoint, Held};
 use super::joint::{JointLaws, Phase, Power};
 use super::machine::{Machine, Source};
 use super::state::State;
+use super::step::{Endpoint, Held};
 use super::transient::Transient;
 use crate::gearhead::Slip;
 
