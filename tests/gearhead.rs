@@ -7,7 +7,9 @@ use std::f64::consts::PI;
 
 use lostmotion::drive::Noise;
 use lostmotion::effects::JointState;
-use lostmotion::gearhead::{DeadZone, Direction, Exponential, FrictionLaw, Lines};
+use lostmotion::gearhead::{
+    DeadZone, Direction, Exponential, FrictionLaw, Gearhead, Lines, Memory, Mesh, Slip, slowed,
+};
 use lostmotion::plant::{Options, Plant};
 use lostmotion::robot::JointModel;
 use lostmotion::units::DEG;
@@ -51,6 +53,107 @@ fn property_a_tooth_never_pulls_and_both_flanks_are_alike() {
         let torque = gear.torque(x, x_dot);
         assert!(torque * x >= 0.0);
         assert_eq!(torque, -gear.torque(-x, -x_dot));
+    }
+}
+
+#[test]
+fn equivalent_flanks_of_a_perfect_mesh_are_those_of_the_dead_zone() {
+    let gear = DeadZone { backlash: 0.01, stiffness: 2000.0, damping: 3.0 };
+    let mesh = Mesh::with_gap(gear.backlash);
+    let mut noise = Noise::new(5, 0);
+    for _ in 0..1000 {
+        let [theta, q] = [(); 2].map(|()| 0.05 * (noise.uniform() - 0.5));
+        let [omega, v] = [(); 2].map(|()| 20.0 * (noise.uniform() - 0.5));
+        for side in [1.0, -1.0] {
+            // The same sums in the same order: not a bit apart.
+            assert_eq!(mesh.flank([theta, omega], [q, v], side), gear.flank(theta - q, omega - v, side));
+            assert_eq!(mesh.lever(side), 1.0);
+        }
+    }
+}
+
+/// What an integrator that keeps the touching flank makes of the law is the law of both flanks.
+#[test]
+fn equivalent_the_flank_that_touches_is_the_whole_dead_zone() {
+    let gear = DeadZone { backlash: 0.01, stiffness: 2000.0, damping: 3.0 };
+    let mut noise = Noise::new(6, 0);
+    for _ in 0..10_000 {
+        let (x, x_dot) = (0.05 * (noise.uniform() - 0.5), 20.0 * (noise.uniform() - 0.5));
+        let torque = match gear.contact(x, x_dot) {
+            0 => 0.0,
+            side => gear.push(&gear.flank(x, x_dot, f64::from(side))),
+        };
+        assert_eq!(torque, gear.torque(x, x_dot));
+    }
+}
+
+#[test]
+fn property_both_sides_of_a_gearhead_share_its_law() {
+    let gear = DeadZone { backlash: 0.01, stiffness: 2000.0, damping: 3.0 };
+    let (share, bearing) = (0.25, 0.03);
+    let whole = friction(0.173, 0.187, 0.04, 0.2, share);
+    let Gearhead { rotor, link, .. } = Gearhead::new(gear, Some(&whole), bearing);
+    for k in 0..200 {
+        let speed = 0.01 * f64::from(k);
+        for (direction, slip) in [(Direction::Positive, Slip::Positive), (Direction::Negative, Slip::Negative)] {
+            let law = whole.law.magnitude(direction, speed);
+            let [rotor, link] = [&rotor, &link].map(|side| side.torque(side.level(slip, speed)));
+            // Rounding of three sums at 0.6 N·m.
+            assert!((rotor - (1.0 - share) * law).abs() < 1e-15, "{speed}: {rotor} {law}");
+            assert!((link - share * law - bearing).abs() < 1e-15, "{speed}: {link} {law}");
+        }
+    }
+    let without = Gearhead::new(gear, None, 0.0);
+    assert!(!without.rotor.holds() && !without.link.holds());
+}
+
+#[test]
+fn equivalent_two_lines_of_a_side_change_at_the_kink_of_the_law() {
+    let lines = Lines { a1: 0.46, b1: -6.8, a2: 0.27, b2: 0.61 };
+    let law = FrictionLaw::TwoLines([lines; 2]);
+    let friction = lostmotion::gearhead::Friction { law, link_share: 0.0 };
+    let gear = DeadZone { backlash: 0.0, stiffness: 2000.0, damping: 3.0 };
+    let rotor = Gearhead::new(gear, Some(&friction), 0.0).rotor;
+    for k in 1..200 {
+        let velocity = 5e-4 * f64::from(k - 100);
+        let slip = rotor.slip(velocity);
+        // The same products and sums.
+        assert_eq!(rotor.level(slip, velocity.abs()), law.magnitude(Direction::of(velocity), velocity.abs()));
+        assert_eq!(slip.is_fast(), velocity.abs() > lines.switch_velocity());
+    }
+}
+
+/// What an integrator runs goes on along its tangent below rest, where a step may lead before the end of a slip is located.
+#[test]
+fn property_a_side_goes_on_along_its_tangent_below_rest() {
+    let gear = DeadZone { backlash: 0.0, stiffness: 2000.0, damping: 3.0 };
+    let rotor = Gearhead::new(gear, Some(&friction(0.173, 0.187, 0.04, 0.2, 0.0)), 0.0).rotor;
+    let at = |s: f64| rotor.level(Slip::Positive, s * 0.04);
+    // Both pieces and their slopes meet at |v| σ = −1; the second difference there is half that of the exponential, e · 1e-6 of the drop.
+    assert!((at(-1.0 + 1e-3) - 2.0 * at(-1.0) + at(-1.0 - 1e-3)).abs() < 3e-6 * 0.014);
+    // Rounding of a few sums at 0.3 N·m.
+    assert!((at(-3.0) - 2.0 * at(-2.0) + at(-1.0)).abs() < 1e-15);
+}
+
+#[test]
+fn analytic_friction_stops_what_it_can_and_turns_nothing() {
+    assert_eq!(slowed(0.5, [0.2, 9.0]), 0.3);
+    assert_eq!(slowed(-0.5, [9.0, 0.2]), -0.3);
+    assert_eq!(slowed(0.1, [0.2, 0.0]), 0.0);
+    assert_eq!(slowed(-0.1, [0.0, 0.2]), 0.0);
+    assert_eq!(slowed(0.0, [0.2, 0.2]), 0.0);
+}
+
+#[test]
+fn analytic_contacts_grow_at_rest_as_the_exponential_does() {
+    let (growth, time_constant, slip_distance) = (0.1, 2.0, 0.01);
+    let memory = Memory::Rest { growth, time_constant, slip_distance };
+    let (h, mut grown) = (0.01, 0.0);
+    for k in 1..=1000 {
+        grown += memory.change(grown, 0.0, 0.2, h);
+        let t = h * f64::from(k);
+        // Each step is exact: rounding of a thousand of them.
+        assert!((grown - (1.0 - (-t / time_constant).exp())).abs() < 1e-13, "{t}");
     }
 }
 

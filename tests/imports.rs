@@ -210,6 +210,17 @@ fn property_every_third_party_crate_has_one_door() {
     }
 }
 
+/// rapier3d passes parry3d on under a name of its own: that is no second door.
+#[test]
+fn property_nobody_reaches_parry_through_rapier() {
+    let through: Vec<PathBuf> = sources()
+        .into_iter()
+        .filter(|source| source.code.contains("::parry::") || source.code.contains("parry::{"))
+        .map(|source| source.file)
+        .collect();
+    assert!(through.is_empty(), "{through:?}");
+}
+
 #[test]
 fn property_the_check_sees_what_it_should() {
     let code = code_of(

@@ -3,17 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::{Value, json};
 
 use crate::diagnose::mistakes;
 use crate::error::Result;
-use crate::identify::{self, Identification, Options};
-use crate::report::files::{envelope, planned};
-use crate::report::recording::Motion;
-use crate::report::{Report, identification};
-use crate::robot::Model;
-use crate::scenario::Truth;
-use crate::timeseries::Drawn;
+use crate::identify::{self, Options};
+use crate::report::files::planned;
+use crate::report::identification::report;
 
 use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
@@ -58,25 +53,5 @@ impl Identify {
         report.document.warnings.extend(notes);
         report.document.warnings.extend(mistakes::warnings(&suspected));
         console::finish(&report, &folder, &self.output)
-    }
-}
-
-/// The report of an identification; `truth` contains the injected values, if they are known; `drawn` are the
-/// recordings, reduced for display.
-pub fn report<'a>(
-    name: &str,
-    found: &Identification,
-    truth: Option<&Truth>,
-    model: &'a Model,
-    drawn: Vec<Drawn>,
-) -> Report<'a> {
-    let content = serde_json::to_value(found).unwrap_or(Value::Null);
-    let motions = drawn.into_iter().map(|session| Motion::new(&model.robot, session)).collect();
-    Report {
-        document: identification::document(name, found, truth),
-        json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),
-        motions,
-        model: Some(found.apply(model)),
-        extra: Vec::new(),
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::bounds;
-use super::columns::{Plan, PlannedJoint, Source};
+use super::plan::{Plan, PlannedJoint, Source};
 use super::table::Table;
 use super::time_base::TimeUnit;
 use super::{JointLimits, Session, checks};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::columns::PlannedJoint;
+use super::plan::PlannedJoint;
 use super::{JointLimits, Note};
 use crate::error::{Error, Place, Result};
 use crate::timeseries::Channel;

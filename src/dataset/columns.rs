@@ -1,9 +1,9 @@
 //! Maps columns of a file to channels of joints: names, units, scale.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::manifest::Controller;
+use super::plan::{Plan, PlannedJoint, Source};
 use super::table::{Table, list};
 use super::{JointKinds, Note};
 use crate::error::{Error, Place, Result};
@@ -74,51 +74,6 @@ fn fitting_units(wanted: Dimension, drives: bool) -> String {
     let names: Vec<&str> = UNITS.iter().filter(|entry| entry.1 == wanted).map(|entry| entry.0).collect();
     let volts = if drives { ", or V with a scale" } else { "" };
     format!("a unit of this quantity: {}{volts}", names.join(", "))
-}
-
-/// A column, and its factor to SI.
-#[derive(Debug, Clone)]
-pub(super) struct Source {
-    /// Name in the file.
-    pub(super) column: String,
-    /// SI per unit of the file.
-    pub(super) factor: f64,
-    /// Where a manifest names it: file, place, key.
-    pub(super) named_at: Option<(PathBuf, Place, String)>,
-}
-
-/// The columns that make up a session.
-#[derive(Debug)]
-pub(super) struct Plan {
-    /// Name of the session.
-    pub(super) name: String,
-    /// The time.
-    pub(super) time: Source,
-    /// The unit of the time, if a manifest gives it.
-    pub(super) time_unit: Option<String>,
-    /// The joints that were recorded.
-    pub(super) joints: Vec<PlannedJoint>,
-    /// Notes from planning.
-    pub(super) notes: Vec<Note>,
-}
-
-/// The columns of a joint's channels.
-#[derive(Debug)]
-pub(super) struct PlannedJoint {
-    /// Name of the joint in the model.
-    pub(super) name: String,
-    /// Whether it turns or slides.
-    pub(super) kind: JointKind,
-    /// Its channels.
-    pub(super) channels: Vec<(Channel, Source)>,
-    /// The machine's own controller of it.
-    pub(super) controller: Option<Controller>,
-}
-
-impl PlannedJoint {
-    fn has(&self, channel: Channel) -> bool {
-        self.channels.iter().any(|(known, _)| *known == channel)
-    }
 }
 
 /// Name of a session: the file's stem.

@@ -20,7 +20,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::JointKinds;
-use super::columns::{CHANNEL_COLUMNS, Plan, PlannedJoint, Source, channel_names, column_of, conversion, session_name};
+use super::columns::{CHANNEL_COLUMNS, channel_names, column_of, conversion, session_name};
+use super::plan::{Controller, Plan, PlannedJoint, Source};
 use super::table::list;
 use crate::error::{Error, Result};
 use crate::timeseries::Channel;
@@ -41,19 +42,7 @@ const LARGEST_SCALE: f64 = 1e16;
 /// Environment variable that names the folder of recordings.
 const DATA_FOLDER: &str = "LOSTMOTION_DATA";
 
-/// The machine's own controller: position and velocity loop in cascade, at each sample `k` of interval `T`,
-/// `τ = k_v (k_p (q_ref − q(k)) − (q(k) − q(k−n))/(n T))`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controller {
-    /// `k_p` [1/s] commanded velocity per position error, > 0.
-    pub position_gain: f64,
-    /// `k_v` [N·m·s/rad or N·s/m] torque on the joint side per velocity error, > 0.
-    pub velocity_gain: f64,
-    /// `n` number of samples of the position's difference quotient, ≥ 1; 1 if the manifest does not give it.
-    pub velocity_samples: usize,
-}
-
-/// A manifest.
+/// A manifest as it was read.
 #[derive(Debug)]
 pub struct Manifest {
     /// The data file.

@@ -17,6 +17,7 @@ mod mat;
 mod mcap;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod plan;
 mod source_file;
 mod survey;
 mod table;
@@ -29,7 +30,8 @@ use std::path::{Path, PathBuf};
 
 pub use self::columns::{CHANNEL_COLUMNS, column_of};
 pub use self::csv::{text as csv_text, write as write_csv, write_rows as write_csv_rows};
-pub use self::manifest::{Controller, Manifest};
+pub use self::manifest::Manifest;
+pub use self::plan::Controller;
 pub use self::survey::{first_manifest, is_canonical, survey, survey_session};
 pub use self::table::{Column, Table};
 

@@ -5,14 +5,12 @@
 //! its bearing) and are never checked; all other pairs are. The motion between two samples is taken as straight, and
 //! checked in steps of at most [`STEP`].
 
-use std::path::Path;
-
-use nalgebra::{Isometry3, Vector3};
-use parry3d_f64::math::{Pose, Rotation, Vector};
+use nalgebra::Isometry3;
 use parry3d_f64::query::{distance, intersection_test};
 use parry3d_f64::shape::SharedShape;
 
 use super::Dynamics;
+use super::solid::{pose_of, solid};
 use crate::error::{Error, MotionError, MotionFault, Place, Result};
 use crate::robot::{Geometry, Limits, Robot, Shape};
 
@@ -187,36 +185,4 @@ impl Solid {
     fn placed(&self, bodies: &[Isometry3<f64>]) -> Isometry3<f64> {
         self.body.map_or(self.pose, |body| bodies[body] * self.pose)
     }
-}
-
-/// A collision shape as the collision library represents it, and its pose in the frame of its body.
-///
-/// # Errors
-/// The points of a convex hull span no volume.
-pub fn solid(robot: &Robot, shape: &Shape) -> Result<(Isometry3<f64>, SharedShape)> {
-    let mut pose = shape.pose;
-    let half = |length: f64| 0.5 * length;
-    let solid = match &shape.geometry {
-        Geometry::Box(size) => SharedShape::cuboid(half(size.x), half(size.y), half(size.z)),
-        Geometry::Sphere(radius) => SharedShape::ball(*radius),
-        Geometry::Capsule(radius, length) => SharedShape::capsule_z(half(*length), *radius),
-        Geometry::Cylinder(radius, length) => {
-            // Its axis is y in the library and z here.
-            pose *= nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
-            SharedShape::cylinder(half(*length), *radius)
-        }
-        Geometry::ConvexHull(points) => {
-            let points: Vec<Vector> = points.iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
-            SharedShape::convex_hull(&points).ok_or_else(|| {
-                let key = format!("collision mesh of link {}", shape.link);
-                Error::input(Path::new(&robot.name), Place::File, key, "", "points that span a volume")
-            })?
-        }
-    };
-    Ok((pose, solid))
-}
-
-fn pose_of(pose: &Isometry3<f64>) -> Pose {
-    let (p, r) = (&pose.translation.vector, &pose.rotation);
-    Pose::from_parts(Vector::new(p.x, p.y, p.z), Rotation::from_xyzw(r.i, r.j, r.k, r.w))
 }

@@ -24,13 +24,15 @@ mod energy;
 mod kinematics;
 mod regressor;
 mod rnea;
+mod solid;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::robot::Robot;
 use crate::units::JointKind;
 
-pub use collision::{MotionCheck, STEP, solid};
+pub use collision::{MotionCheck, STEP};
+pub use solid::{closest, solid};
 
 /// A robot prepared for computation, with working memory for its algorithms.
 #[derive(Debug, Clone)]

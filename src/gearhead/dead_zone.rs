@@ -1,15 +1,18 @@
-//! The gap between the flanks of a gear: compliance outside it, nothing inside it, and a tooth never pulls.
+//! The flanks of a gear with a gap: compliance outside it, nothing inside it, and a tooth never pulls.
 //!
-//! With the wind-up `x = θ − q` between rotor and link and `p = k (|x| − b/2)` the compression of the touching flank,
+//! With the wind-up `x = θ − q` between rotor and link, and the compression `p = x ∓ b/2` of the flank ±,
 //!
 //! ```text
-//!        ⎧  max(0, k (x − b/2) + d ẋ)    x >  b/2      T
-//!   T =  ⎨  0                           |x| ≤ b/2      |        /
-//!        ⎩  min(0, k (x + b/2) + d ẋ)    x < −b/2      |_______/_______ x
-//!                                                      /   −b/2  b/2
+//!        ⎧  max(0, k p + d ṗ)    x >  b/2,  p = x − b/2      T
+//!   T =  ⎨  0                    |x| ≤ b/2                    |        /
+//!        ⎩  min(0, k p + d ṗ)    x < −b/2,  p = x + b/2      |_______/_______ x
+//!                                                            /   −b/2  b/2
 //! ```
 //!
 //! Without a gap (`b = 0`) both flanks touch under preload and nothing is one-sided: `T = k x + d ẋ`.
+//! Sign: `T` positive drives the link positively; `p` and `ṗ` of a flank are positive towards positive torque.
+//! State: none. Who integrates keeps the flank that touches and asks for its [`Flank`] alone; a perfect gear's stands at `∓ b/2`,
+//! others where [`Mesh`](super::Mesh) puts them.
 //! Left out: tooth mesh stiffness that changes with angle, and hysteresis of the material.
 //! Reference: Modelica Standard Library, `Rotational.Components.ElastoBacklash`; the dead zone is equations 2 and 3 of
 //! L. Márton, B. Lantos (2009) with a compliance.
@@ -25,48 +28,69 @@ pub struct DeadZone {
     pub damping: f64,
 }
 
+/// How a flank stands to its counterpart, signed towards positive torque.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flank {
+    /// +1 for the flank that drives positively, −1 for the other; 0 between them.
+    pub side: f64,
+    /// `p` [rad or m].
+    pub p: f64,
+    /// `ṗ` [rad/s or m/s].
+    pub p_dot: f64,
+}
+
 impl DeadZone {
-    /// `T(x, ẋ)` [N·m or N], positive when it drives the link positively.
+    /// The flank of a perfect gear at a wind-up and its rate.
+    #[inline(always)]
+    pub fn flank(&self, x: f64, x_dot: f64, side: f64) -> Flank {
+        Flank { side, p: x - 0.5 * side * self.backlash, p_dot: x_dot }
+    }
+
+    /// `k p + d ṗ` [N·m or N] of a flank that touches.
+    #[inline(always)]
+    pub fn push(&self, flank: &Flank) -> f64 {
+        self.stiffness * flank.p + self.damping * flank.p_dot
+    }
+
+    /// How far [rad or m] a flank is from touching, or from letting go: positive where it touches, which needs both, teeth that
+    /// overlap and a force that pushes.
+    #[inline(always)]
+    pub fn overlap(&self, flank: &Flank) -> f64 {
+        let (p, p_dot) = (flank.side * flank.p, flank.side * flank.p_dot);
+        p.min(p + p_dot * self.damping / self.stiffness)
+    }
+
+    /// `k p²/2` [J] of a flank that touches.
+    pub fn energy(&self, flank: &Flank) -> f64 {
+        0.5 * self.stiffness * flank.p * flank.p
+    }
+
+    /// `T(x, ẋ)` [N·m or N] of a perfect gear.
     pub fn torque(&self, x: f64, x_dot: f64) -> f64 {
-        if self.backlash == 0.0 { self.pressed(x, x_dot) } else { self.of_flanks(x, x_dot) }
+        if self.backlash == 0.0 { self.push(&self.flank(x, x_dot, 0.0)) } else { self.of_flanks(x, x_dot) }
     }
 
     /// As [`torque`](Self::torque) with both flanks one-sided, whatever the gap: they press against each other where `b < 0`.
     pub fn of_flanks(&self, x: f64, x_dot: f64) -> f64 {
-        let [p, n] = [1.0, -1.0].map(|side| self.compression(x, side));
-        let positive = if p > 0.0 { self.pressed(p, x_dot).max(0.0) } else { 0.0 };
-        let negative = if n < 0.0 { self.pressed(n, x_dot).min(0.0) } else { 0.0 };
-        positive + negative
+        let [positive, negative] = [1.0, -1.0].map(|side| self.flank(x, x_dot, side));
+        let pushed = if positive.p > 0.0 { self.push(&positive).max(0.0) } else { 0.0 };
+        let pulled = if negative.p < 0.0 { self.push(&negative).min(0.0) } else { 0.0 };
+        pushed + pulled
     }
 
-    /// The flank that touches: +1, 0, −1. A gear without a gap is always in contact.
-    pub fn contact(&self, x: f64, x_dot: f64) -> i8 {
-        let overlap = |side: f64| self.overlap(side * x - 0.5 * self.backlash, side * x_dot);
-        if self.backlash == 0.0 || overlap(1.0) > 0.0 {
+    /// The flank that touches, +1, 0, −1, of a gear whose flanks stand so. A gear without a gap is always in contact.
+    pub fn touching(&self, flank: impl Fn(f64) -> Flank) -> i8 {
+        if self.backlash == 0.0 || self.overlap(&flank(1.0)) > 0.0 {
             1
-        } else if overlap(-1.0) > 0.0 {
+        } else if self.overlap(&flank(-1.0)) > 0.0 {
             -1
         } else {
             0
         }
     }
 
-    /// `p` [rad or m] of a flank (`side` ±1; 0: `x` itself), signed towards positive torque.
-    #[inline(always)]
-    pub fn compression(&self, x: f64, side: f64) -> f64 {
-        x - 0.5 * side * self.backlash
-    }
-
-    /// `k p + d ṗ` [N·m or N] of a flank that touches.
-    #[inline(always)]
-    pub fn pressed(&self, p: f64, p_dot: f64) -> f64 {
-        self.stiffness * p + self.damping * p_dot
-    }
-
-    /// How far [rad or m] a flank is from touching, or from letting go, `p` and `ṗ` counted into the flank: positive where it touches,
-    /// which needs both, teeth that overlap and a force that pushes.
-    #[inline(always)]
-    pub fn overlap(&self, p: f64, p_dot: f64) -> f64 {
-        p.min(p + p_dot * self.damping / self.stiffness)
+    /// As [`touching`](Self::touching) of a perfect gear.
+    pub fn contact(&self, x: f64, x_dot: f64) -> i8 {
+        self.touching(|side| self.flank(x, x_dot, side))
     }
 }

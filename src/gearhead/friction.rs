@@ -56,6 +56,13 @@ pub struct Exponential {
     pub viscous: f64,
 }
 
+impl Exponential {
+    /// Dry part `F_C + (F_S − F_C) e^{−|v|/v_S}` [N·m or N] at a speed `|v|`.
+    pub fn dry(&self, speed: f64) -> f64 {
+        self.coulomb + (self.breakaway - self.coulomb) * (-speed / self.stribeck_velocity).exp()
+    }
+}
+
 /// One direction of equation 9, magnitude against speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lines {
@@ -102,8 +109,8 @@ impl FrictionLaw {
     pub fn magnitude(&self, direction: Direction, speed: f64) -> f64 {
         match self {
             Self::Exponential(law) => {
-                let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = law[direction.index()];
-                coulomb + (breakaway - coulomb) * (-speed / stribeck_velocity).exp() + viscous * speed
+                let law = &law[direction.index()];
+                law.dry(speed) + law.viscous * speed
             }
             Self::TwoLines(law) => {
                 let line = law[direction.index()];
@@ -149,4 +156,15 @@ impl FrictionLaw {
         let direction = Direction::of(velocity);
         direction.sign() * self.magnitude(direction, velocity.abs())
     }
+}
+
+/// Velocity after a step in which friction may take `loss` off it, `[positive, negative]` direction [rad/s or m/s]: what friction can
+/// stop ends at rest.
+///
+/// ```text
+///   v = max(0, v* − loss₊)  for v* > 0,   v = min(0, v* + loss₋)  else          v*: without friction, loss = h F/J
+/// ```
+#[inline]
+pub fn slowed(free: f64, loss: [f64; 2]) -> f64 {
+    if free > 0.0 { (free - loss[0]).max(0.0) } else { (free + loss[1]).min(0.0) }
 }

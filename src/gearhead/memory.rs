@@ -42,11 +42,27 @@ impl Memory {
         }
     }
 
+    /// Change of the state in a step `h` [s] over which velocity and dry friction are constant: `ṡ = r − f (s − s₀)`, solved exactly.
+    pub fn change(&self, state: f64, velocity: f64, dry: f64, h: f64) -> f64 {
+        let (forgets, rate) = (self.forgets(velocity.abs(), dry), self.rate(state, velocity, dry));
+        let decay = if forgets * h > 1e-9 { -(-forgets * h).exp_m1() / forgets } else { h };
+        rate * decay
+    }
+
     /// [1/s] How fast the state forgets at a speed.
     pub fn forgets(&self, speed: f64, dry: f64) -> f64 {
         match *self {
             Self::Bristles { stiffness, .. } => stiffness * speed / dry,
             Self::Rest { time_constant, slip_distance, .. } => 1.0 / time_constant + speed / slip_distance,
+        }
+    }
+
+    /// `σ0 z + σ1 Δz/Δt` [N·m or N] of bristles at a state that changes by `change` in a time `dt` [s]; contacts that grow at rest have no
+    /// force of their own.
+    pub fn force(&self, state: f64, change: f64, dt: f64) -> f64 {
+        match *self {
+            Self::Bristles { stiffness, damping } => stiffness * state + damping * change / dt,
+            Self::Rest { .. } => 0.0,
         }
     }
 

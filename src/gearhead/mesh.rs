@@ -6,7 +6,10 @@
 //! ```
 //! Virtual work: the torque `T = k p + d ṗ` drives the link, and `λ T` brakes the rotor. What `∂ε/∂t` does, `T ∂ε/∂t`, is work.
 //! Sign: a positive `ε` puts the link ahead of the rotor.
+//! State: none; `ε` and `g` are functions of angle and time, altered by effects.
 //! Left out: an offset that depends on the link's angle as well; the two angles differ by the wind-up alone.
+
+use super::Flank;
 
 /// Offset and half gap of a gear at an instant, with their slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,18 +32,17 @@ impl Mesh {
         Self { offset: 0.0, offset_slope: 0.0, offset_rate: 0.0, half_gap: 0.5 * backlash, half_gap_slope: 0.0 }
     }
 
-    /// `p` [rad or m] of a flank (`side` ±1; 0: `x` itself), signed towards positive torque.
-    pub fn compression(&self, theta: f64, q: f64, side: f64) -> f64 {
-        theta + self.offset - q - side * self.half_gap
+    /// A flank (`side` ±1) under a rotor at `[θ, θ̇]` and a link at `[q, q̇]`.
+    pub fn flank(&self, [theta, omega]: [f64; 2], [q, v]: [f64; 2], side: f64) -> Flank {
+        Flank {
+            side,
+            p: theta + self.offset - q - side * self.half_gap,
+            p_dot: self.lever(side) * omega + self.offset_rate - v,
+        }
     }
 
     /// `λ` of a flank.
     pub fn lever(&self, side: f64) -> f64 {
         1.0 + self.offset_slope - side * self.half_gap_slope
-    }
-
-    /// `ṗ` [rad/s or m/s] of a flank.
-    pub fn rate(&self, omega: f64, v: f64, side: f64) -> f64 {
-        self.lever(side) * omega + self.offset_rate - v
     }
 }

@@ -1,13 +1,27 @@
-//! Torque laws between rotor and link: friction, dead zone, mesh; pure functions of the state.
+//! The gearhead of a joint, between rotor and link: torque laws, pure functions of the state.
 //!
-//! Everything is on the joint side: rotor angle `θ = θ_m / ratio`, gear torque `T` positive when it drives the link positively.
+//! ```text
+//!            rotor side            flanks            link side
+//!   J θ̈ ◄──── F_r(θ̇) ────┤ T(x, ẋ), gap b ├──── F_l(q̇) ────► link          x = θ − q
+//! ```
+//! [`Gearhead`] is the component: friction of the rotor side and of the link side ([`Grip`]), and the flanks between them
+//! ([`DeadZone`]). The simulated machine, its effects, and the models of a gear that identification and diagnosis run are made of
+//! these laws. Everything is on the joint side: rotor angle `θ = θ_m / ratio`.
+//! Sign: `T` positive drives the link positively and brakes the rotor; friction is subtracted from what drives its side.
+//! Left out: inertia, which is the machine's; losses that grow with the load are an effect.
 
+pub mod component;
 pub mod dead_zone;
 pub mod friction;
+pub mod grip;
 pub mod memory;
 pub mod mesh;
+pub mod slip;
 
-pub use dead_zone::DeadZone;
-pub use friction::{Direction, Exponential, Friction, FrictionLaw, Lines, TwoLines};
+pub use component::Gearhead;
+pub use dead_zone::{DeadZone, Flank};
+pub use friction::{Direction, Exponential, Friction, FrictionLaw, Lines, TwoLines, slowed};
+pub use grip::Grip;
 pub use memory::Memory;
 pub use mesh::Mesh;
+pub use slip::Slip;

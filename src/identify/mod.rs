@@ -12,6 +12,7 @@ mod fit;
 mod law;
 mod least_squares;
 mod motion;
+mod quantity;
 mod rigid_body;
 mod signals;
 mod signs;
@@ -21,9 +22,10 @@ mod windows;
 
 pub use backlash::BacklashIdentification;
 pub use points::Point;
+pub use quantity::Quantity;
 pub use result::{
     ExponentialEstimate, FrictionIdentification, Identification, JointIdentification, LawKind, LinesEstimate,
-    PerDirection, Quantity,
+    PerDirection,
 };
 
 use balance::{Balance, Balanced};

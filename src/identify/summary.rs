@@ -3,7 +3,8 @@
 use super::fit::LawFit;
 use super::law::{CENTRIFUGAL, PER_DIRECTION};
 use super::points::Point;
-use super::result::{ExponentialEstimate, FrictionIdentification, LawKind, LinesEstimate, PerDirection, Quantity};
+use super::quantity::Quantity;
+use super::result::{ExponentialEstimate, FrictionIdentification, LawKind, LinesEstimate, PerDirection};
 use crate::distributions::student_975;
 use crate::gearhead::FrictionLaw;
 use crate::robot::Model;

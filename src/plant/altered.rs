@@ -2,7 +2,6 @@
 //!
 //! A joint without effects never comes here: its laws are those of [`joint`](super::joint) alone.
 
-use super::grip::Grip;
 use super::joint::{Flow, JointLaws, Phase};
 use crate::effects::JointState;
 use crate::gearhead::{Memory, Mesh};
@@ -16,7 +15,7 @@ impl JointLaws {
     /// Where the flanks of the gear stand.
     #[cold]
     pub(super) fn mesh(&self, time: f64, theta: f64) -> Mesh {
-        let mut mesh = Mesh::with_gap(self.gear.backlash);
+        let mut mesh = Mesh::with_gap(self.gearhead.dead_zone.backlash);
         self.gears.iter().for_each(|gear| gear.alter(time, theta, &mut mesh));
         mesh
     }
@@ -34,7 +33,7 @@ impl JointLaws {
             flow.link_load += on_link;
             flow.power.work += on_rotor * y.omega + on_link * y.v;
         }
-        if let Some(memory) = &self.memory {
+        if let Some(memory) = &self.gearhead.memory {
             self.remember(memory, &state, flow);
         }
         state
@@ -44,12 +43,13 @@ impl JointLaws {
     fn mesh_anew(&self, time: f64, y: &Phase, side: f64, flow: &mut Flow) {
         let x_dot = y.omega - y.v;
         let mesh = self.mesh(time, y.theta);
-        let p_dot = mesh.rate(y.omega, y.v, side);
-        let torque = self.gear.pressed(mesh.compression(y.theta, y.q, side), p_dot);
+        let flank = mesh.flank([y.theta, y.omega], [y.q, y.v], side);
+        let gear = &self.gearhead.dead_zone;
+        let torque = gear.push(&flank);
         flow.rotor_drive += flow.gear_torque - mesh.lever(side) * torque;
         flow.link_load += torque - flow.gear_torque;
         flow.power.work += torque * mesh.offset_rate;
-        flow.power.dissipated += self.gear.damping * (p_dot * p_dot - x_dot * x_dot);
+        flow.power.dissipated += gear.damping * (flank.p_dot * flank.p_dot - x_dot * x_dot);
         flow.gear_torque = torque;
     }
 
@@ -59,8 +59,9 @@ impl JointLaws {
         let (v, z) = (state.motor_velocity, state.memory);
         let (dry, viscous) = self.dry_and_viscous(state, v);
         flow.memory_rate = memory.rate(z, v, dry);
-        if let Memory::Bristles { stiffness, damping } = *memory {
-            let friction = stiffness * z + damping * flow.memory_rate + viscous * v;
+        if let Memory::Bristles { stiffness, .. } = *memory {
+            // The rate is the change in a second.
+            let friction = memory.force(z, flow.memory_rate, 1.0) + viscous * v;
             flow.rotor_drive -= friction;
             flow.power.dissipated += friction * v - stiffness * z * flow.memory_rate;
         }
@@ -68,10 +69,10 @@ impl JointLaws {
 
     /// `g` [N·m or N] and `F_V` [N·m·s/rad or N·s/m] of the rotor's friction at a velocity.
     fn dry_and_viscous(&self, state: &JointState, velocity: f64) -> (f64, f64) {
-        let Grip { share, .. } = self.rotor_grip;
-        let slip = self.rotor_grip.slip(velocity);
-        let viscous = share * self.rotor_grip.viscous(slip);
-        let level = self.friction(&self.rotor_grip, state, slip, velocity.abs());
+        let rotor = &self.gearhead.rotor;
+        let slip = rotor.slip(velocity);
+        let viscous = rotor.share * rotor.viscous(slip);
+        let level = self.friction(rotor, state, slip, velocity.abs());
         ((level - viscous * velocity.abs()).max(f64::MIN_POSITIVE), viscous)
     }
 
@@ -79,14 +80,14 @@ impl JointLaws {
     /// slips, or is about to.
     #[cold]
     pub(super) fn altered(&self, level: f64, state: &JointState, velocity: f64) -> f64 {
-        let grown = self.memory.map_or(0.0, |memory| memory.level(state.memory));
+        let grown = self.gearhead.memory.map_or(0.0, |memory| memory.level(state.memory));
         let state = JointState { motor_velocity: velocity, link_velocity: velocity, ..*state };
         self.actions.iter().fold(level + grown, |level, action| action.dry_friction(&state, level))
     }
 
     /// Stiffness and damping of bristles, 0 without.
     pub(super) fn bristles(&self) -> (f64, f64) {
-        match self.memory {
+        match self.gearhead.memory {
             Some(Memory::Bristles { stiffness, damping }) => (stiffness, damping),
             _ => (0.0, 0.0),
         }
@@ -103,6 +104,7 @@ impl JointLaws {
     fn haste_at(&self, y: &Phase, speed: f64) -> f64 {
         let state = self.observe(0.0, y, 0.0, 0.0);
         let forgets = self
+            .gearhead
             .memory
             .map_or(0.0, |memory| memory.forgets(speed, self.dry_and_viscous(&state, speed.copysign(y.omega)).0));
         let ripples = self.actions.iter().map(|action| action.fastest(speed));

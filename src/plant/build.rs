@@ -2,20 +2,22 @@
 
 use super::contact::{Barrier, Barriers, Cause};
 use super::coupled::Coupled;
-use super::grip::Grip;
-use super::integrator::{Integrator, State};
+use super::integrator::Integrator;
 use super::joint::{JointLaws, Phase, Power};
 use super::links::Links;
-use super::mode::{Mode, Slip};
-use super::obstacle::{Obstacle, Pair};
+use super::machine::Machine;
+use super::mode::Mode;
+use super::obstacle::Obstacle;
 use super::pace::{LONGEST_STEP, LONGEST_STEP_DAMPED};
 use super::sensors::Sensors;
+use super::state::State;
+use super::world::Pair;
 use super::{Engine, Evaluations, Options, Plant, World};
 use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
 use crate::effects::{Action, Catalogue, JointState, Reading, Scope, Stop};
 use crate::error::{Error, Place, Result};
-use crate::gearhead::{DeadZone, Memory};
+use crate::gearhead::{DeadZone, Gearhead, Grip, Memory, Slip};
 use crate::robot::{JointModel, Model};
 use crate::toml_input::nearest;
 
@@ -67,7 +69,10 @@ impl Plant {
             done: Power::default(),
         };
         let mut plant = Self {
-            integrator: Integrator::new(Coupled::new(laws, Barriers::new(barriers, n)), links, options.most_steps),
+            integrator: Integrator::new(
+                Machine::new(Coupled::new(laws, Barriers::new(barriers, n)), links),
+                options.most_steps,
+            ),
             robot: model.robot.clone(),
             step: options.step,
             rate: 0.0,
@@ -84,7 +89,7 @@ impl Plant {
             readings: vec![Reading::default(); n],
         };
         plant.place(&vec![0.0; n]);
-        let (joint, fastest) = plant.integrator.fastest();
+        let (joint, fastest) = plant.integrator.machine.fastest();
         let pole = fastest.pole();
         if !pole.is_finite() || pole > FASTEST {
             let key = format!("joints.{}.gear_stiffness", model.joints[joint].name);
@@ -115,7 +120,7 @@ fn put(
             laws[joint].actions.push(action);
             laws[joint].plain = false;
             if model.joints[joint].friction.is_none() {
-                laws[joint].rotor_grip.share = 1.0;
+                laws[joint].gearhead.rotor.share = 1.0;
             }
         }
         Action::Gear(joint, action) => {
@@ -123,7 +128,7 @@ fn put(
             laws[joint].plain = false;
         }
         Action::Friction(joint, memory) => {
-            if laws[joint].memory.replace(memory).is_some() {
+            if laws[joint].gearhead.memory.replace(memory).is_some() {
                 let (key, name) = (format!("effects[{number}].effect"), &model.effects[number - 1].effect);
                 let expected = format!(
                     "one of presliding and dwell_stiction on {}: its friction has one memory",
@@ -214,34 +219,31 @@ fn numbered(error: Error, number: usize, effect: &str) -> Error {
 
 /// The laws of a joint. Friction acts on the rotor in its share; without any, effects may still bring some.
 fn laws_of(joint: &JointModel, link: &crate::robot::Joint) -> JointLaws {
-    let friction = joint.friction.as_ref();
+    let dead_zone = DeadZone {
+        backlash: joint.backlash.unwrap_or(0.0),
+        stiffness: joint.gear_stiffness,
+        damping: joint.gear_damping,
+    };
     JointLaws {
         rotor_inertia: joint.reflected_inertia(),
         power: PowerStage::new(&joint.motor, &joint.amplifier, joint.torque_per_ampere()),
-        gear: DeadZone {
-            backlash: joint.backlash.unwrap_or(0.0),
-            stiffness: joint.gear_stiffness,
-            damping: joint.gear_damping,
-        },
-        rotor_grip: Grip::new(friction, friction.map_or(0.0, |friction| 1.0 - friction.link_share), 0.0),
-        link_grip: Grip::new(friction, friction.map_or(0.0, |friction| friction.link_share), link.friction),
+        gearhead: Gearhead::new(dead_zone, joint.friction.as_ref(), link.friction),
         link_damping: link.damping,
         actions: Vec::new(),
         gears: Vec::new(),
         drives: Vec::new(),
-        memory: None,
         plain: true,
     }
 }
 
 pub(super) fn resting_mode(law: &JointLaws) -> Mode {
-    let slip = |grip: &Grip| if grip.share > 0.0 || grip.own > 0.0 { Slip::Stuck } else { Slip::Free };
+    let slip = |grip: &Grip| if grip.holds() { Slip::Stuck } else { Slip::Free };
     // Bristles yield before they slip: nothing sticks.
-    let bristles = matches!(law.memory, Some(Memory::Bristles { .. }));
+    let bristles = matches!(law.gearhead.memory, Some(Memory::Bristles { .. }));
     Mode {
-        contact: i8::from(law.gear.backlash == 0.0),
-        rotor: if bristles { Slip::Free } else { slip(&law.rotor_grip) },
-        link: slip(&law.link_grip),
+        contact: i8::from(law.gearhead.dead_zone.backlash == 0.0),
+        rotor: if bristles { Slip::Free } else { slip(&law.gearhead.rotor) },
+        link: slip(&law.gearhead.link),
         saturation: 0,
     }
 }

@@ -11,7 +11,9 @@
 use super::contact::Barriers;
 use super::joint::{Flow, JointLaws, Phase, Power};
 use super::mobility::Response;
-use super::mode::{Margins, Mode, Slip};
+use super::mode::{Change, Margins};
+use super::state::{Situation, State};
+use crate::gearhead::Slip;
 
 /// The joints' laws, and room to work.
 pub struct Coupled {
@@ -48,22 +50,14 @@ impl Coupled {
 
     /// Writes the derivative of the state within a mode; returns the power that flows.
     #[inline]
-    pub fn derivative(
-        &mut self,
-        time: f64,
-        y: &[Phase],
-        modes: &[Mode],
-        commands: &[f64],
-        response: &Response,
-        rate: &mut [Phase],
-    ) -> Power {
+    pub fn derivative(&mut self, at: &Situation, response: &Response, rate: &mut [Phase]) -> Power {
         let mut power = Power::default();
         self.stuck.clear();
         let Self { laws, flows, torques, stuck, barriers, .. } = self;
-        let sides = laws.iter().zip(y).zip(modes).zip(commands);
+        let sides = laws.iter().zip(at.joints).zip(at.modes).zip(at.commands);
         let found = flows.iter_mut().zip(torques.iter_mut()).zip(rate.iter_mut());
         for (i, ((((law, y), mode), command), ((flow, torque), rate))) in sides.zip(found).enumerate() {
-            *flow = law.flow(time, y, mode, *command);
+            *flow = law.flow(at.time, y, mode, *command);
             power.work += flow.power.work;
             power.dissipated += flow.power.dissipated;
             *torque = flow.link_load;
@@ -118,42 +112,36 @@ impl Coupled {
     }
 
     /// Distances from the ends of the modes, at the state of the last call of [`Coupled::derivative`].
-    pub fn margins(&self, time: f64, y: &[Phase], modes: &[Mode], commands: &[f64], margins: &mut [Margins]) {
-        for (i, law) in self.laws.iter().enumerate() {
-            margins[i] = law.margins(time, &y[i], &modes[i], commands[i], &self.flows[i], self.holds[i]);
+    pub fn margins(&self, at: &Situation, margins: &mut [Margins]) {
+        for (i, margins) in margins.iter_mut().enumerate() {
+            *margins = self.margins_of(i, at);
         }
+    }
+
+    /// Those of one joint.
+    fn margins_of(&self, i: usize, at: &Situation) -> Margins {
+        let Situation { time, joints, modes, commands } = at;
+        self.laws[i].margins(*time, &joints[i], &modes[i], commands[i], &self.flows[i], self.holds[i])
     }
 
     /// Decides saturation and friction of everything that rests, at a state where the command may have jumped; leaves the
     /// derivative of the state as [`Coupled::derivative`] does.
-    pub fn settle(
-        &mut self,
-        time: f64,
-        y: &[Phase],
-        modes: &mut [Mode],
-        commands: &[f64],
-        response: &Response,
-        rate: &mut [Phase],
-    ) -> Power {
+    pub fn settle(&mut self, state: &mut State, commands: &[f64], response: &Response, rate: &mut [Phase]) -> Power {
+        let State { time, joints, modes, .. } = state;
         for (i, law) in self.laws.iter().enumerate() {
-            modes[i].saturation = law.power.saturation(law.power.demand(commands[i], y[i].current, y[i].omega));
-            if y[i].omega == 0.0 && modes[i].rotor != Slip::Free {
-                modes[i].rotor = Slip::Stuck;
-                let flow = law.flow(time, &y[i], &modes[i], commands[i]);
-                if law.margins(time, &y[i], &modes[i], commands[i], &flow, 0.0).0[1] < 0.0 {
-                    modes[i].rotor = Slip::towards(flow.rotor_drive);
-                }
+            let (y, mode, command) = (&joints[i], &mut modes[i], commands[i]);
+            mode.saturation = law.power.saturation(law.power.demand(command, y.current, y.omega));
+            if y.omega == 0.0 && mode.rotor != Slip::Free {
+                mode.rotor = law.resting_rotor(*time, y, mode, command);
             }
         }
-        self.settle_links(time, y, modes, commands, response, rate)
+        self.settle_links(state, commands, response, rate)
     }
 
     /// Decides which of the links at rest stick; leaves the derivative of the state as [`Coupled::derivative`] does.
     pub fn settle_links(
         &mut self,
-        time: f64,
-        y: &[Phase],
-        modes: &mut [Mode],
+        state: &mut State,
         commands: &[f64],
         response: &Response,
         rate: &mut [Phase],
@@ -162,32 +150,24 @@ impl Coupled {
         let mut power = Power::default();
         // Least-index exchange visits no set twice: 3ⁿ bounds it; in practice a few exchanges do.
         for _ in 0..3_usize.saturating_pow(n as u32).min(1000) {
-            power = self.derivative(time, y, modes, commands, response, rate);
-            let violated = (0..n).find(|&i| {
-                y[i].v == 0.0
-                    && match modes[i].link {
-                        Slip::Free => false,
-                        Slip::Stuck => {
-                            let margins = self.laws[i].margins(
-                                time,
-                                &y[i],
-                                &modes[i],
-                                commands[i],
-                                &self.flows[i],
-                                self.holds[i],
-                            );
-                            margins.0[2] < 0.0
-                        }
-                        slips => slips.sign() * rate[i].v < 0.0,
-                    }
-            });
-            let Some(i) = violated else { break };
-            modes[i].link = match modes[i].link {
-                Slip::Stuck => Slip::towards(self.holds[i]),
-                _ => Slip::Stuck,
-            };
+            let at = state.under(commands);
+            power = self.derivative(&at, response, rate);
+            let Some(i) = (0..n).find(|&i| self.violates(i, &at, rate)) else { break };
+            let link = &mut state.modes[i].link;
+            *link = if *link == Slip::Stuck { Slip::towards(self.holds[i]) } else { Slip::Stuck };
         }
         power
+    }
+
+    /// Whether a link at rest violates the condition of its mode: friction beyond its level while it sticks, acceleration against its
+    /// slip while it slips.
+    fn violates(&self, i: usize, at: &Situation, rate: &[Phase]) -> bool {
+        at.joints[i].v == 0.0
+            && match at.modes[i].link {
+                Slip::Free => false,
+                Slip::Stuck => self.margins_of(i, at).0[Change::Link as usize] < 0.0,
+                slips => slips.sign() * rate[i].v < 0.0,
+            }
     }
 }
 

@@ -1,17 +1,15 @@
-//! One joint between motor and link: rotor, gap, friction, drive, and what effects add.
+//! One joint between motor and link: drive and rotor, the laws of its [`Gearhead`], and what effects add.
 //!
 //! ```text
-//!   J θ̈ = K i + τ_e − T − F_r          rotor, F_r the rotor's share of friction against θ̇
-//!   T = k p + d ẋ on a touching flank   x = θ − q, p = x ∓ b/2; 0 in the gap
-//!   load = T + τ_l − c q̇ − F_l          on the link, F_l its share against q̇ and the URDF's friction, c the URDF's damping
+//!   J θ̈ = K i + τ_e − T − F_r          rotor; F_r, T, F_l: the gearhead's rotor side, touching flank and link side
+//!   load = T + τ_l − c q̇ − F_l          on the link; c the URDF's damping
 //! ```
 //! Every law is smooth within a [`Mode`]; a margin that turns negative tells that a mode has ended.
 
-use super::grip::Grip;
-use super::mode::{Margins, Mode, Slip};
+use super::mode::{Change, Margins, Mode};
 use crate::drive::PowerStage;
 use crate::effects::{DriveAction, GearAction, JointAction, JointState};
-use crate::gearhead::{DeadZone, Memory};
+use crate::gearhead::{Flank, Gearhead, Grip, Slip};
 
 /// Rotor, link and current of a joint; its derivative has the same shape.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -59,12 +57,8 @@ pub struct JointLaws {
     pub rotor_inertia: f64,
     /// Drive.
     pub power: PowerStage,
-    /// Gear.
-    pub gear: DeadZone,
-    /// Friction of the rotor.
-    pub rotor_grip: Grip,
-    /// Friction of the link: its share of the gearhead's, and the URDF's `friction`.
-    pub link_grip: Grip,
+    /// Gearhead; the URDF's `friction` is that of the link's bearing.
+    pub gearhead: Gearhead,
     /// `c`: URDF `damping` of the link.
     pub link_damping: f64,
     /// What effects add.
@@ -73,8 +67,6 @@ pub struct JointLaws {
     pub gears: Vec<Box<dyn GearAction>>,
     /// What effects do to the command.
     pub drives: Vec<Box<dyn DriveAction>>,
-    /// What friction remembers.
-    pub memory: Option<Memory>,
     /// Whether no effect acts on rotor, gear or link.
     pub plain: bool,
 }
@@ -108,7 +100,7 @@ impl JointLaws {
         if !self.plain && grip.share > 0.0 {
             level = self.altered(level, state, slip.sign() * speed.max(f64::MIN_POSITIVE));
         }
-        grip.share * level + grip.own
+        grip.torque(level)
     }
 
     /// The state as effects see it.
@@ -125,47 +117,36 @@ impl JointLaws {
         }
     }
 
-    /// Wind-up of the flank that touches, `(p, kp + dẋ)`; the sign of `side` names the flank.
-    fn flank(&self, time: f64, y: &Phase, side: f64) -> f64 {
-        let (mut compression, mut rate) = (side * (y.theta - y.q) - 0.5 * self.gear.backlash, side * (y.omega - y.v));
-        if !self.gears.is_empty() {
-            let mesh = self.mesh(time, y.theta);
-            (compression, rate) = (side * mesh.compression(y.theta, y.q, side), side * mesh.rate(y.omega, y.v, side));
+    /// A flank of the gear; the sign of `side` names it.
+    fn flank(&self, time: f64, y: &Phase, side: f64) -> Flank {
+        if self.gears.is_empty() {
+            self.gearhead.dead_zone.flank(y.theta - y.q, y.omega - y.v, side)
+        } else {
+            self.mesh(time, y.theta).flank([y.theta, y.omega], [y.q, y.v], side)
         }
-        self.gear.overlap(compression, rate)
+    }
+
+    /// How far a flank is from touching, or from letting go.
+    fn overlap(&self, time: f64, y: &Phase, side: f64) -> f64 {
+        self.gearhead.dead_zone.overlap(&self.flank(time, y, side))
     }
 
     /// Contact that a state has: +1, 0, −1. A gear without a gap is always in contact.
     pub fn contact(&self, time: f64, y: &Phase) -> i8 {
-        if self.gears.is_empty() {
-            return self.gear.contact(y.theta - y.q, y.omega - y.v);
-        }
-        if self.gear.backlash == 0.0 || self.flank(time, y, 1.0) > 0.0 {
-            1
-        } else if self.flank(time, y, -1.0) > 0.0 {
-            -1
-        } else {
-            0
-        }
+        self.gearhead.dead_zone.touching(|side| self.flank(time, y, side))
     }
 
     /// The flank that a state in the gap is nearer to touching.
     pub fn nearer_flank(&self, time: f64, y: &Phase) -> i8 {
-        if self.flank(time, y, 1.0) >= self.flank(time, y, -1.0) { 1 } else { -1 }
-    }
-
-    /// Compression `p` of the touching flank, signed towards positive torque.
-    pub fn compression(&self, y: &Phase, contact: i8) -> f64 {
-        self.gear.compression(y.theta - y.q, f64::from(contact))
+        if self.overlap(time, y, 1.0) >= self.overlap(time, y, -1.0) { 1 } else { -1 }
     }
 
     /// Elastic energy [J] of the gear.
     pub fn elastic_energy(&self, time: f64, y: &Phase, contact: i8) -> f64 {
-        let mut p = self.compression(y, contact);
-        if !self.gears.is_empty() {
-            p = self.mesh(time, y.theta).compression(y.theta, y.q, f64::from(contact));
+        if contact == 0 {
+            return 0.0;
         }
-        if contact == 0 { 0.0 } else { 0.5 * self.gear.stiffness * p * p }
+        self.gearhead.dead_zone.energy(&self.flank(time, y, f64::from(contact)))
     }
 
     /// What the laws say within a mode.
@@ -176,8 +157,9 @@ impl JointLaws {
         let mut damper = 0.0;
         let mut gear_torque = 0.0;
         if mode.contact != 0 {
-            damper = self.gear.damping * x_dot;
-            gear_torque = self.gear.pressed(self.compression(y, mode.contact), x_dot);
+            let gear = &self.gearhead.dead_zone;
+            damper = gear.damping * x_dot;
+            gear_torque = gear.push(&gear.flank(y.theta - y.q, x_dot, f64::from(mode.contact)));
         }
         let motor_torque = self.power.torque_per_ampere * current;
         let mut flow = Flow {
@@ -197,28 +179,36 @@ impl JointLaws {
         if mode.rotor != Slip::Stuck {
             let s = mode.rotor.sign();
             let friction =
-                if s == 0.0 { 0.0 } else { self.friction(&self.rotor_grip, &state, mode.rotor, s * y.omega) };
+                if s == 0.0 { 0.0 } else { self.friction(&self.gearhead.rotor, &state, mode.rotor, s * y.omega) };
             flow.rotor_acceleration = (flow.rotor_drive - s * friction) / self.rotor_inertia;
             flow.power.dissipated += s * friction * y.omega;
         }
         let s = mode.link.sign();
         if s != 0.0 {
-            let friction = self.friction(&self.link_grip, &state, mode.link, s * y.v);
+            let friction = self.friction(&self.gearhead.link, &state, mode.link, s * y.v);
             flow.link_load -= s * friction;
             flow.power.dissipated += s * friction * y.v;
         }
         flow
     }
 
+    /// What a rotor at rest does under the torque that acts: it sticks, or slips the way it is driven.
+    pub fn resting_rotor(&self, time: f64, y: &Phase, mode: &Mode, command: f64) -> Slip {
+        let stuck = Mode { rotor: Slip::Stuck, ..*mode };
+        let flow = self.flow(time, y, &stuck, command);
+        let margin = self.margins(time, y, &stuck, command, &flow, 0.0).0[Change::Rotor as usize];
+        if margin < 0.0 { Slip::towards(flow.rotor_drive) } else { Slip::Stuck }
+    }
+
     /// How far the mode is from its end; `link_hold` is the friction that holds a link that sticks.
     #[inline]
     pub fn margins(&self, time: f64, y: &Phase, mode: &Mode, command: f64, flow: &Flow, link_hold: f64) -> Margins {
-        let contact = if self.gear.backlash == 0.0 {
+        let contact = if self.gearhead.dead_zone.backlash == 0.0 {
             f64::INFINITY
         } else if mode.contact == 0 {
-            -self.flank(time, y, 1.0).max(self.flank(time, y, -1.0))
+            -self.overlap(time, y, 1.0).max(self.overlap(time, y, -1.0))
         } else {
-            self.flank(time, y, f64::from(mode.contact))
+            self.overlap(time, y, f64::from(mode.contact))
         };
         let state =
             if self.plain { JointState::default() } else { self.observe(time, y, flow.gear_torque, flow.current) };
@@ -227,8 +217,8 @@ impl JointLaws {
             Slip::Stuck => self.friction(grip, &state, Slip::towards(hold), 0.0) - hold.abs(),
             slips => grip.margin(slips, slips.sign() * velocity),
         };
-        let rotor = side(&self.rotor_grip, mode.rotor, y.omega, flow.rotor_drive);
-        let link = side(&self.link_grip, mode.link, y.v, link_hold);
+        let rotor = side(&self.gearhead.rotor, mode.rotor, y.omega, flow.rotor_drive);
+        let link = side(&self.gearhead.link, mode.link, y.v, link_hold);
         let demand = self.power.demand(command, y.current, y.omega);
         let saturation = match mode.saturation {
             0 => self.power.voltage_limit - demand.abs(),

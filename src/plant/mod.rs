@@ -5,7 +5,7 @@
 //! ```text
 //!   J θ̈ = K i + τ_e − T − F_r       M(q) q̈ + h(q, q̇) = T + τ_l − c q̇ − F_l       L di/dt = u − R i − K θ̇
 //! ```
-//! One line a joint: [`joint`] holds the laws, [`coupled`] joins them, [`integrator`] steps between located events (`events`),
+//! One line a joint: [`joint`] holds the laws, [`coupled`] joins them, [`machine`] adds the links, [`integrator`] steps (`runge_kutta`) between located events (`events`),
 //! [`mobility`] carries `M` and `h` from one evaluation to the next (`pace`), [`world`] is the engine that has the last word on them ([`links`]).
 //! What stops a link, [`contact`]: an end stop, or an [`obstacle`] in rapier's world.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
@@ -15,34 +15,40 @@ mod build;
 pub mod contact;
 pub mod coupled;
 mod events;
-pub mod grip;
+mod fastest;
 pub mod integrator;
 pub mod joint;
 pub mod links;
+pub mod machine;
 pub mod mobility;
 pub mod mode;
 pub mod obstacle;
 mod pace;
 pub mod rigid_body;
+mod runge_kutta;
 mod sensors;
+pub mod state;
+pub mod step;
 mod transient;
 pub mod world;
 
 use build::resting_mode;
 pub use contact::Touch;
-use grip::Grip;
 pub use integrator::Counts;
-use integrator::{Integrator, State};
+use integrator::Integrator;
 use joint::{Phase, Power};
-use mode::{Mode, Slip};
+use machine::Machine;
+use mode::Mode;
 pub use obstacle::Obstacle;
 pub use rigid_body::RigidBody;
 use sensors::{Sensors, Tracker};
+use state::State;
 pub use world::World;
 
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, JointState, Reading};
 use crate::error::{Error, Result};
+use crate::gearhead::{Grip, Slip};
 use crate::robot::Robot;
 
 /// Version of the rigid-body engine, as Cargo.toml pins it.
@@ -177,23 +183,23 @@ impl Plant {
         self.state.done = Power::default();
         self.commands.fill(0.0);
         for (i, y) in joints.iter().enumerate() {
-            let law = &self.integrator.coupled.laws[i];
+            let law = &self.integrator.machine.coupled.laws[i];
             let way = |grip: &Grip, velocity: f64| if velocity == 0.0 { Slip::Stuck } else { grip.slip(velocity) };
             let mode = &mut self.state.modes[i];
             *mode = resting_mode(law);
             mode.contact = law.contact(0.0, y);
             if mode.rotor != Slip::Free {
-                mode.rotor = way(&law.rotor_grip, y.omega);
+                mode.rotor = way(&law.gearhead.rotor, y.omega);
             }
             if mode.link != Slip::Free {
-                mode.link = way(&law.link_grip, y.v);
+                mode.link = way(&law.gearhead.link, y.v);
             }
             self.sensors[i].restart(y);
         }
         self.state.joints = joints;
         let Self { integrator, state, .. } = self;
-        integrator.start(&state.joints);
-        let Integrator { coupled, links, .. } = integrator;
+        integrator.machine.start(&state.joints);
+        let Machine { coupled, links, .. } = &mut integrator.machine;
         coupled.barriers.start(links.engine.as_mut(), &state.joints, &mut state.touching);
         self.observe();
     }
@@ -212,7 +218,7 @@ impl Plant {
     /// A command is not a number, or the motion has diverged: a velocity beyond [`FASTEST_MOTION`], or no number at all.
     /// The machine has to be placed anew then.
     pub fn advance(&mut self, command_current: &[f64], duration: f64) -> Result<()> {
-        for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
+        for (i, law) in self.integrator.machine.coupled.laws.iter().enumerate() {
             self.commands[i] = law.command(command_current[i]);
             self.require(i, "command current", self.commands[i], f64::MAX)?;
         }
@@ -247,7 +253,7 @@ impl Plant {
                 FASTEST_STEPS,
             );
         }
-        let (steps, limit) = (self.integrator.counts.work(self.commands.len()), self.integrator.most_steps);
+        let (steps, limit) = (self.integrator.counts().work(self.commands.len()), self.integrator.most_steps);
         if steps > limit {
             return Err(Error::TooManySteps { time: self.state.time, steps, limit });
         }
@@ -270,9 +276,9 @@ impl Plant {
     }
 
     fn observe(&mut self) {
-        self.integrator.measure(&self.state.joints, &self.state.touching);
+        self.integrator.machine.measure(&self.state.joints, &self.state.touching);
         let State { time, joints, modes, .. } = &self.state;
-        for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
+        for (i, law) in self.integrator.machine.coupled.laws.iter().enumerate() {
             let flow = law.flow(*time, &joints[i], &modes[i], self.commands[i]);
             self.states[i] = law.observe(*time, &joints[i], flow.gear_torque, flow.current);
         }
@@ -285,7 +291,7 @@ impl Plant {
 
     /// Flank of a joint's gear that touches: +1, 0 in the gap, −1. A gear without a gap reports the direction of its torque.
     pub fn contact(&self, joint: usize) -> i8 {
-        if self.integrator.coupled.laws[joint].gear.backlash == 0.0 {
+        if self.integrator.machine.coupled.laws[joint].gearhead.dead_zone.backlash == 0.0 {
             let torque = self.states[joint].gear_torque;
             return if torque > 0.0 { 1 } else { -i8::from(torque < 0.0) };
         }
@@ -294,7 +300,7 @@ impl Plant {
 
     /// What links are pressed against now.
     pub fn touches(&self) -> impl Iterator<Item = Touch> + '_ {
-        self.integrator.coupled.barriers.touches(&self.state.touching)
+        self.integrator.machine.coupled.barriers.touches(&self.state.touching)
     }
 
     /// Whether rotor and link of a joint are held by friction.
@@ -310,7 +316,7 @@ impl Plant {
 
     /// What the run has taken since the machine was built.
     pub fn counts(&self) -> Counts {
-        self.integrator.counts
+        self.integrator.counts()
     }
 
     /// Work, heat and what is stored, for the audit.
@@ -320,11 +326,11 @@ impl Plant {
         let v: Vec<f64> = joints.iter().map(|y| y.v).collect();
         let mut links = Dynamics::new(&self.robot);
         let mut stored = links.kinetic_energy(&q, &v) + links.potential_energy(&q);
-        stored += self.integrator.coupled.barriers.energy(touching);
-        for (i, law) in self.integrator.coupled.laws.iter().enumerate() {
+        stored += self.integrator.machine.coupled.barriers.energy(touching);
+        for (i, law) in self.integrator.machine.coupled.laws.iter().enumerate() {
             stored += 0.5 * law.rotor_inertia * joints[i].omega * joints[i].omega;
             stored += law.elastic_energy(*time, &joints[i], modes[i].contact);
-            stored += law.memory.map_or(0.0, |memory| memory.energy(joints[i].memory));
+            stored += law.gearhead.memory.map_or(0.0, |memory| memory.energy(joints[i].memory));
         }
         Energy { work: done.work, dissipated: done.dissipated, stored }
     }

@@ -6,11 +6,10 @@
 
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyBuilder;
-use rapier3d_f64::geometry::{ColliderBuilder, ColliderHandle};
-use rapier3d_f64::parry::query::contact;
+use rapier3d_f64::geometry::ColliderBuilder;
 
-use super::world::{World, pose};
-use crate::dynamics::solid;
+use super::world::{Pair, World, pose};
+use crate::dynamics::{closest, solid};
 use crate::error::Result;
 use crate::robot::{Geometry, Robot, Shape};
 
@@ -40,21 +39,6 @@ impl Obstacle {
         };
         Shape { geometry, ..self.shape.clone() }
     }
-}
-
-/// A link's shape and an obstacle, which may meet.
-#[derive(Debug, Clone)]
-pub struct Pair {
-    /// Index of the link's body.
-    pub body: usize,
-    /// Index of the obstacle.
-    pub obstacle: usize,
-    link_collider: ColliderHandle,
-    obstacle_collider: ColliderHandle,
-    /// [m] Thickness of the obstacle's skin.
-    skin: f64,
-    /// The multibody's links from the base to the body.
-    branch: Vec<usize>,
 }
 
 impl World {
@@ -97,7 +81,7 @@ impl World {
         let link_pose = multibody.forward_kinematics_single_branch(bodies, branch, Some(displacement), Some(jacobian));
         let (link, obstacle) = (&colliders[*link_collider], &colliders[*obstacle_collider]);
         let shape_pose = link_pose * *link.position_wrt_parent()?;
-        let found = contact(obstacle.position(), obstacle.shape(), &shape_pose, link.shape(), reach + skin).ok()??;
+        let found = closest((obstacle.position(), obstacle.shape()), (&shape_pose, link.shape()), reach + skin)?;
         let com = link_pose * bodies[self.links[*body]].mass_properties().local_mprops.local_com;
         let (normal, arm) = (found.normal1, found.point2 - com);
         // The link's point moves by the Jacobian's linear part, and by its angular part about the centre of mass.

@@ -4,7 +4,8 @@
 //! surprise the end of the next interval is first looked at in a few coarse steps, so that the passage in full can
 //! interpolate. Where even that would be wrong, the engine is asked at every stage.
 
-use super::integrator::{Source, Step};
+use super::machine::Source;
+use super::step::{Held, Step};
 use super::{FASTEST_STEPS, Plant};
 
 /// Longest step times the fastest oscillation of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 1.5e-4` rad a step too little.
@@ -31,28 +32,28 @@ impl Plant {
     /// One interval between evaluations, and the engine's word at its end where that is due.
     pub(super) fn advance_piece(&mut self, until: f64) {
         self.pass(until);
-        self.integrator.confirm(until, &self.state.joints);
+        self.integrator.machine.confirm(until, &self.state.joints);
     }
 
     /// One interval between evaluations, the cheapest way that holds: under the extrapolated response if it turns out right;
     /// else again under the response interpolated with the evaluation at its end; else with one at every stage.
     fn pass(&mut self, until: f64) {
-        if self.every_stage || !self.integrator.mobility.is_full() {
+        if self.every_stage || !self.integrator.machine.mobility.is_full() {
             self.go_through(until, Source::Engine);
-            self.integrator.push_node(until, &self.state.joints);
+            self.integrator.machine.push_node(until, &self.state.joints);
             return;
         }
         let surprise = if self.calm { self.try_out(until) } else { self.look_ahead(until) };
         let done = self.calm && surprise <= NO_SURPRISE;
         self.calm = surprise <= NO_SURPRISE;
         if done {
-            self.integrator.mobility.accept(until);
+            self.integrator.machine.mobility.accept(until);
         } else if surprise <= SOME_SURPRISE {
-            self.integrator.mobility.accept(until);
+            self.integrator.machine.mobility.accept(until);
             self.go_through(until, Source::Polynomial);
         } else {
             self.go_through(until, Source::Engine);
-            self.integrator.push_node(until, &self.state.joints);
+            self.integrator.machine.push_node(until, &self.state.joints);
         }
     }
 
@@ -61,7 +62,7 @@ impl Plant {
         self.saved.copy_from(&self.state);
         self.saved_trackers.iter_mut().zip(&self.sensors).for_each(|(saved, sensors)| *saved = sensors.tracker);
         self.go_through(until, Source::Polynomial);
-        let surprise = self.integrator.offer_node(until, &self.state.joints, &self.state.modes);
+        let surprise = self.integrator.machine.offer_node(until, &self.state.joints, &self.state.modes);
         if surprise > NO_SURPRISE {
             self.state.copy_from(&self.saved);
             self.sensors.iter_mut().zip(&self.saved_trackers).for_each(|(sensors, saved)| sensors.tracker = *saved);
@@ -73,21 +74,22 @@ impl Plant {
     fn look_ahead(&mut self, until: f64) -> f64 {
         let Self { integrator, state, saved, commands, fastest, asked, .. } = self;
         saved.copy_from(state);
-        let fastest = fastest.max(integrator.look(saved, until)).max(integrator.haste(saved, until));
+        let fastest = fastest.max(integrator.machine.look(saved, until)).max(integrator.machine.haste(saved, until));
         let rate = fastest / STABLE_STEP;
         *asked = asked.max(rate);
         let steps = ((until - state.time) * rate.min(FASTEST_STEPS)).ceil().max(1.0) as usize;
-        integrator.advance(saved, commands, until, steps, Source::Polynomial, |_| {});
-        integrator.offer_node(until, &saved.joints, &saved.modes)
+        let held = Held { commands, source: Source::Polynomial };
+        integrator.advance(saved, held, until, steps, |_| {});
+        integrator.machine.offer_node(until, &saved.joints, &saved.modes)
     }
 
     fn go_through(&mut self, until: f64, source: Source) {
         let Self { integrator, sensors, state, commands, rate, asked, .. } = self;
-        let rate = rate.max(integrator.look(state, until) / LONGEST_STEP_TOUCHING);
-        let rate = rate.max(integrator.haste(state, until) / STABLE_STEP);
+        let rate = rate.max(integrator.machine.look(state, until) / LONGEST_STEP_TOUCHING);
+        let rate = rate.max(integrator.machine.haste(state, until) / STABLE_STEP);
         *asked = asked.max(rate);
         let steps = ((until - state.time) * rate.min(FASTEST_STEPS) - 1e-6).ceil().max(1.0) as usize;
-        integrator.advance(state, commands, until, steps, source, |step: &Step| {
+        integrator.advance(state, Held { commands, source }, until, steps, |step: &Step| {
             for (i, sensors) in sensors.iter_mut().enumerate() {
                 sensors.watch(step.time, &step.joints[0][i], &step.joints[1][i]);
             }

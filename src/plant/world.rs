@@ -11,17 +11,31 @@ use rapier3d_f64::dynamics::{
     MassProperties, Multibody, MultibodyJointHandle, MultibodyJointSet, RigidBodyBuilder, RigidBodyHandle,
     RigidBodySet, SoftBodySet,
 };
-use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderSet, NarrowPhase};
+use rapier3d_f64::geometry::{BroadPhaseBvh, ColliderHandle, ColliderSet, NarrowPhase};
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use rapier3d_f64::pipeline::PhysicsPipeline;
 
-use super::obstacle::Pair;
 use super::rigid_body::RigidBody;
 use crate::robot::{Body, Inertia, Robot};
 use crate::units::JointKind;
 
 /// [s] Step of the oracle: short enough that nothing moves, long enough that nothing is lost to rounding.
 const ORACLE_STEP: f64 = 1e-12;
+
+/// A link's shape and an obstacle, which may meet.
+#[derive(Debug, Clone)]
+pub struct Pair {
+    /// Index of the link's body.
+    pub body: usize,
+    /// Index of the obstacle.
+    pub obstacle: usize,
+    pub(super) link_collider: ColliderHandle,
+    pub(super) obstacle_collider: ColliderHandle,
+    /// [m] Thickness of the obstacle's skin.
+    pub(super) skin: f64,
+    /// The multibody's links from the base to the body.
+    pub(super) branch: Vec<usize>,
+}
 
 /// rapier's world with the arm in it.
 pub struct World {

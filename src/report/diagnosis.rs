@@ -1,18 +1,45 @@
 //! A diagnosis for readers: what was found, with which confidence and gain, and what remains.
 
+use serde_json::Value;
+
+use super::Report;
 use super::changes;
 use super::display::{self, shown};
 use super::document::{Document, Section};
+use super::files::envelope;
 use super::headline;
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
-use super::recording::Trace;
+use super::recording::{Motion, Trace};
 use super::shortfall;
 use super::table::Table;
 use crate::diagnose::{BaselineEstimate, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict, mistakes};
 use crate::effects;
 use crate::replay::Gain;
+use crate::scenario::Findings;
+use crate::timeseries::Drawn;
 use crate::units::JointKind;
+
+/// The report of a diagnosis: the recordings as they are drawn, with their residuals.
+pub fn report<'a>(findings: &'a Findings, name: &str, drawn: Vec<Drawn>) -> Report<'a> {
+    let diagnosis = &findings.diagnosis;
+    let json = serde_json::to_value(diagnosis).unwrap_or(Value::Null);
+    let model = &diagnosis.extended_model;
+    let motions = drawn.into_iter().map(|session| {
+        let traces = traces(diagnosis, &session.name);
+        Motion { traces, ..Motion::new(&model.robot, session) }
+    });
+    let mut document = document(name, diagnosis);
+    let failure = findings.replay_failure.iter();
+    document.warnings.extend(failure.map(|why| format!("the models were not replayed beside the data: {why}")));
+    Report {
+        document,
+        json: envelope(Diagnosis::SCHEMA, name, json),
+        motions: motions.collect(),
+        model: Some(model.clone()),
+        extra: Vec::new(),
+    }
+}
 
 /// The document of a diagnosis of the machine of that name.
 pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {

@@ -1,18 +1,44 @@
 //! An identification for readers: tables of the identified values, friction curve, gap of each reversal.
 
+use serde_json::{Value, json};
+
+use super::Report;
 use super::display::{self, shown, velocity_unit};
 use super::document::{Document, Section};
+use super::files::envelope;
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
+use super::recording::Motion;
 use super::table::Table;
 use crate::gearhead::{Direction, FrictionLaw};
 use crate::identify::{Identification, JointIdentification, LawKind, PerDirection, Quantity};
+use crate::robot::Model;
 use crate::scenario::Truth;
+use crate::timeseries::Drawn;
 
 /// Points of a fitted or true curve in a plot.
 const CURVE: usize = 240;
 
-/// The document of an identification; `truth` contains the injected values, if they are known.
+/// The report of an identification; `truth` holds what was injected, where that is known; `drawn` is what the recordings show.
+pub fn report<'a>(
+    name: &str,
+    found: &Identification,
+    truth: Option<&Truth>,
+    model: &'a Model,
+    drawn: Vec<Drawn>,
+) -> Report<'a> {
+    let content = serde_json::to_value(found).unwrap_or(Value::Null);
+    let motions = drawn.into_iter().map(|session| Motion::new(&model.robot, session)).collect();
+    Report {
+        document: document(name, found, truth),
+        json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),
+        motions,
+        model: Some(found.apply(model)),
+        extra: Vec::new(),
+    }
+}
+
+/// The document of an identification; `truth` holds what was injected, where that is known.
 pub fn document(name: &str, identification: &Identification, truth: Option<&Truth>) -> Document {
     let joints = &identification.joints;
     Document {

@@ -25,7 +25,9 @@ pub mod plot;
 pub mod recording;
 /// A replay for readers.
 pub mod replay;
-/// Errors of the simulation, for readers.
+/// A carried out scenario for readers.
+pub mod run;
+/// What a simulation gets wrong, for readers.
 pub mod shortfall;
 /// Plots as SVG.
 pub mod svg;

@@ -6,7 +6,8 @@
 //!                  └── Reading ─┘
 //! ```
 //! A [`Scenario`] is the content of a scenario file; [`simulate`] runs it. [`closed_loop`] is the loop itself, for
-//! users with their own machine, reference and [`Regulator`].
+//! users with their own machine, reference and [`Regulator`]. [`Scenario::carry_out`] carries out the scenario's procedure on the
+//! recordings.
 
 mod closed_loop;
 mod contact;
@@ -14,6 +15,8 @@ mod cost;
 mod design;
 mod expect;
 mod expect_diagnosis;
+mod findings;
+mod procedure;
 mod ranges;
 mod read;
 mod read_controller;
@@ -30,6 +33,8 @@ pub use cost::{Cost, Limits, STEPS_A_SECOND};
 pub use design::{Budget, DECIDES, Design, Forecast, Question, TriedExperiment, design};
 pub use expect::{Expectation, Unmet};
 pub use expect_diagnosis::{DiagnosisExpectation, EffectFigure, UnmetDiagnosis};
+pub use findings::{Findings, channels, reference_name};
+pub use procedure::{Conclusion, Found, Identified, Procedure};
 pub use record::{Keep, Recorder};
 pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
@@ -53,18 +58,7 @@ const PLAN_INTERVAL: f64 = 0.01;
 /// Number of samples of a planned motion that are checked at a time.
 const PLAN_PIECE: f64 = 10_000.0;
 
-/// What is done with the data of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Procedure {
-    /// Nothing.
-    None,
-    /// Friction and backlash are identified.
-    Identify,
-    /// The nominal machine is compared with the data.
-    Diagnose,
-}
-
-/// One recording of a scenario: the machine starts at rest at the start of its reference.
+/// One recording of a scenario: the machine starts anew, at rest on its reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Session {
     /// Its name, which is also that of its time series.

@@ -10,7 +10,7 @@ use super::result::{EstimatorResult, LeftOut, NORMAL_95, Reason, ReversalGap, me
 use super::reversal::Session;
 use super::window::{Site, sites};
 use crate::gearhead::Friction;
-use crate::identify::result::Quantity;
+use crate::identify::quantity::Quantity;
 use crate::robot::JointModel;
 
 /// Reversals that the coarse scan looks at.

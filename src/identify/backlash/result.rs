@@ -1,6 +1,6 @@
 //! What comes out: each value measured, their mean, and what was left out with the reason.
 
-use crate::identify::result::Quantity;
+use crate::identify::quantity::Quantity;
 
 /// Standard errors to either side of a 95 % interval of a normal distribution.
 pub(super) const NORMAL_95: f64 = 1.96;

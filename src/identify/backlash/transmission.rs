@@ -2,12 +2,12 @@
 //!
 //! ```text
 //!   J v̇ = τ − T(x, ẋ) − (1 − s) F(v)         x = θ − q
-//!   I ẇ = T(x, ẋ) − s F(w) − G(q)            T: the dead zone of `gearhead`, b < 0 meaning preloaded flanks
+//!   I ẇ = T(x, ẋ) − s F(w) − G(q)            T: the gearhead's flanks, b < 0 meaning that they are preloaded; F: its law
 //! ```
 //! Friction is set-valued: a step that it can stop ends at rest, and rest holds until the torque exceeds breakaway.
 //! In the gap and at rest a whole sample is one step; near and in contact it is [`CONTACT_STEPS`].
 
-use crate::gearhead::{DeadZone, Direction, FrictionLaw};
+use crate::gearhead::{DeadZone, Direction, FrictionLaw, slowed};
 
 /// Steps a sample in contact: the rotor on the gear's stiffness turns by 0.1 rad a step at 400 rad/s and 1 ms.
 const CONTACT_STEPS: usize = 5;
@@ -19,10 +19,8 @@ pub(super) struct Transmission {
     pub rotor_inertia: f64,
     /// `I` [kg·m² or kg] inertia of all that the joint moves, at this posture.
     pub link_inertia: f64,
-    /// `k` [N·m/rad or N/m] stiffness outside the gap.
-    pub stiffness: f64,
-    /// `d` [N·m·s/rad or N·s/m] damping outside the gap.
-    pub damping: f64,
+    /// The flanks; their gap is what is sought.
+    pub dead_zone: DeadZone,
     /// `F` friction of rotor and link together.
     pub friction: FrictionLaw,
     /// Friction at rest, `[positive, negative]` direction.
@@ -55,11 +53,6 @@ pub(super) struct Member {
 }
 
 impl Transmission {
-    /// The gear with a gap `b` of either sign.
-    fn gear(&self, gap: f64) -> DeadZone {
-        DeadZone { backlash: gap, stiffness: self.stiffness, damping: self.damping }
-    }
-
     /// `G(q)`.
     pub fn gravity_at(&self, q: f64) -> f64 {
         self.gravity + self.gravity_slope * (q - self.origin)
@@ -67,7 +60,7 @@ impl Transmission {
 
     /// Steps a member by `dt` [s] under the motor torque `tau` [N·m or N], gap `b`.
     pub fn advance(&self, member: &mut Member, gap: f64, tau: f64, dt: f64) {
-        let gear = self.gear(gap);
+        let gear = DeadZone { backlash: gap, ..self.dead_zone };
         let x = member.theta - member.q;
         let on_link = member.level * member.share;
         let on_rotor = member.level - on_link;
@@ -87,8 +80,8 @@ impl Transmission {
         let [of_rotor, of_link] = [h / self.rotor_inertia, h / self.link_inertia];
         for _ in 0..steps {
             let torque = gear.of_flanks(member.theta - member.q, member.v - member.w);
-            let v = dry_step(member.v, of_rotor, tau - torque, rotor);
-            let w = dry_step(member.w, of_link, torque - gravity, link);
+            let v = slowed(member.v + of_rotor * (tau - torque), rotor.map(|friction| of_rotor * friction));
+            let w = slowed(member.w + of_link * (torque - gravity), link.map(|friction| of_link * friction));
             if steps == 1 {
                 // Free flight under a constant torque: the mean velocity is exact.
                 member.theta += 0.5 * h * (member.v + v);
@@ -118,10 +111,4 @@ impl Transmission {
             if velocity > change { 0.0 } else { at(Direction::Negative) },
         ]
     }
-}
-
-/// Velocity after a step in which a torque changes it by `gain` [rad/s per N·m]: friction brakes, and holds what it can stop.
-fn dry_step(v: f64, gain: f64, tau: f64, friction: [f64; 2]) -> f64 {
-    let free = v + gain * tau;
-    if free > 0.0 { (free - gain * friction[0]).max(0.0) } else { (free + gain * friction[1]).min(0.0) }
 }

@@ -3,7 +3,7 @@
 use super::ensemble::Window;
 use super::reversal::{Reversal, SPEED_SPAN, Session, braking};
 use super::transmission::Transmission;
-use crate::gearhead::{Direction, Friction};
+use crate::gearhead::{DeadZone, Direction, Friction};
 use crate::robot::JointModel;
 
 /// [s] Longest lead before the turn.
@@ -84,8 +84,7 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
     Transmission {
         rotor_inertia: joint.reflected_inertia(),
         link_inertia: session.rigid.link_inertia_of()(&posture),
-        stiffness: joint.gear_stiffness,
-        damping: joint.gear_damping,
+        dead_zone: DeadZone { backlash: 0.0, stiffness: joint.gear_stiffness, damping: joint.gear_damping },
         friction: friction.law,
         breakaway: [Direction::Positive, Direction::Negative].map(|direction| friction.law.magnitude(direction, 0.0)),
         gravity: gravity_at(0.0),

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use super::channel::TurnRows;
 use super::gear::{Altered, Gear};
 use crate::diagnose::fit::problem::Part;
-use crate::effects::{AtTurns, SymmetricFriction, Trial};
-use crate::gearhead::{Exponential, Friction, FrictionLaw};
+use crate::effects::{AtTurns, Trial};
+use crate::gearhead::Friction;
 
 /// Most steps of a fit.
 const MOST_STEPS: usize = 8;
@@ -111,11 +111,8 @@ impl TurnRows<'_, '_> {
             return Some(super::gear::lack(&self.path, gear, &Altered::default()));
         }
         let mut model = self.problem.motion.model.clone();
-        let SymmetricFriction { coulomb, breakaway, stribeck_velocity, viscous } = self.path.friction;
-        let side = Exponential { coulomb, breakaway, stribeck_velocity, viscous };
         model.joints[self.joint].backlash = Some(gear.gap);
-        model.joints[self.joint].friction =
-            Some(Friction { law: FrictionLaw::Exponential([side; 2]), link_share: gear.share });
+        model.joints[self.joint].friction = Some(Friction { link_share: gear.share, ..self.path.friction.on_motor() });
         let mut actions = Vec::new();
         for one in planted {
             let names = one.effect.about().parameters.iter().map(|spec| spec.name.to_owned());

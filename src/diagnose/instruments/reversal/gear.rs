@@ -14,8 +14,8 @@
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, the hard-contact model.
 
 use super::path::{Path, Span};
-use crate::effects::{Action, GearAction};
-use crate::gearhead::{Memory, Mesh};
+use crate::effects::{Action, GearAction, SymmetricFriction};
+use crate::gearhead::{Exponential, Flank, Memory, Mesh, slowed};
 
 /// What is taken for known of a joint's gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +60,8 @@ struct Run<'a> {
     path: &'a Path,
     gear: &'a Gear,
     altered: &'a Altered<'a>,
+    /// `F`, the same in both directions.
+    law: Exponential,
     /// Growth of dry friction at each instant.
     grown: Vec<f64>,
     lack: Vec<f64>,
@@ -67,7 +69,9 @@ struct Run<'a> {
 
 /// `D` on the grid of the path.
 pub fn lack(path: &Path, gear: &Gear, altered: &Altered) -> Vec<f64> {
-    let mut run = Run { path, gear, altered, grown: Vec::new(), lack: vec![0.0; path.theta.len()] };
+    let SymmetricFriction { coulomb, breakaway, stribeck_velocity, viscous } = path.friction;
+    let law = Exponential { coulomb, breakaway, stribeck_velocity, viscous };
+    let mut run = Run { path, gear, altered, law, grown: Vec::new(), lack: vec![0.0; path.theta.len()] };
     run.remember();
     for span in &path.spans {
         run.span(*span);
@@ -88,14 +92,11 @@ impl Run<'_> {
             for k in span.start..span.end {
                 let v = self.path.v[k];
                 let dry = (rotor * self.path.dry[k]).max(1e-12);
-                // ṡ = r0 − f s with both constant over a step.
-                let (forgets, rate) = (memory.forgets(v.abs(), dry), memory.rate(state, v, dry));
-                let decay = if forgets * h > 1e-9 { -(-forgets * h).exp_m1() / forgets } else { h };
-                let (before, change) = (state, rate * decay);
+                let (before, change) = (state, memory.change(state, v, dry, h));
                 state += change;
                 match memory {
-                    Memory::Bristles { stiffness, damping } => {
-                        let force = stiffness * (before + 0.5 * change) + damping * change / h;
+                    Memory::Bristles { .. } => {
+                        let force = memory.force(before + 0.5 * change, change, h);
                         self.lack[k] += force - rotor * self.path.dry[k] * sign(v);
                     }
                     Memory::Rest { .. } => {
@@ -113,16 +114,15 @@ impl Run<'_> {
 
     /// Friction of the link [N·m or N], at least zero.
     fn friction(&self, k: usize, w: f64) -> f64 {
-        let law = &self.path.friction;
         // On a flank of a perfect gear the link goes as the rotor does, whose friction is known.
-        let dry = if w == self.path.v[k] { self.path.dry[k] } else { law.dry(w) };
-        self.gear.share * (dry + self.grown(k) + law.viscous * w.abs())
+        let dry = if w == self.path.v[k] { self.path.dry[k] } else { self.law.dry(w.abs()) };
+        self.gear.share * (dry + self.grown(k) + self.law.viscous * w.abs())
     }
 
     /// What the motor needs if the link follows the rotor [N·m or N], its rotor's friction aside.
     fn usual(&self, k: usize) -> f64 {
         let v = self.path.v[k];
-        self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.path.friction.viscous * v.abs())
+        self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.law.viscous * v.abs())
     }
 
     fn mesh(&self, span: Span, k: usize) -> Mesh {
@@ -133,7 +133,8 @@ impl Run<'_> {
 
     /// Where a flank is, and how fast it goes.
     fn flank(&self, k: usize, mesh: &Mesh, side: f64) -> (f64, f64) {
-        (mesh.compression(self.path.theta[k], 0.0, side), mesh.rate(self.path.v[k], 0.0, side))
+        let Flank { p, p_dot, .. } = mesh.flank([self.path.theta[k], self.path.v[k]], [0.0; 2], side);
+        (p, p_dot)
     }
 
     /// Torque that a link on a flank needs at an instant, while the flank gains `gain` [rad/s or m/s] of speed beyond the rotor in a step.
@@ -189,7 +190,7 @@ impl Run<'_> {
         let path = self.path;
         let (h, inertia) = ((1.0 - begin) * path.step, path.inertia[k]);
         let held = path.load[k] - path.inertial[k];
-        let w = slowed(link.w - h * held / inertia, h * self.friction(k, link.w) / inertia);
+        let w = slowed(link.w - h * held / inertia, [h * self.friction(k, link.w) / inertia; 2]);
         let q = link.q + 0.5 * h * (link.w + w);
         let mut end = 1.0;
         for side in [1.0, -1.0] {
@@ -235,9 +236,4 @@ fn sign(x: f64) -> f64 {
 /// Where a straight line from `a` to `b` crosses zero, 0 to 1.
 fn part(a: f64, b: f64) -> f64 {
     if a == b { 0.0 } else { (a / (a - b)).clamp(0.0, 1.0) }
-}
-
-/// A velocity that friction takes `change` from, but never turns.
-fn slowed(w: f64, change: f64) -> f64 {
-    sign(w) * (w.abs() - change).max(0.0)
 }

@@ -1,16 +1,20 @@
-//! Friction of a rotor or a link as the integrator needs it: the law of every way of slipping, smooth within each.
+//! Friction of one side of a gearhead: its share of the law and its own, smooth within every way of slipping.
 //!
 //! ```text
+//!   F_side = share · F(|v|) + own
 //!   F(|v|) = F_C + D e^{−|v| σ} + F_V |v|          D = F_S − F_C, σ = 1/v_S; of two lines each is one such law with D = 0
 //! ```
+//! This is [`FrictionLaw`] as an integrator runs it: one smooth branch for each way of slipping, the same numbers to rounding.
 //! A step may lead beyond the end of a mode before the end is located. There, at a speed that is negative, the exponential
 //! goes on along its tangent from `|v| σ = −1`: left alone it would be e⁷⁰ where a hammering rotor is thrown back within a step.
-//!
 //! Two lines meet at a kink, at the switch velocity: the slower and the faster line are modes of their own, so that the kink is
 //! located like any other event.
+//! Sign: a magnitude; it opposes the slip.
+//! State: the [`Slip`], kept by who integrates.
+//! Left out: what effects make of the level, and what friction remembers ([`Memory`](super::Memory)).
+//! Reference: L. Márton, B. Lantos (2009), equations 6 to 9.
 
-use super::mode::Slip;
-use crate::gearhead::{Direction, Exponential, Friction, FrictionLaw, Lines};
+use super::{Direction, Exponential, Friction, FrictionLaw, Lines, Slip};
 
 /// Beyond this `|v| σ` the exponential adds nothing: e⁻⁴⁰ = 4e-18.
 const GONE: f64 = 40.0;
@@ -52,7 +56,7 @@ impl Piece {
     }
 }
 
-/// Friction of one side of a gear: `share · F + own`.
+/// Friction of one side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grip {
     /// [1] Part of the joint's law that acts on this side.
@@ -96,6 +100,17 @@ impl Grip {
     #[inline(always)]
     pub fn level(&self, slip: Slip, speed: f64) -> f64 {
         self.pieces[slip as usize].at(speed)
+    }
+
+    /// `F_side` [N·m or N] at a level of the joint's law.
+    #[inline(always)]
+    pub fn torque(&self, level: f64) -> f64 {
+        self.share * level + self.own
+    }
+
+    /// Whether there is any friction.
+    pub fn holds(&self) -> bool {
+        self.share > 0.0 || self.own > 0.0
     }
 
     /// Slope [N·m·s/rad or N·s/m] of the joint's law at high speed, in the direction of a slip.

@@ -1,0 +1,66 @@
+//! Which columns of a file make up a session: what a manifest and canonical columns both come to.
+
+use std::path::PathBuf;
+
+use super::Note;
+use crate::error::Place;
+use crate::timeseries::Channel;
+use crate::units::JointKind;
+
+/// The machine's own controller: position and velocity loop in cascade, each sample `k` of interval `T`,
+/// `τ = k_v (k_p (q_ref − q(k)) − (q(k) − q(k−n))/(n T))`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Controller {
+    /// `k_p` [1/s] velocity asked for per position error, > 0.
+    pub position_gain: f64,
+    /// `k_v` [N·m·s/rad or N·s/m] torque on the joint side per velocity error, > 0.
+    pub velocity_gain: f64,
+    /// `n` samples over which it takes the difference quotient of the position, ≥ 1; 1 where the manifest does not say.
+    pub velocity_samples: usize,
+}
+
+/// A column, and what one unit of it is in SI.
+#[derive(Debug, Clone)]
+pub(super) struct Source {
+    /// Name in the file.
+    pub(super) column: String,
+    /// SI per unit of the file.
+    pub(super) factor: f64,
+    /// Where a manifest names it: file, place, key.
+    pub(super) named_at: Option<(PathBuf, Place, String)>,
+}
+
+/// Which columns make up a session.
+#[derive(Debug)]
+pub(super) struct Plan {
+    /// Name of the session.
+    pub(super) name: String,
+    /// The time.
+    pub(super) time: Source,
+    /// The unit of the time, where a manifest gives it.
+    pub(super) time_unit: Option<String>,
+    /// The joints that were recorded.
+    pub(super) joints: Vec<PlannedJoint>,
+    /// What was noticed while planning.
+    pub(super) notes: Vec<Note>,
+}
+
+/// Where the channels of a joint come from.
+#[derive(Debug)]
+pub(super) struct PlannedJoint {
+    /// Name of the joint in the model.
+    pub(super) name: String,
+    /// Whether it turns or slides.
+    pub(super) kind: JointKind,
+    /// Its channels.
+    pub(super) channels: Vec<(Channel, Source)>,
+    /// The machine's own controller of it.
+    pub(super) controller: Option<Controller>,
+}
+
+impl PlannedJoint {
+    /// Whether it has a channel.
+    pub(super) fn has(&self, channel: Channel) -> bool {
+        self.channels.iter().any(|(known, _)| *known == channel)
+    }
+}

@@ -1,0 +1,62 @@
+//! How fast the gears of a machine oscillate, or come to rest: what its steps have to resolve.
+//!
+//! ```text
+//!   ẍ + A D ẋ + A K x = 0,  A = J⁻¹ + W          wind-ups x of all gears with all flanks touching
+//!   ω² = λ_max(K^½ A K^½)                         links couple the gears: at least the largest k_i A_ii
+//! ```
+//! Left out: coupling by the dampers; damping is looked at one gear at a time.
+
+use nalgebra::DMatrix;
+
+use super::machine::Machine;
+
+/// How fast the gears of a machine are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fastest {
+    /// [rad/s] Of those that oscillate.
+    pub oscillation: f64,
+    /// [1/s] Of those that damping brings to rest without.
+    pub decay: f64,
+}
+
+impl Fastest {
+    /// [rad/s] Whichever is faster.
+    pub fn pole(&self) -> f64 {
+        self.oscillation.max(self.decay)
+    }
+}
+
+impl Machine {
+    /// Fastest motion of the gears at the newest evaluation, and the joint that takes part in it most.
+    pub fn fastest(&mut self) -> (usize, Fastest) {
+        self.mobility.newest(&mut self.response);
+        let Self { coupled, response, .. } = self;
+        let laws = &coupled.laws;
+        let a = |i: usize, j: usize| response.w(i, j) + if i == j { 1.0 / laws[i].rotor_inertia } else { 0.0 };
+        let (mut joint, mut fastest) = (0, Fastest { oscillation: 0.0, decay: 0.0 });
+        for (i, law) in laws.iter().enumerate() {
+            let (gear, (sigma_0, sigma_1)) = (&law.gearhead.dead_zone, law.bristles());
+            let omega_squared = gear.stiffness * a(i, i) + sigma_0 / law.rotor_inertia;
+            let delta = 0.5 * (gear.damping * a(i, i) + sigma_1 / law.rotor_inertia);
+            let before = fastest.pole();
+            if delta * delta > omega_squared {
+                fastest.decay = fastest.decay.max(delta + (delta * delta - omega_squared).sqrt());
+            } else {
+                fastest.oscillation = fastest.oscillation.max(omega_squared.sqrt());
+            }
+            if fastest.pole() > before || !a(i, i).is_finite() {
+                joint = i;
+            }
+            if !a(i, i).is_finite() {
+                fastest.oscillation = f64::INFINITY;
+            }
+        }
+        if fastest.pole().is_finite() {
+            let n = laws.len();
+            let k = |i: usize| laws[i].gearhead.dead_zone.stiffness;
+            let squared = DMatrix::from_fn(n, n, |i, j| (k(i) * k(j)).sqrt() * a(i, j));
+            fastest.oscillation = squared.symmetric_eigenvalues().max().max(0.0).sqrt().max(fastest.oscillation);
+        }
+        (joint, fastest)
+    }
+}

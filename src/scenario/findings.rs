@@ -1,0 +1,152 @@
+//! A diagnosis of recordings, with nominal and extended model in simulation beside the data held out.
+
+use crate::dataset::Session;
+use crate::diagnose::{self, Diagnosis, Options, ReplayError, ResidualSeries, Split, Verdict, ZoneShares};
+use crate::error::{Error, Result};
+use crate::replay::{self, Compared, Observable, Replay};
+use crate::robot::Model;
+use crate::timeseries::{Channel, TimeSeries};
+use crate::units::JointKind;
+
+/// What the sessions of the healthy machine are called.
+const REFERENCE: &str = "reference";
+
+/// Name under which a session of the healthy machine stands beside one of the machine as it is.
+pub fn reference_name(session: &str) -> String {
+    format!("{REFERENCE}: {session}")
+}
+
+/// Channels that a diagnosis and its replay read; all others may be dropped once the recording is drawn.
+pub fn channels() -> Vec<Channel> {
+    let mut channels = diagnose::channels();
+    channels.extend(replay::CHANNELS);
+    channels
+}
+
+/// A diagnosis with the simulations of both models beside the data held out.
+#[derive(Debug)]
+pub struct Findings {
+    /// The diagnosis, its replay errors filled in.
+    pub diagnosis: Diagnosis,
+    /// Why the models could not be replayed beside the data.
+    pub replay_failure: Option<Error>,
+}
+
+impl Findings {
+    /// Diagnoses and replays; `show` is told what is being done, and how much of it.
+    ///
+    /// # Errors
+    /// As [`diagnose::diagnose`]. A replay that fails is part of the findings.
+    pub fn new(
+        model: &Model,
+        train: Vec<Session>,
+        hold_out: Vec<Session>,
+        show: &mut dyn FnMut(&str, f64),
+    ) -> Result<Self> {
+        let options = Options::default();
+        let diagnosis = diagnose::diagnose(model, &series(&train), &series(&hold_out), &options, show)?;
+        let mut findings = Self { diagnosis, replay_failure: None };
+        findings.add_replay(train, hold_out, options.held_out_share, show);
+        Ok(findings)
+    }
+
+    /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
+    ///
+    /// # Errors
+    /// As [`diagnose::compare`]. A replay that fails is part of the findings.
+    pub fn compared(
+        model: &Model,
+        reference: Vec<Session>,
+        now: Vec<Session>,
+        hold_out: Vec<Session>,
+        show: &mut dyn FnMut(&str, f64),
+    ) -> Result<Self> {
+        let mut before: Vec<TimeSeries> = reference.into_iter().map(|session| session.series).collect();
+        before.iter_mut().for_each(|session| session.name = reference_name(&session.name));
+        let options = Options::default();
+        let diagnosis = diagnose::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
+        drop(before);
+        let mut findings = Self { diagnosis, replay_failure: None };
+        findings.add_replay(now, hold_out, options.held_out_share, show);
+        Ok(findings)
+    }
+
+    /// Replays; what is diagnosed stays, whatever happens here.
+    fn add_replay(&mut self, train: Vec<Session>, hold_out: Vec<Session>, share: f64, show: &mut dyn FnMut(&str, f64)) {
+        if self.diagnosis.verdict == Verdict::MistakeSuspected {
+            return;
+        }
+        let judged = if hold_out.is_empty() {
+            train.into_iter().map(|session| tail(session, share)).collect()
+        } else {
+            drop(train);
+            hold_out
+        };
+        show("replaying", 0.0);
+        self.replay_failure = replay(&mut self.diagnosis, judged).err();
+    }
+}
+
+/// Both models in simulation beside the data held out.
+fn replay(diagnosis: &mut Diagnosis, mut judged: Vec<Session>) -> Result<()> {
+    judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
+    let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
+    let (compared, replays) = replay::compare_models(nominal, extended, &judged, &replay::Options::default())?;
+    diagnosis.replay = compared.into_iter().map(|one| replay_error(one, nominal)).collect();
+    for joint in &mut diagnosis.shares {
+        joint.zones = zone_shares(&joint.joint, &diagnosis.series, &replays);
+    }
+    Ok(())
+}
+
+/// The signals alone, which share their samples with the sessions.
+fn series(sessions: &[Session]) -> Vec<TimeSeries> {
+    sessions.iter().map(|session| session.series.clone()).collect()
+}
+
+/// The last part of a session.
+fn tail(session: Session, share: f64) -> Session {
+    let time = &session.series.time;
+    let (Some(first), Some(last)) = (time.first(), time.last()) else { return session };
+    let from = time.partition_point(|time| *time <= last - share * (last - first));
+    Session { series: session.series.since(from), ..session }
+}
+
+/// Parts of the squared torque error of replays that lie in each zone of a joint.
+fn zone_shares(joint: &str, series: &[ResidualSeries], replays: &[Replay]) -> Option<ZoneShares> {
+    let (mut sums, mut times) = ([0.0; 3], [0.0; 3]);
+    for replay in replays {
+        let error = replay.errors.iter().find(|error| error.joint == joint && error.quantity == Observable::Torque)?;
+        for series in series.iter().filter(|one| one.joint == joint && one.session == replay.session) {
+            let (Some(first), Some(last)) = (series.time.first(), series.time.last()) else { continue };
+            for (time, e) in replay.time.iter().zip(&error.difference) {
+                if (first..=last).contains(&time) {
+                    let row = series.time.partition_point(|row| row <= time).saturating_sub(1);
+                    let zone = series.zone[row] as usize;
+                    sums[zone] += e * e;
+                    times[zone] += 1.0;
+                }
+            }
+        }
+    }
+    let percent = |parts: [f64; 3]| {
+        let total: f64 = parts.iter().sum();
+        parts.map(|part| 100.0 * part / total.max(f64::MIN_POSITIVE))
+    };
+    let [rigid_percent, reversal_percent, rest_percent] = percent(sums);
+    let zones = ZoneShares { rigid_percent, reversal_percent, rest_percent, time_percent: percent(times) };
+    sums.iter().any(|sum| *sum > 0.0).then_some(zones)
+}
+
+/// One channel of the report.
+fn replay_error(compared: Compared, model: &Model) -> ReplayError {
+    let Compared { joint, quantity, unit, before, after, gain } = compared;
+    let slides = model.joints.iter().any(|one| one.name == joint && one.kind == JointKind::Prismatic);
+    let quantity = match quantity {
+        Observable::Position => "position",
+        Observable::Velocity => "velocity",
+        Observable::Torque if slides => "force",
+        Observable::Torque => "torque",
+    };
+    ReplayError { joint, quantity, unit, split: Split::HeldOut, before, after, gain }
+}

@@ -1,0 +1,141 @@
+//! What is done with the recordings of a scenario: its procedure carried out, and what it finds held against what is expected.
+
+use std::path::Path;
+
+use super::{Findings, Keep, Run, Scenario};
+use crate::dataset;
+use crate::effects;
+use crate::error::{Error, Result};
+use crate::identify::{self, Identification, Options};
+use crate::robot::Model;
+use crate::timeseries::TimeSeries;
+
+/// What is done with the data of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Procedure {
+    /// Nothing.
+    None,
+    /// Friction and backlash are identified.
+    Identify,
+    /// The nominal machine is compared with the data.
+    Diagnose,
+}
+
+impl Procedure {
+    /// What of a run is kept for it; `written`: the recordings are to be written as well. No procedure sees the truth.
+    pub fn keep(self, written: bool) -> Keep {
+        if self == Self::None && !written { Keep::Nothing } else { Keep::Measured }
+    }
+}
+
+/// What a procedure finds.
+#[derive(Debug)]
+pub enum Found {
+    /// Nothing was looked for.
+    Nothing,
+    /// Friction and gaps.
+    Identified(Box<Identified>),
+    /// What the nominal model gets wrong; then friction and gaps with the cause in the model, or why there are none.
+    Diagnosed(Box<Findings>, Result<Box<Identified>>),
+}
+
+/// Friction and gaps, beside what was injected.
+#[derive(Debug)]
+pub struct Identified {
+    /// What was identified.
+    pub found: Identification,
+    /// The model with it.
+    pub model: Model,
+}
+
+/// What a procedure finds, and what fails of what is expected.
+#[derive(Debug)]
+pub struct Conclusion {
+    /// What it finds.
+    pub found: Found,
+    /// One sentence for each expectation that failed.
+    pub unmet: Vec<String>,
+}
+
+impl Scenario {
+    /// Carries out the procedure on a run; `show` is told what is being done, and how much of it.
+    ///
+    /// # Errors
+    /// As [`identify::identify`] and [`Findings::new`].
+    pub fn carry_out(&self, run: &Run, show: &mut dyn FnMut(&str, f64)) -> Result<Conclusion> {
+        let mut conclusion = match self.procedure {
+            Procedure::None => Conclusion { found: Found::Nothing, unmet: Vec::new() },
+            Procedure::Identify => {
+                let identified = self.identify(&self.model, &self.model, run, show)?;
+                Conclusion { unmet: self.missed(&identified.found), found: Found::Identified(Box::new(identified)) }
+            }
+            Procedure::Diagnose => self.diagnose(run, show)?,
+        };
+        let met = self.contact_expectations.iter().filter_map(|expectation| expectation.check(run));
+        conclusion.unmet.extend(met.map(|unmet| unmet.to_string()));
+        Ok(conclusion)
+    }
+
+    /// Identification of what was measured with a model that is trusted, beside what was injected; `base` is the model that takes it up.
+    fn identify(
+        &self,
+        trusted: &Model,
+        base: &Model,
+        run: &Run,
+        show: &mut dyn FnMut(&str, f64),
+    ) -> Result<Identified> {
+        show("identifying", 0.0);
+        let mut found = identify::identify(trusted, &run.sessions, &Options::default())?;
+        self.truth.compare(&mut found);
+        let model = found.apply(base);
+        Ok(Identified { found, model })
+    }
+
+    /// The nominal machine compared with what was measured; then friction and gap, with the cause in the model that the
+    /// identification trusts. A finished diagnosis stands, whatever becomes of the identification.
+    fn diagnose(&self, run: &Run, show: &mut dyn FnMut(&str, f64)) -> Result<Conclusion> {
+        let recordings = run.sessions.iter().map(|series| recording(series, &self.source)).collect();
+        let findings = Findings::new(&self.model, recordings, Vec::new(), show)?;
+        let extended = &findings.diagnosis.extended_model;
+        let identified = corrected(extended).and_then(|trusted| self.identify(&trusted, extended, run, show));
+        let named = self.diagnosis_expectation.check(&findings.diagnosis);
+        let mut unmet: Vec<String> = named.iter().map(ToString::to_string).collect();
+        match &identified {
+            Ok(identified) => unmet.extend(self.missed(&identified.found)),
+            Err(why) if !self.expectations.is_empty() => {
+                unmet.push(format!("friction and gap were expected and not identified: {why}"));
+            }
+            Err(_) => {}
+        }
+        Ok(Conclusion { found: Found::Diagnosed(Box::new(findings), identified.map(Box::new)), unmet })
+    }
+
+    /// What of the expectations an identification misses.
+    fn missed(&self, found: &Identification) -> Vec<String> {
+        self.expectations.iter().filter_map(|expectation| Some(expectation.check(found)?.to_string())).collect()
+    }
+
+    /// Whether it is no surprise that an identification fails for this reason: friction has no laws of its own where no motion is
+    /// steady, and a diagnosis does without them, where nothing is expected of them.
+    pub fn allows(&self, why: &Error) -> bool {
+        matches!(why, Error::TooLittleData { .. }) && self.expectations.is_empty()
+    }
+}
+
+/// The model with its effects carried into its numbers, as far as they alter those.
+fn corrected(model: &Model) -> Result<Model> {
+    let mut corrected = Model { effects: Vec::new(), ..model.clone() };
+    for entry in &model.effects {
+        let joint = entry.joint.as_deref().and_then(|name| model.robot.joint_index(name));
+        if let Some(effect) = effects::find(&entry.effect) {
+            effect.install(&mut corrected, joint, &entry.parameters)?;
+        }
+    }
+    Ok(corrected)
+}
+
+/// A simulated recording, as if it had been read from a file.
+fn recording(series: &TimeSeries, source: &Path) -> dataset::Session {
+    let controllers = vec![None; series.joints.len()];
+    dataset::Session { series: series.clone(), notes: Vec::new(), source: source.to_owned(), controllers }
+}
