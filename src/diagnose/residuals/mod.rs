@@ -1,4 +1,8 @@
-//! Rows and a fit → what is left: errors, gains, maps, shares, spectra, and the floor of the sensors.
+//! Rows and a fit → the residual: errors, gains, maps, shares, spectra, and the floor of the sensors.
+//!
+//! `errors` gives error figures and the residual per sample; `gains` the gains on held-out data, with the interval of `gain_interval`;
+//! `maps` the mean residual in bins, with the bins of `axes`; `shares` the share of the error per zone and per quantity;
+//! `spectra` the spectra against order and frequency; `floor` the error due to the sensors alone.
 
 pub mod axes;
 pub mod errors;
@@ -11,8 +15,8 @@ pub mod spectra;
 
 /// Residuals of all rows of one joint.
 pub struct Residual {
-    /// Without effects, fitted by plain least squares.
+    /// Residual of the nominal model, fitted by plain least squares.
     pub before: Vec<f64>,
-    /// With the effects.
+    /// Residual with the effects.
     pub after: Vec<f64>,
 }
