@@ -6,7 +6,7 @@
 //! ```
 //! The lighter rotor takes most of the slip. The position of the link in its gap `b` is unknown, and whether it bounces to the other flank, so
 //! that sessions differ. Flanks that meet at a reversal move the rotor abruptly too, but less, and only where the joint reverses.
-//! A throw that shows in one session only may be a knock from outside and is not named. Jumps are sought in the training sessions; the gain is
+//! A throw that shows in one session only may be a knock from outside and is not named. Throws are sought in the training sessions; the gain is
 //! the reduction of the largest throw of the held-out sessions without the slip. If no separate session is held out, nothing confirms the
 //! slip, and it is reported as unexplained.
 //! Sign: a positive `δ` puts the link ahead of the rotor, which is thrown back.
