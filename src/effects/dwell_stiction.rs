@@ -103,7 +103,7 @@ impl AtTurns for DwellStiction {
         values[2] < (FARTHEST[0] * seen.gap).max(FARTHEST[1] * count)
     }
 
-    // Where the link stands in its gap after a rest is not always as simulated: it coasts while the rotor brakes. Clean machines and
+    // The position of the link in its gap after a rest may differ from the simulation: it coasts while the rotor brakes. Clean machines and
     // those that hide another effect reach 54 nats (tuning seeds 1005, 1006, 1013, 2400, 4602).
     fn reserve(&self) -> f64 {
         40.0

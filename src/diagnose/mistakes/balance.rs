@@ -6,7 +6,7 @@
 //! ```
 //! `I`: inertia of links and rotor with their velocity terms, computed with the slow acceleration of the links. `L`: the additional torque of the
 //! links for the motor's full acceleration. In a gap, on a soft gear or with an eccentric encoder the motor accelerates and its link does not, so `κ`
-//! lies between 0 and 1; the slow acceleration is common to both. `G`: weight. `G₁ G₂`: weight with gravity perpendicular to its nominal direction,
+//! may be as small as 0; the slow acceleration is common to both. `G`: weight. `G₁ G₂`: weight with gravity perpendicular to its nominal direction,
 //! for a tilted base. `P_k`: 1 kg at six points around the last body's centre of mass, for a payload. Then friction with a falling part, a spring
 //! and an offset.
 //!
