@@ -3,7 +3,8 @@
 //! `F_C → F_C (1 + a cos(n q + φ))`, `q` the joint position on the motor side. Its torque changes its sign with the direction of motion,
 //! while a cogging torque does not.
 //! Left out: variations with more than one harmonic.
-//! Reference: M. Gautier et al. (2013); R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic manipulators with gear transmissions.
+//! Reference: M. Gautier et al. (2013); R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic
+//! manipulators with gear transmissions.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};

@@ -2,7 +2,7 @@
 //!
 //! An inertia shows where a joint reverses and brakes. The rigid zone leaves these rows out, because the link may float there. A comparison
 //! can use them: the link floats in its gap on both sides, and the effect on single rows is an error like any
-//! other, whose size follows from the scatter between blocks. Likelihoods cannot weigh such rows, because their errors are correlated. So the
+//! other, whose size follows from the scatter between blocks. Likelihoods are not valid for such rows, because their errors are correlated. So the
 //! change is not tried as a candidate but estimated on all joints at once, `ΔJ_r ± σ`, beside all other changes. It
 //! counts if it is large compared with `√(σ² + σ_n²)`, where `σ_n` is the natural variation. An inertia does not vary from day to day, so
 //! no spread between sessions is added.

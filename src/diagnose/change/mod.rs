@@ -9,9 +9,11 @@
 //! A change of a quantity that the baseline fits freely cannot be separated from its value with one recording; with two it can. Candidates are
 //! the terms of friction, the rotor's inertia and every effect of the catalogue, in the rows of now only. Errors common to both sides cancel.
 //!
-//! `select` chooses the changes among those of `quantity` and of the catalogue; `judge` compares them with chance and with the natural variation
-//! from `spread`; `robust` gives standard errors, `inertia` and `gap` the changes of inertias and gaps, `delays` those of a late
-//! current, and `outcome` the report and both models.
+//! - `select`: selection of the changes; `quantity`: quantities of the baseline that may change
+//! - `judge`: comparison with chance and with natural variation; `spread`: natural variation between sessions
+//! - `robust`: standard errors for correlated errors
+//! - `inertia`: changes of rotor inertias; `gap`: changes of gaps; `delays`: changes of a late current
+//! - `outcome`: the report, and the models in the reference and now
 
 mod delays;
 mod gap;

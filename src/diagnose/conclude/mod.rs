@@ -1,7 +1,11 @@
 //! Selection and instruments → the parts of a diagnosis: parameters, gains, gaps, residual plots, models.
 //!
-//! `gaps` measures gaps that the model file does not give, `link_load` says where an effect prevents that, `unexplained` finds structure
-//! that no effect explains, `extend` writes the baseline model and the extended model, and `records` lists candidates and method.
+//! Takes a confirmed selection, runs the instruments that need a fit, and gives the parts of a diagnosis.
+//! - `gaps`: gaps that the model file does not give
+//! - `link_load`: whether an effect prevents the measurement of a gap
+//! - `unexplained`: structure that no effect explains
+//! - `extend`: the baseline model and the extended model
+//! - `records`: candidates and method for the report
 
 /// The models that come with a diagnosis.
 pub mod extend;

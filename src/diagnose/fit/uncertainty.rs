@@ -3,7 +3,8 @@
 //! Errors within some seconds are correlated: friction drifts, and an inaccurate law makes the same error in similar motion.
 //! Therefore whole blocks `g` are removed, one after the other, and the solution moves by one Newton step to
 //!
-//! `δ_g = (A − A_g)⁻¹ s_g = L⁻ᵀ (1 − L⁻¹ A_g L⁻ᵀ)⁻¹ L⁻¹ s_g`, `A = L Lᵀ`, `s_g = Σ_{i∈g} x_i ψ(e_i)`, `A_g = Σ_{i∈g} κ w_i x_i x_iᵀ/s²`, `A = Σ A_g`, `ψ(e) = w e/s²`,
+//! `δ_g = (A − A_g)⁻¹ s_g = L⁻ᵀ (1 − L⁻¹ A_g L⁻ᵀ)⁻¹ L⁻¹ s_g`, `A = L Lᵀ`, `s_g = Σ_{i∈g} x_i ψ(e_i)`,
+//! `A_g = Σ_{i∈g} κ w_i x_i x_iᵀ/s²`, `A = Σ A_g`, `ψ(e) = w e/s²`,
 //!
 //! `var(cᵀβ) = Σ_g (cᵀδ_g)²`: a sandwich estimate that includes any correlation inside a block, over all joints together.
 //! `κ = mean ψ′ / mean(w/s²)` of a joint converts weights to the slope of the loss. The columns `x` contain linear coefficients,

@@ -1,8 +1,9 @@
 //! Dead channels: constant or frozen, while another channel of the same joint shows that they should change.
 //!
-//! Position: constant in a session in which the velocity channel moves the joint by more than its largest range. Velocity: constant while the
-//! position changes. Current or torque: constant while the joint moves in both directions, where friction alone changes the sign. A joint that is
-//! switched off reads zero in part of a session and swings; so only whole sessions count, or a nonzero value that stays to the end.
+//! Position: constant while the velocity channel moves the joint, in a whole session by a part of the joint's largest range, or from some sample
+//! on by more than that range. Velocity: constant while the position changes. Current or torque: constant while the joint moves in both
+//! directions, where friction alone changes the sign. A joint that is switched off reads zero in part of a session and swings; so only whole
+//! sessions count, or a nonzero value that stays to the end.
 
 use crate::robot::Model;
 use crate::timeseries::{Channel, JointSeries, TimeSeries};

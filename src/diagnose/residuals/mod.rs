@@ -1,8 +1,12 @@
 //! Rows and a fit → the residual: errors, gains, maps, shares, spectra, and the floor of the sensors.
 //!
-//! `errors` gives error figures and the residual per sample; `gains` the gains on held-out data, with the interval of `gain_interval`;
-//! `maps` the mean residual in bins, with the bins of `axes`; `shares` the share of the error per zone and per quantity;
-//! `spectra` the spectra against order and frequency; `floor` the error due to the sensors alone.
+//! Takes the rows and a finished fit. Gives the figures, maps and spectra of a report.
+//! - `errors`: error figures, and the residual per sample
+//! - `gains`: gains on held-out data; `gain_interval`: their confidence interval
+//! - `maps`: mean residual in bins; `axes`: the quantities and their bins
+//! - `shares`: share of the squared error per zone and per quantity
+//! - `spectra`: spectra against order and frequency
+//! - `floor`: the error due to the sensors alone
 
 pub mod axes;
 pub mod errors;

@@ -1,8 +1,10 @@
 //! The result of a diagnosis: the content of `report.json`, the extended model, and the series for plots.
 //!
-//! Takes the findings of all stages and gives one `Diagnosis`. Files:
-//! `effects` named and withdrawn effects; `findings` what a stage has found; `mistake` a suspected mistake in data or model file;
-//! `parts` the parts of a diagnosis, and the one place that assembles them.
+//! Takes the findings of all stages and gives one `Diagnosis`.
+//! - `effects`: named and withdrawn effects, with their gains
+//! - `findings`: what a stage has found
+//! - `mistake`: a suspected mistake in the data or in the model file
+//! - `parts`: the parts of a diagnosis, and the one place that assembles them
 
 use std::collections::BTreeMap;
 

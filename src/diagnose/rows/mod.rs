@@ -1,9 +1,15 @@
 //! Recordings → rows of smooth motion and torque, and which of them are fitted.
 //!
-//! `observe` makes the rows, with the `kernel`; `division` says which rows are trained on and which are held out;
-//! `zones` finds the rows in which the links follow the rotors; `reversals` gives times since reversals and rests;
-//! `standstill` reads currents before the first motion; `gentlest` picks sessions with gentle reversals;
-//! `inertia` gives a typical inertia of each joint; `side_by_side` runs work on joints in parallel within a memory limit.
+//! Takes the recordings and the nominal model. Gives motion and torque averaged by a kernel, in rows at even distances, with the
+//! zone of each row and the division into training and held-out data.
+//! - `observe`: makes the rows; `kernel`: the smoothing kernel
+//! - `division`: training data and held-out data
+//! - `zones`: the rigid zone, in which the links follow the rotors
+//! - `reversals`: times since reversals, and durations of rests
+//! - `standstill`: currents before the first motion
+//! - `gentlest`: the sessions with the gentlest reversals
+//! - `inertia`: a typical inertia of each joint
+//! - `side_by_side`: parallel work on joints within a memory limit
 
 pub mod division;
 pub mod gentlest;
