@@ -20,7 +20,7 @@ pub struct Confirmed {
     pub withdrawn: Vec<Withdrawn>,
 }
 
-/// Withdraws terms until all that are left gain on data held out; `None` where the rest cannot be fitted.
+/// Withdraws terms until all remaining ones gain on held-out data; `None` where the rest cannot be fitted.
 ///
 /// The first `given` terms belong to the nominal model; of the others those are judged for which `is_effect` holds.
 pub fn confirm(
