@@ -1,22 +1,22 @@
-//! What the simulation gets wrong, and why: residual, candidates, selection, extension, gain.
+//! Diagnosis: finds what the nominal model gets wrong on a recording, and which effects explain it.
 //!
-//! The stages of a diagnosis, in the order of the pipeline. A stage imports only those above it:
+//! A diagnosis runs in stages, listed here from left to right of the import rule. A stage imports only stages above it.
 //!
 //! | stage | takes → gives |
 //! |---|---|
-//! | `result` | what a diagnosis returns |
-//! | `options` | what can be chosen, and the thresholds at which an effect is named |
-//! | `rows` | recordings → rows of smooth motion and torque |
-//! | `mistakes` | recordings, rows → errors of data or model file that are likelier than physics; the diagnosis ends with them |
-//! | `fit` | rows + terms → fitted, with uncertainty |
+//! | `result` | what a diagnosis returns, and the one place that assembles it |
+//! | `options` | the options of a diagnosis, and the thresholds at which an effect is named |
+//! | `rows` | recordings → rows of smooth motion and torque: kernel, reversals, rigid zones, held-out part |
+//! | `mistakes` | recordings, rows → errors of data or model file that are likelier than physics; a suspected mistake ends the diagnosis |
+//! | `fit` | rows + terms → robust fit, uncertainty |
 //! | `residuals` | rows + fit → errors, gains, maps, shares, spectra, floor of the sensors |
-//! | `evidence` | fit → evidence, probability, separability |
-//! | `select` | candidates → the effects that evidence and gain support |
-//! | `instruments` | recordings → what the torque of smooth rows does not show |
+//! | `evidence` | fit → evidence, probability, separability; patterns without physics |
+//! | `select` | candidates → the effects that evidence and held-out gain support |
+//! | `instruments` | recordings → phenomena that the torque of smooth rows does not show, and recordings without them |
 //! | `conclude` | selection + instruments → diagnosis |
-//! | `change` | two recordings → what has changed |
+//! | `change` | two recordings → what differs between them |
 //!
-//! `select` stands above `instruments` because `ripple` selects effects on rows of its own.
+//! `select` stands above `instruments` because the instrument `ripple` selects effects on rows of its own.
 
 /// Which quantities differ between two recordings of one machine.
 mod change;
@@ -64,9 +64,9 @@ pub fn channels() -> Vec<Channel> {
     ]
 }
 
-/// Names what the nominal model lacks; `progress` hears what is being done and which share of it (0 to 1).
+/// Names the effects that the nominal model lacks; `progress` receives the current step and the finished share (0 to 1).
 ///
-/// `hold_out` are sessions to judge on; where there are none, the end of each training session is kept for that.
+/// The sessions `hold_out` are used for judging only. Without any, the end of each training session is held out instead.
 ///
 /// # Errors
 /// A session lacks the position, or the current or torque, of a joint; or there is too little motion.

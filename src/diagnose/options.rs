@@ -1,15 +1,15 @@
-//! What can be chosen about a diagnosis, and the thresholds at which an effect is named.
+//! The options of a diagnosis, and the thresholds at which an effect is named.
 
 use crate::effects::Catalogue;
 
-/// What can be chosen about a diagnosis.
+/// The options of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// When an effect is named.
     pub rules: Rules,
-    /// Part at the end of each session that is held out where no session is, 0 to 1.
+    /// [1] Part at the end of each training session that is held out when there are no held-out sessions, 0 to 1.
     pub held_out_share: f64,
-    /// Whether gaps that the model file leaves out are measured too; it takes most of the time.
+    /// Whether gaps that the model file leaves out are measured too. This takes most of the computing time.
     pub backlash: bool,
     /// Effects that may be named.
     pub catalogue: Catalogue,
@@ -21,29 +21,29 @@ impl Default for Options {
     }
 }
 
-/// Thresholds, calibrated on clean machines made by seed (see `tests/diagnose.rs`).
+/// Thresholds, calibrated on simulated machines without effects (see `tests/diagnose.rs`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// [nats] evidence that a joint's effect needs.
+    /// [nats] Evidence that an effect needs on a joint.
     pub nats: f64,
-    /// [nats] evidence that an effect needs where it lowers the error by no more than laws of the catalogue get wrong themselves
-    /// (a fall of its logarithm by 0.12).
+    /// [nats] Evidence that an effect needs where it lowers the error only slightly, by no more than the laws of the catalogue are wrong
+    /// themselves (0.12 in the logarithm of the error).
     pub slight: f64,
-    /// [nats] `slight` beside an effect that was named, or taken off the recording, before: what a law that is not quite
-    /// right leaves behind can be picked up by others. That reached 12 to 25 nats (tuning seeds 1403, 1410, 3600, 4602, 6802).
+    /// [nats] As `slight`, where another effect is already named or already removed from the recording. A law that is only approximately
+    /// right leaves a residue, and other effects can fit it: their evidence reached 12 to 25 nats (tuning seeds 1403, 1410, 3600, 4602, 6802).
     pub further: f64,
-    /// [1] logarithm by which the error scale has to fall on the joint where it helps most.
+    /// [1] Logarithm by which the error scale has to fall, on the joint where it falls most.
     pub log_scale: f64,
-    /// [1] Share of the stronger evidence within which the simpler effect is taken.
+    /// [1] Part by which the evidence for a simpler effect may be below the strongest evidence, for the simpler one to be preferred.
     pub tie: f64,
-    /// [1] Part of the strongest effect's torque on a joint that a further effect has to move there: an effect whose law is not
-    /// quite the catalogue's leaves a residue of a few per cent that others can pick up.
+    /// [1] Torque that a further effect has to move on a joint, relative to the torque of the strongest effect there. An effect whose true
+    /// law differs a little from the catalogue's leaves a residue of a few per cent, which other effects can fit.
     pub residue: f64,
-    /// [1] The same for a further effect that looks like the strongest one: its residue looks like that.
+    /// [1] The same for a further effect whose torque resembles that of the strongest one, and so resembles its residue too.
     pub alike_residue: f64,
-    /// [1] Part of the RMS torque of a joint that a physical effect has to move there: less is what no friction law gets right.
+    /// [1] Part of the RMS torque of a joint that a physical effect has to move there. No friction law is accurate below this.
     pub least_torque: f64,
-    /// Most effects that are taken.
+    /// Largest number of effects that are selected.
     pub most: usize,
 }
 
@@ -64,18 +64,18 @@ impl Default for Rules {
 }
 
 impl Rules {
-    /// For what is named beside something else.
+    /// The rules for an effect that is named beside another one.
     pub fn beside_another(self) -> Self {
         Self { slight: self.further, ..self }
     }
 
-    /// Whether evidence [nats] and the logarithm of the fall of the error support an effect.
+    /// Whether evidence [nats] and the fall of the error's logarithm support an effect.
     pub fn support(&self, nats: f64, log_scale: f64) -> bool {
         nats > self.nats && log_scale > self.log_scale && (nats > self.slight || log_scale > MODEL_ERROR)
     }
 }
 
-/// [1] Logarithm of the error scale that the laws of the catalogue get wrong themselves: a rival that leaves less than this more on every
-/// joint of the effect cannot be rejected. On 85 tuning machines (seeds 2000 to 7101 of `benches/blind`) the truth was never further
-/// than 0.10 behind what was named.
+/// [1] Logarithm of the error scale by which the laws of the catalogue are wrong themselves. A rival whose error is larger by less than this
+/// on every joint of the effect cannot be rejected. On 85 tuning machines (seeds 2000 to 7101 of `benches/blind`) the error of the true
+/// effect was never more than 0.10 above that of the named one.
 pub const MODEL_ERROR: f64 = 0.12;

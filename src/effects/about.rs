@@ -1,20 +1,20 @@
-//! What is said about an effect: the text of `lostmotion explain`, and the ranges of its parameters.
+//! Description of an effect: the text of `lostmotion explain`, and the ranges of its parameters.
 
 use serde::Serialize;
 
 use crate::toml_input::Range;
 
-/// Whether the machine itself differs, or only what is measured of it.
+/// Whether the machine itself differs, or only its measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// The machine moves differently.
     Physics,
-    /// The machine moves alike; its sensors tell otherwise.
+    /// The machine moves as before; its sensors read differently.
     Measurement,
 }
 
-/// What shares one set of parameters.
+/// What one set of parameters applies to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scope {
@@ -31,45 +31,45 @@ pub struct ParameterSpec {
     pub name: &'static str,
     /// Its symbol in the equation.
     pub symbol: &'static str,
-    /// Its unit for a revolute joint; [`unit_for`](Self::unit_for) gives that of a prismatic one.
+    /// Its unit for a revolute joint; [`unit_for`](Self::unit_for) gives the unit for a prismatic joint.
     pub unit: &'static str,
-    /// Smallest value that makes sense.
+    /// Smallest plausible value.
     pub min: f64,
-    /// Largest value that makes sense.
+    /// Largest plausible value.
     pub max: f64,
-    /// Its value where the model file leaves it out; `None`: it has to be given.
+    /// Its value if the model file does not give it; `None`: the model file has to give it.
     pub default: Option<f64>,
-    /// What it means, with its sign.
+    /// Its meaning, with its sign.
     pub meaning: &'static str,
 }
 
 impl ParameterSpec {
-    /// A parameter that has to be given and may be any number.
+    /// A parameter without a default that may be any number.
     pub const fn new(name: &'static str, symbol: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         Self { name, symbol, unit, min: f64::NEG_INFINITY, max: f64::INFINITY, default: None, meaning }
     }
 
-    /// Within a range, its ends included.
+    /// With a range, ends included.
     pub const fn between(self, min: f64, max: f64) -> Self {
         Self { min, max, ..self }
     }
 
-    /// Not below a value.
+    /// With a lower limit.
     pub const fn at_least(self, min: f64) -> Self {
         Self { min, ..self }
     }
 
-    /// With a value where the model file leaves it out.
+    /// With a default value.
     pub const fn or(self, default: f64) -> Self {
         Self { default: Some(default), ..self }
     }
 
-    /// Its range in words, with its unit.
+    /// Its range in words, with the unit.
     pub fn range(&self) -> String {
         Range::between(self.min, self.max, self.unit).to_string()
     }
 
-    /// The unit on a joint of this kind: N for N·m and m for rad where it slides.
+    /// The unit on a joint of this kind: N instead of N·m and m instead of rad on a sliding joint.
     pub fn unit_for(&self, kind: crate::units::JointKind) -> &'static str {
         use crate::units::JointKind::{Prismatic, Revolute};
         match (kind, self.unit) {
@@ -86,45 +86,45 @@ impl ParameterSpec {
     }
 }
 
-/// What is known about an effect, for people.
+/// Description of an effect for the user.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct About {
-    /// Its name, a contract.
+    /// Its name, which is stable.
     pub name: &'static str,
-    /// One sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
     /// Its equation.
     pub equation: &'static str,
-    /// Machine or measurement.
+    /// Whether it belongs to the machine or to the measurement.
     pub kind: Kind,
-    /// What shares one set of parameters.
+    /// What one set of parameters applies to.
     pub scope: Scope,
     /// Its parameters.
     pub parameters: &'static [ParameterSpec],
     /// How it shows in motor-side data.
     pub signature: &'static str,
-    /// Names of effects that can look alike.
+    /// Names of effects with a similar signature.
     pub look_alikes: &'static [&'static str],
-    /// The experiment that tells them apart.
+    /// The experiment that separates them.
     pub separate_by: &'static str,
-    /// Where it is described.
+    /// Literature reference.
     pub reference: &'static str,
 }
 
-/// A kind of experiment that can tell effects apart.
+/// A kind of experiment that can separate effects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Experiment {
-    /// All joints at once, quickly, from place to place.
+    /// Fast motion of all joints at once between positions.
     Fast,
     /// One joint accelerates while the others rest.
     OneByOne,
-    /// Constant speeds from slow to medium, both directions, after a rest.
+    /// Constant speeds from slow to medium in both directions, after a rest.
     SlowSteps,
-    /// Slow ways through the whole range, to and fro.
+    /// Slow motion back and forth through the whole range.
     WideRange,
-    /// Fast, without and then with a known mass on the tool.
+    /// Fast motion, first without and then with a known mass on the tool.
     AddedMass,
-    /// Nothing moves, and no drive has anything to hold.
+    /// No motion, and no load on the drives.
     AtRest,
 }

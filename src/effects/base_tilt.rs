@@ -1,9 +1,9 @@
-//! The base does not stand as the model says: gravity comes from another direction.
+//! The base is not mounted as in the model: gravity comes from another direction.
 //!
 //! The base is turned by the angle `tilt` about the horizontal axis `k = (−sin α, cos α, 0)` of its frame, so that its z axis leans
-//! towards the azimuth `α`. Seen from the base, gravity turns the other way: `g → R(k, −tilt) g`, for small angles
+//! towards the azimuth `α`. In the frame of the base, gravity turns the opposite way: `g → R(k, −tilt) g`, for small angles
 //! `g + tilt · (cos α · ∂g_x + sin α · ∂g_y)`, with `∂g_x = −ŷ × g`, `∂g_y = x̂ × g`. A loose ball on the base rolls towards `α`.
-//! One tilt acts on all joints. Left out: a base that gives way.
+//! One tilt acts on all joints. Left out: a base that is not rigid.
 //! Reference: J. Hollerbach, W. Khalil, M. Gautier (2016), Model identification, Springer Handbook of Robotics.
 
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! A cable or hose pulls the link towards a rest position.
 //!
-//! The link feels `−c (q − q0)`; the motor has to add `c (q − q0)`, whatever direction and speed.
-//! It contains a constant, `−c q0`: a constant alone is told as an offset, not as a cable.
+//! The link feels `−c (q − q0)`; the motor has to add `c (q − q0)`, at any direction and speed.
+//! This contains a constant, `−c q0`: a constant alone is reported as an offset, not as a cable.
 //! Left out: hysteresis of the cable, and its pull on other joints.
 //! Reference: M. Pham, M. Gautier, P. Poignet (2001), Identification of joint stiffness with bandpass filtering.
 
@@ -80,7 +80,7 @@ impl Diagnosable for CableSpring {
 
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         let q = motion.joints[joint].q.clone();
-        // Where the zero of the torque is free it takes the constant, and the rest position cannot be told.
+        // If the torque has a free offset, the offset takes the constant, and the rest position cannot be determined.
         if motion.joints[joint].has_current { vec![q, vec![1.0; motion.rows()]] } else { vec![q] }
     }
 

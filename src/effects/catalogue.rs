@@ -1,10 +1,10 @@
-//! The effects that a program knows: those of this crate, and what another crate adds.
+//! The effects that a program knows: those of this crate, and those that other crates add.
 
 use std::fmt;
 
 use super::{AtTurns, CATALOGUE, Diagnosable, Effect};
 
-/// Effects by name, in alphabetical order. The default are those of this crate.
+/// Effects by name, in alphabetical order. By default those of this crate.
 #[derive(Clone)]
 pub struct Catalogue(Vec<&'static dyn Effect>);
 
@@ -15,12 +15,12 @@ impl Default for Catalogue {
 }
 
 impl Catalogue {
-    /// Without any effect.
+    /// An empty catalogue.
     pub const fn empty() -> Self {
         Self(Vec::new())
     }
 
-    /// With one more effect; it takes the place of one of the same name.
+    /// With one more effect; it replaces one of the same name.
     #[must_use]
     pub fn with(mut self, effect: &'static dyn Effect) -> Self {
         self.0.retain(|known| known.name() != effect.name());
@@ -29,29 +29,29 @@ impl Catalogue {
         self
     }
 
-    /// Without the effect of that name.
+    /// Without the effect of a given name.
     #[must_use]
     pub fn without(mut self, name: &str) -> Self {
         self.0.retain(|known| known.name() != name);
         self
     }
 
-    /// All of them.
+    /// All effects.
     pub fn iter(&self) -> impl Iterator<Item = &'static dyn Effect> + '_ {
         self.0.iter().copied()
     }
 
-    /// The effect of that name.
+    /// The effect of a given name.
     pub fn find(&self, name: &str) -> Option<&'static dyn Effect> {
         self.iter().find(|effect| effect.name() == name)
     }
 
-    /// Those that a diagnosis can tell.
+    /// Effects that a diagnosis can identify by torque.
     pub fn diagnosable(&self) -> impl Iterator<Item = &'static dyn Diagnosable> + '_ {
         self.iter().filter_map(|effect| effect.diagnosable())
     }
 
-    /// Those that a diagnosis can tell by the turns of a joint.
+    /// Effects that a diagnosis can identify at the reversals of a joint.
     pub fn at_turns(&self) -> impl Iterator<Item = &'static dyn AtTurns> + '_ {
         self.iter().filter_map(|effect| effect.at_turns())
     }
@@ -63,14 +63,14 @@ impl fmt::Debug for Catalogue {
     }
 }
 
-/// Of these effects alone; of those of one name the last.
+/// A catalogue of these effects only; of several effects of one name, the last is kept.
 impl FromIterator<&'static dyn Effect> for Catalogue {
     fn from_iter<I: IntoIterator<Item = &'static dyn Effect>>(effects: I) -> Self {
         effects.into_iter().fold(Self(Vec::new()), Self::with)
     }
 }
 
-/// By names.
+/// Equal names.
 impl PartialEq for Catalogue {
     fn eq(&self, other: &Self) -> bool {
         self.iter().map(|effect| effect.name()).eq(other.iter().map(|effect| effect.name()))

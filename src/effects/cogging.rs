@@ -1,8 +1,8 @@
-//! A torque of the motor that varies with its angle and does not depend on current: slots against magnets, or a screw that runs out.
+//! A torque of the motor that varies with its angle and does not depend on current: cogging of slots and magnets, or a screw with runout.
 //!
-//! The rotor feels `τ_c sin(n θ_m + φ)`, `θ_m` the angle of the motor shaft, `n` periods a turn; the motor has to take it back.
-//! It does not turn its sign with the direction of motion, and its amplitude does not change with current or speed.
-//! Left out: more than one harmonic (each is an effect of its own).
+//! The rotor feels `τ_c sin(n θ_m + φ)`, `θ_m` the angle of the motor shaft, `n` periods per turn; the motor has to compensate it.
+//! It does not change its sign with the direction of motion, and its amplitude does not depend on current or speed.
+//! Left out: more than one harmonic (each is a separate effect).
 //! Reference: D. Hanselman (2006), Brushless Permanent Magnet Motor Design, ch. 10.
 
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ static ABOUT: About = About {
     reference: "D. Hanselman (2006), Brushless Permanent Magnet Motor Design, ch. 10",
 };
 
-/// Highest order that is looked for.
+/// Highest order that is tried.
 const HIGHEST_ORDER: usize = 48;
 
 /// A torque that varies with the angle of the motor shaft.

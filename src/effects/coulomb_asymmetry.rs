@@ -1,8 +1,8 @@
-//! Dry friction differs between the two directions.
+//! Dry friction differs between the two directions of motion.
 //!
 //! `F_C, F_S → F_C (1 ± a), F_S (1 ± a)`: `+` for v > 0, `−` for v < 0.
-//! While the joint moves the motor has to add `a · F_dry(v)` to the symmetric law, with the same sign in both directions;
-//! at rest it has to add nothing. The Stribeck part is asymmetric too, which a constant offset is not.
+//! While the joint moves, the motor has to add `a · F_dry(v)` to the symmetric law, with the same sign in both directions;
+//! at rest it has to add nothing. The Stribeck part is asymmetric too, unlike a constant offset.
 //! Left out: a difference between the Stribeck velocities.
 //! Reference: B. Armstrong-Hélouvry (1991), Control of Machines with Friction, ch. 4.
 
@@ -33,7 +33,7 @@ static ABOUT: About = About {
     reference: "B. Armstrong-Hélouvry (1991), Control of Machines with Friction, ch. 4",
 };
 
-/// Dry friction differs between the two directions.
+/// Dry friction differs between the two directions of motion.
 pub struct CoulombAsymmetry;
 
 impl Effect for CoulombAsymmetry {
@@ -52,7 +52,7 @@ impl Effect for CoulombAsymmetry {
                 }
             }
             FrictionLaw::TwoLines(law) => {
-                // The dry part of two lines: both offsets, and of the first slope what it falls below the second.
+                // Dry part of a law with two lines: both offsets, and the part of the first slope above the second.
                 for (side, sign) in law.iter_mut().zip([1.0, -1.0]) {
                     side.a1 *= 1.0 + sign * a;
                     side.a2 *= 1.0 + sign * a;

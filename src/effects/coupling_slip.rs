@@ -1,11 +1,11 @@
-//! A coupling slips once: from then on the link stands elsewhere against the rotor.
+//! A coupling slips once: from then on the link is displaced against the rotor.
 //!
 //! ```text
 //!   q = θ + ε(t) without torque,   ε = δ s((t − t0)/D),   s(x) = 6x⁵ − 15x⁴ + 10x³ from 0 to 1, constant outside
 //! ```
-//! The jump is a smooth ramp over the short time `D`, so that the transient of rotor and link is that of the machine. What the
-//! coupling does, `T ε̇`, is counted as work: negative where it gives way.
-//! Left out: the torque at which a real coupling slips; it slips when told to.
+//! The jump is a smooth ramp over the short time `D`, so that the transient of rotor and link is that of the machine. The work of the
+//! coupling, `T ε̇`, is counted: it is negative where the coupling yields.
+//! Left out: the torque at which a real coupling slips; here it slips at a given time.
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, for rotor and link as two masses.
 
 use std::collections::BTreeMap;

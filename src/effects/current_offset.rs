@@ -1,6 +1,6 @@
-//! The zero of the current sensor is off.
+//! The current sensor has an offset.
 //!
-//! `i → i + i0`, constant in a session. The measured torque is off by `ratio K_t i0`, at rest as well as in motion.
+//! `i → i + i0`, constant in a session. The measured torque has an error of `ratio K_t i0`, at rest and in motion.
 //! Left out: a drift within a session.
 //! Reference: A. Janot, M. Gautier, M. Brunot (2019), the offset of the EMPS model.
 
@@ -27,7 +27,7 @@ static ABOUT: About = About {
     reference: "A. Janot, M. Gautier, M. Brunot (2019), Data set and reference models of EMPS",
 };
 
-/// The zero of the current sensor is off.
+/// The current sensor has an offset.
 pub struct CurrentOffset;
 
 struct Offset(f64);

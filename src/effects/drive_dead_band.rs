@@ -1,7 +1,7 @@
-//! The power stage makes no current of a small command: dead time of the bridge clamps the current at zero.
+//! The power stage gives no current for a small command: the dead time of the bridge clamps the current at zero.
 //!
-//! `i_cmd → 0` for `|i_cmd| < u0`, unchanged beyond: above the clamp the current loop makes up for what is lost.
-//! Only the command tells: the current that flows moves the joint as any current does, so that torque against motion shows nothing.
+//! `i_cmd → 0` for `|i_cmd| < u0`, unchanged beyond: above the clamp the current loop compensates the loss.
+//! Only the command shows it: the current that flows moves the joint like any current, so torque against motion shows nothing.
 //! Left out: the transition, which in a real bridge depends on the ripple of the current.
 //! Reference: J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation.
 
@@ -25,7 +25,7 @@ static ABOUT: About = About {
     reference: "J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation",
 };
 
-/// No current of a small command.
+/// No current for a small command.
 pub struct DriveDeadBand;
 
 struct DeadBand(f64);

@@ -1,10 +1,10 @@
-//! Breakaway grows with the time at rest: contacts creep together and the lubricant is squeezed out.
+//! Breakaway torque grows with the time at rest: contacts creep and the lubricant is squeezed out.
 //!
 //! ```text
 //!   F_dry → F_dry + ΔF φ,   φ̇ = (1 − φ)/T − |v| φ/D          at rest φ = 1 − e^{−t/T}
 //! ```
-//! `φ` is how far the contacts have grown, zero when the session starts. Sliding renews them: after breakaway the growth is gone over
-//! the angle `D`, whatever the speed; at a constant speed `ΔF D/(D + T |v|)` remains. The rotor's motion decides, on both of its sides.
+//! `φ` is the growth of the contacts, zero at the start of the session. Sliding renews them: after breakaway the growth decays over
+//! the angle `D`, at any speed; at a constant speed `ΔF D/(D + T |v|)` remains. The rotor's motion determines `φ` for rotor and link.
 //! Left out: growth with the logarithm of time over many decades, growth that depends on load.
 //! Reference: E. Rabinowicz (1958), The intrinsic variables affecting the stick-slip process; J. H. Dieterich (1979), Modeling of rock
 //! friction 1.
@@ -36,7 +36,7 @@ static ABOUT: About = About {
     reference: "E. Rabinowicz (1958), The intrinsic variables affecting the stick-slip process",
 };
 
-/// Breakaway grows with the time at rest.
+/// Breakaway torque grows with the time at rest.
 pub struct DwellStiction;
 
 impl Effect for DwellStiction {
@@ -65,15 +65,15 @@ impl Effect for DwellStiction {
 const TIMES: [f64; 4] = [0.03, 0.2, 1.0, 5.0];
 /// [rad or m] Distances over which sliding renews contacts that are tried, in counts of the encoder.
 const DISTANCES: [f64; 3] = [2.0, 6.0, 18.0];
-/// Gaps, and counts where there is none, over which sliding may renew contacts. What takes longer is no breakaway: friction that is a
-/// little higher in slow motion than its law says, which clean machines show by up to 67 nats over 3 to 10 gaps (tuning seeds 20001, 20006,
-/// 20015, 20017, 20022), and machines that hide growth no more often than they.
+/// Largest distance over which sliding may renew contacts, in gaps and in counts; the larger of the two applies. With a longer distance it is no
+/// breakaway, but friction that is a little higher in slow motion than its law. Clean machines show that with up to 67 nats over 3 to 10 gaps
+/// (tuning seeds 20001, 20006, 20015, 20017, 20022), and machines with hidden growth no more often.
 const FARTHEST: [f64; 2] = [2.0, 24.0];
-/// Part of Coulomb friction that is tried as growth.
+/// Growth that is tried, relative to Coulomb friction.
 const TRIED: f64 = 0.3;
-/// Rests that are needed.
+/// Least number of rests.
 const FEWEST: usize = 6;
-/// Ratio of a long rest (one in ten is longer) to a short one (one in ten is shorter) below which growth cannot be told from breakaway.
+/// Least ratio of a long rest (one in ten is longer) to a short one (one in ten is shorter): below it growth cannot be separated from breakaway.
 const LEAST_SPREAD: f64 = 2.0;
 
 impl AtTurns for DwellStiction {
@@ -103,7 +103,7 @@ impl AtTurns for DwellStiction {
         values[2] < (FARTHEST[0] * seen.gap).max(FARTHEST[1] * count)
     }
 
-    // Where the link stands in its gap after a rest is not always as simulated: it coasts while the rotor brakes. Clean machines and
+    // The position of the link in its gap after a rest may differ from the simulation: it coasts while the rotor brakes. Clean machines and
     // those that hide another effect reach 54 nats (tuning seeds 1005, 1006, 1013, 2400, 4602).
     fn reserve(&self) -> f64 {
         40.0

@@ -1,12 +1,12 @@
-//! The encoder's disc runs out: it sees the shaft lead and lag once a turn.
+//! The encoder's disc has runout: its reading leads and lags the shaft once per turn.
 //!
-//! The encoder sees `θ + e sin(θ_m + φ)`, `θ_m = ratio · θ` the angle of the motor shaft, and counts that: position and velocity
-//! are read with it, by the controller too. At a constant speed the velocity read ripples by `e · ratio · θ̇`; a controller that
-//! believes it makes the motor follow. A link encoder is not touched.
+//! The encoder reads `θ + e sin(θ_m + φ)`, `θ_m = ratio · θ` the angle of the motor shaft, and counts that. Position and velocity
+//! contain the error, for the controller too. At a constant speed the velocity reading ripples by `e · ratio · θ̇`, and the controller
+//! makes the motor follow this ripple. A link encoder is not affected.
 //!
-//! Who takes the reading for the motion asks for the torque of the ripple as well, which nobody applied: with `s = sin(θ_m + φ)` the
+//! A torque computed from this reading contains the torque of the ripple, which was not applied: with `s = sin(θ_m + φ)` the
 //! motor torque lacks `e ((J + M) s̈ + F_V ṡ)`, `J` the rotor's and `M` the links' inertia at the joint.
-//! Left out: what that ripple asks of other joints; other harmonics, such as two a turn of a tilted disc.
+//! Left out: the torque of that ripple on other joints; other harmonics, such as two per turn of a tilted disc.
 //! Reference: R. C. Kavanagh (2001), Performance analysis and compensation of M/T-type digital tachometers.
 
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ static ABOUT: About = About {
     reference: "R. C. Kavanagh (2001), Performance analysis and compensation of M/T-type digital tachometers",
 };
 
-/// The encoder's disc runs out.
+/// The encoder's disc has runout.
 pub struct EncoderEccentricity;
 
 struct RunOut {

@@ -1,13 +1,13 @@
-//! The link runs up against something that the model does not know of: a cover, a cable duct, the workpiece.
+//! The link touches something that is not in the model: a cover, a cable duct, the workpiece.
 //!
-//! Beyond the angle `q_c` the link feels `−(k p + c ṗ)`, `p = q − q_c`, as long as that pushes it back; on the other side
-//! (`side = −1`) below the angle. Touching and leaving are located events, as those of an end stop.
-//! The motor has to add `k p` while it presses: a torque that grows beyond one angle and is nothing on the other side of it, in both
-//! directions of motion. A part of the range has to be free, else it is a cable. The damping is too small a part of the torque to be told.
-//! On a machine with gaps a diagnosis leaves out what happens around reversals: a contact that a joint only grazes to turn around there
-//! is missed. While the joint presses, its gear is loaded on one flank, and the rows count.
-//! Where the link touches the rotor tells to half a gap only: `q = θ − side · b/2` while it presses, from a zero that lies somewhere in the gap.
-//! Left out: friction along the surface, and what the contact does to other joints.
+//! Beyond the angle `q_c` the link feels `−(k p + c ṗ)`, `p = q − q_c`, as long as that pushes it back; with
+//! `side = −1`, below the angle. Touching and leaving are located events, like those of an end stop.
+//! The motor has to add `k p` during contact: a torque that grows beyond one angle and is zero on the other side of it, in both
+//! directions of motion. A part of the range has to be free, otherwise it is a cable. The damping torque is too small to be identified.
+//! On a machine with gaps a diagnosis leaves out rows around reversals, so it misses a contact that a joint touches only briefly while it
+//! reverses. During a longer contact the gear is loaded on one flank, and the rows count.
+//! The rotor's angle shows the position of the contact only to half a gap: `q = θ − side · b/2` during contact, with a zero somewhere in the gap.
+//! Left out: friction along the surface, and the effect of the contact on other joints.
 //! Reference: S. Haddadin, A. De Luca, A. Albu-Schäffer (2017), Robot collisions: a survey on detection, isolation, and identification.
 
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ static ABOUT: About = About {
     reference: "S. Haddadin, A. De Luca, A. Albu-Schäffer (2017), Robot collisions: a survey on detection, isolation, and identification",
 };
 
-/// The link runs up against something.
+/// The link touches something.
 pub struct ExternalContact;
 
 impl Effect for ExternalContact {
@@ -62,13 +62,13 @@ impl Effect for ExternalContact {
     }
 }
 
-/// Positions that are scanned on either side.
+/// Number of positions that are scanned on either side.
 const SCANNED: usize = 16;
-/// Parts of the range that have to lie free of the contact, and beyond its angle.
+/// Least part of the range that is free of the contact, and least part beyond its angle.
 const FREE: f64 = 0.3;
 const TOUCHED: f64 = 0.04;
-/// Part of Coulomb friction that a contact has to press with where it is deepest: one that presses less cannot be felt through a joint
-/// whose friction changes by as much along its travel.
+/// Least torque of a contact at its deepest point, relative to Coulomb friction: a weaker contact cannot be separated from a friction
+/// that changes by as much along the range.
 const PRESSING: f64 = 0.3;
 
 impl Diagnosable for ExternalContact {
@@ -90,7 +90,7 @@ impl Diagnosable for ExternalContact {
         above.chain(below).collect()
     }
 
-    /// The side is a choice.
+    /// The side is a discrete choice.
     fn refined_shapes(&self, _shape: &[f64]) -> usize {
         1
     }
@@ -100,7 +100,7 @@ impl Diagnosable for ExternalContact {
         vec![motion.column(joint, |m, row| side * (side * (m.q[row] - place)).max(0.0))]
     }
 
-    /// Where it presses with less than that part of friction, it is friction that varies along the way.
+    /// A contact with less torque than that part of friction is position-dependent friction.
     fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {
         let (place, side) = (shape[0], shape[1]);
         let m = &motion.joints[joint];

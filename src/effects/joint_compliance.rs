@@ -1,7 +1,7 @@
-//! The gear is far softer than the model says: a flexspline, a belt, a worn coupling.
+//! The gear is much softer than in the model: a flexspline, a belt, a worn coupling.
 //!
 //! Outside the gap `T = k p + d ṗ` with this `k` instead of the nominal one; `d` changes in the same proportion, because the
-//! relaxation time `d/k` belongs to the material. Rotor and link wind up by `T/k` against each other, and swing at
+//! relaxation time `d/k` is a property of the material. Rotor and link wind up by `T/k` against each other, and oscillate at
 //! `ω = √(k (1/J + W))`, `W` the link's mobility.
 //! Left out: stiffness that grows with torque.
 //! Reference: M. W. Spong (1987), Modeling and control of elastic joint robots.

@@ -1,11 +1,11 @@
 //! Friction that grows with the torque through the gear: tooth and bearing losses.
 //!
 //! `F → F + μ |T| sgn v`, `T` the torque through the gear, on rotor and link in the shares of the friction law.
-//! In the data `T` is what the links need for the measured motion, with the part of friction that acts behind the gear;
-//! that share `s` is scanned, because it is not known beforehand. What load adds behind the gear loads it again: with the link torque `L` and
-//! the other friction `F`, `T sgn v = L sgn v + s (F + μ |T|)`, so while the motor drives the link `|T| = |L + s F sgn v|/(1 − s μ)`, and the
+//! In the data, `T` is the torque that the links need for the measured motion, with the part of friction that acts behind the gear.
+//! That share `s` is unknown and therefore scanned. Friction by load behind the gear adds to the load: with the link torque `L` and
+//! the other friction `F`, `T sgn v = L sgn v + s (F + μ |T|)`. While the motor drives the link, `|T| = |L + s F sgn v|/(1 − s μ)`, and the
 //! coefficient of `|L + s F sgn v|` is `c = μ/(1 − s μ)`. Where the link drives the motor it is `μ/(1 + s μ)`, which is left out.
-//! Left out: a coefficient that differs between driving and being driven.
+//! Left out: a coefficient that differs between the two cases.
 //! Reference: A. C. Bittencourt, S. Gunnarsson (2012), Static friction in a robot joint: modeling and identification of load and temperature effects.
 
 use std::collections::BTreeMap;

@@ -1,7 +1,8 @@
-//! The catalogue: what can make a measured arm differ from its simulation. One effect, one file.
+//! The catalogue of effects: possible causes of a difference between a measured arm and its simulation. One effect, one file.
 //!
-//! An effect has two faces. In the simulation it alters the model or acts on joints and readings ([`Effect::install`]).
-//! In a diagnosis it says which torque it would add to the measured motion ([`Diagnosable`]); not every effect can.
+//! An effect has up to three traits. In the simulation it alters the model or acts on joints and readings ([`Effect::install`]), and it claims
+//! measured phenomena. For a diagnosis, [`Diagnosable`] gives the torque that it adds to the measured motion, and `AtTurns` its action at
+//! reversals; not every effect has these two.
 
 pub mod about;
 mod action;
@@ -57,7 +58,7 @@ use std::collections::BTreeMap;
 use crate::error::Result;
 use crate::robot::Model;
 
-/// The effects of this crate, in alphabetical order; [`Catalogue`] holds those and others.
+/// The effects of this crate, in alphabetical order; a [`Catalogue`] contains these and others.
 pub static CATALOGUE: &[&dyn Effect] = &[
     &base_tilt::BaseTilt,
     &cable_spring::CableSpring,
@@ -87,24 +88,24 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &viscous_asymmetry::ViscousAsymmetry,
 ];
 
-/// The effect of this crate of that name.
+/// The effect of this crate with a given name.
 pub fn find(name: &str) -> Option<&'static dyn Effect> {
     CATALOGUE.iter().copied().find(|effect| effect.name() == name)
 }
 
 /// An entry of the catalogue: a difference between machine and nominal model that can be simulated.
 ///
-/// Any crate can have its own: [`Catalogue::with`] adds it to those that simulation and diagnosis know.
+/// Other crates can add their own: [`Catalogue::with`] adds an effect to those that simulation and diagnosis know.
 pub trait Effect: Sync {
-    /// What is known about it.
+    /// Description of the effect.
     fn about(&self) -> &'static About;
 
-    /// Its name, a contract: `lostmotion list effects`, model files, reports.
+    /// Its name, which is stable: `lostmotion list effects`, model files and reports use it.
     fn name(&self) -> &'static str {
         self.about().name
     }
 
-    /// Puts it into a machine: alters the model, returns what acts while it moves.
+    /// Installs it in a machine: alters the model and returns the actions that run while it moves.
     ///
     /// # Errors
     /// A parameter is missing, unknown or out of its range; the joint is missing where one is needed.
@@ -115,34 +116,34 @@ pub trait Effect: Sync {
         parameters: &BTreeMap<String, f64>,
     ) -> Result<Vec<Action>>;
 
-    /// Experiments that show it or tell it from others, the best first; none: any may.
+    /// Experiments that show it or separate it from others, best first; an empty list means any experiment.
     fn shown_by(&self) -> &'static [Experiment] {
         &[]
     }
 
-    /// Its other face, where it has one: how a diagnosis tells it.
+    /// Its second trait, if it has one: the torque by which a diagnosis identifies it.
     fn diagnosable(&self) -> Option<&dyn Diagnosable> {
         None
     }
 
-    /// Its third face, where it has one: how a diagnosis tells it by the turns of a joint.
+    /// Its third trait, if it has one: a diagnosis identifies it at the reversals of a joint.
     fn at_turns(&self) -> Option<&dyn AtTurns> {
         None
     }
 
-    /// Its parameters where it causes this phenomenon; `None` where it is not the cause.
+    /// Its parameters if it causes this phenomenon; `None` if it does not.
     fn claims(&self, _phenomenon: &Phenomenon) -> Option<Claim> {
         None
     }
 
-    /// Whether a diagnosis can identify it by a second encoder behind the gear only.
+    /// Whether a diagnosis can identify it only with a second encoder behind the gear.
     fn needs_link_encoder(&self) -> bool {
         let mut claimed = Phenomenon::KINDS.iter().filter(|kind| self.claims(kind).is_some()).peekable();
         let by_motor = self.diagnosable().is_some() || self.at_turns().is_some();
         !by_motor && claimed.peek().is_some() && claimed.all(Phenomenon::needs_link_encoder)
     }
 
-    /// Whether a diagnosis can identify it, one way or another.
+    /// Whether a diagnosis can identify it by any method.
     fn can_be_told(&self) -> bool {
         self.diagnosable().is_some()
             || self.at_turns().is_some()
@@ -150,17 +151,17 @@ pub trait Effect: Sync {
     }
 }
 
-/// An effect that a diagnosis can tell by the torque that it adds.
+/// An effect that a diagnosis can identify by the torque that it adds.
 ///
 /// It adds `Σ c_k · column_k` to the torque that the baseline needs for the measured motion.
-/// The coefficients `c_k` are linear; what is not linear (an order, a radius) is a *shape*: a few starting values to scan, then refined.
+/// The coefficients `c_k` are linear. A nonlinear parameter (an order, a radius) is a *shape*: a few starting values to scan, then refined.
 pub trait Diagnosable: Effect {
     /// Whether the nominal model lacks it on this joint and the recording could show it.
     fn applies(&self, _motion: &Motion, _joint: usize) -> bool {
         true
     }
 
-    /// Shapes to scan; one empty shape where everything is linear.
+    /// Shapes to scan; one empty shape if all parameters are linear.
     fn shapes(&self, _motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
         vec![Vec::new()]
     }
@@ -170,46 +171,46 @@ pub trait Diagnosable: Effect {
         true
     }
 
-    /// How it repeats with the angle of its joint, where it does.
+    /// How it repeats with the angle of its joint, if it does.
     fn harmonic(&self) -> Option<Harmonic> {
         None
     }
 
-    /// Whether it pushes a link, at rest too, and so may hold it on one flank of its gear.
+    /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear.
     fn loads_link(&self) -> bool {
         false
     }
 
-    /// Torque on a joint [N·m or N] per unit of each coefficient, one value a row, which depends on that row alone: what the motor must add to the baseline.
-    /// For an effect of the whole machine the coefficients are the same on every joint.
+    /// Torque on a joint [N·m or N] per unit of each coefficient, one value per row, which depends on that row only: the torque that the
+    /// motor must add to the baseline. For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 
-    /// How many entries of a shape are numbers that may be refined, counted from the first; those after them are choices.
+    /// Number of shape entries that may be refined, counted from the first; the entries after them are discrete choices.
     fn refined_shapes(&self, shape: &[f64]) -> usize {
         if self.refines() { shape.len() } else { 0 }
     }
 
-    /// True torque of its joint over what the nominal model makes of the current: what was fitted in nominal torque, friction before
-    /// all, has to be multiplied by it in a model that has this effect.
+    /// True torque of its joint relative to the torque that the nominal model computes from the current. Parameters fitted in nominal torque,
+    /// mainly friction, have to be multiplied by it in a model with this effect.
     fn torque_factor(&self, _parameters: &[f64]) -> f64 {
         1.0
     }
 
-    /// Whether an effect of this strength is what its name says, beyond the ranges of its parameters.
+    /// Whether an effect of this strength deserves its name, beyond the ranges of its parameters.
     fn is_itself(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> bool {
         true
     }
 
-    /// [A] What the current sensor of its joint reads while no current flows.
+    /// [A] Reading of the current sensor of its joint while no current flows.
     fn reading_at_rest(&self, _coefficients: &[f64]) -> f64 {
         0.0
     }
 
-    /// Names of parameters that are angles (or places) of the link: the rotor's tell them to half a gap.
+    /// Names of parameters that are angles (or positions) of the link: the rotor's angle determines them only to half a gap.
     fn angles_of_link(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// Its parameters from the coefficients, in the order of [`About::parameters`]; those with a default may be missing at the end.
+    /// Its parameters from the coefficients, in the order of [`About::parameters`]; parameters with a default may be missing at the end.
     fn parameters(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64>;
 }

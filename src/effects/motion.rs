@@ -1,15 +1,15 @@
-//! Measured motion of a machine as the diagnosis sees it: smooth, on the joint side, at selected samples ("rows").
+//! Measured motion of a machine for the diagnosis: smooth, on the joint side, at selected samples ("rows").
 //!
-//! Every row averages the recording around its sample with the kernel
-//! `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`, torque and motion alike; its first and second derivative give velocity and acceleration.
-//! What oscillates along the way, `cos(n θ)` at the order `n`, passes it with the gain
+//! Every row averages torque and motion of the recording around its sample with the kernel
+//! `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`; its first and second derivative give velocity and acceleration.
+//! An oscillation along the path, `cos(n θ)` at the order `n`, passes it with the gain
 //! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`.
 
 use crate::dynamics::Dynamics;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::robot::{Model, Robot};
 
-/// Smooth measured motion, one row after the other; sessions follow each other.
+/// Smooth measured motion, row by row; the rows of the sessions follow each other.
 #[derive(Debug, Clone)]
 pub struct Motion<'a> {
     /// The nominal machine.
@@ -18,40 +18,40 @@ pub struct Motion<'a> {
     pub sessions: usize,
     /// Session of each row.
     pub session: Vec<usize>,
-    /// [s] time of the first sample of each session.
+    /// [s] Time of the first sample of each session.
     pub start: Vec<f64>,
-    /// [s] time of each row.
+    /// [s] Time of each row.
     pub time: Vec<f64>,
-    /// `w` [s] half the width of each row's kernel.
+    /// `w` [s] Half width of each row's kernel.
     pub half_width: Vec<f64>,
-    /// One a joint of the model, same order.
+    /// Motion of each joint, in the order of the model.
     pub joints: Vec<JointMotion>,
 }
 
-/// Motion and torque of one joint, one value a row.
+/// Motion and torque of one joint, one value per row.
 #[derive(Debug, Clone, Default)]
 pub struct JointMotion {
-    /// `q` [rad or m] motor position on the joint side.
+    /// `q` [rad or m] Motor position on the joint side.
     pub q: Vec<f64>,
     /// `v` [rad/s or m/s].
     pub v: Vec<f64>,
     /// `a` [rad/s² or m/s²].
     pub a: Vec<f64>,
-    /// Direction of motion, averaged like everything else: −1 to 1, 0 at rest.
+    /// Direction of motion, averaged like all other signals: −1 to 1, 0 at rest.
     pub direction: Vec<f64>,
-    /// `τ_m` [N·m or N] measured motor torque.
+    /// `τ_m` [N·m or N] Measured motor torque.
     pub torque: Vec<f64>,
     /// `τ̇_m` [N·m/s or N/s].
     pub torque_rate: Vec<f64>,
-    /// [N·m or N] torque that the nominal rigid body with its rotor needs for this motion.
+    /// [N·m or N] Torque that the nominal rigid body with its rotor needs for this motion.
     pub rigid: Vec<f64>,
-    /// [N·m or N] torque that the nominal links need of the gear, without any friction.
+    /// [N·m or N] Torque through the gear that the nominal links need, without friction.
     pub link_torque: Vec<f64>,
-    /// `M` [kg·m² or kg] inertia of the nominal links about this joint, the others held; without the rotor.
+    /// `M` [kg·m² or kg] Inertia of the nominal links about this joint, with the other joints fixed; without the rotor.
     pub link_inertia: Vec<f64>,
-    /// Symmetric friction of the baseline, as fitted so far.
+    /// Symmetric friction of the baseline, at its present estimate.
     pub friction: SymmetricFriction,
-    /// Whether a current was measured, rather than a torque.
+    /// Whether a current was measured and not a torque.
     pub has_current: bool,
 }
 
@@ -75,7 +75,7 @@ impl Default for SymmetricFriction {
 }
 
 impl SymmetricFriction {
-    /// As a gear has it: the same law in both directions, all of it on the motor's side of the gap.
+    /// As the friction of a gear: the same law in both directions, all of it on the motor's side of the gap.
     pub fn on_motor(&self) -> Friction {
         let side = Exponential {
             coulomb: self.coulomb,
@@ -93,7 +93,7 @@ impl SymmetricFriction {
 }
 
 impl JointMotion {
-    /// With every signal replaced by what `of` makes of it.
+    /// With `of` applied to every signal.
     pub fn each(&self, of: &dyn Fn(&[f64]) -> Vec<f64>) -> Self {
         Self {
             q: of(&self.q),
@@ -141,13 +141,13 @@ impl Motion<'_> {
         kernel_gain(order * self.joints[joint].v[row] * self.half_width[row])
     }
 
-    /// A column: one value for each row of a joint.
+    /// A column: one value per row of a joint.
     pub fn column(&self, joint: usize, value: impl Fn(&JointMotion, usize) -> f64) -> Vec<f64> {
         let motion = &self.joints[joint];
         (0..self.rows()).map(|row| value(motion, row)).collect()
     }
 
-    /// The columns `cos(order · q)` and `sin(order · q)` as the kernel passes them, times `amplitude`.
+    /// The columns `cos(order · q)` and `sin(order · q)` after the kernel, times `amplitude`.
     pub fn harmonic(&self, joint: usize, order: f64, amplitude: impl Fn(&JointMotion, usize) -> f64) -> [Vec<f64>; 2] {
         let motion = &self.joints[joint];
         let mut columns = [Vec::with_capacity(self.rows()), Vec::with_capacity(self.rows())];
@@ -160,7 +160,7 @@ impl Motion<'_> {
         columns
     }
 
-    /// First and second derivative in time of `cos(order · q)` and `sin(order · q)`, as the kernel passes them:
+    /// First and second time derivative of `cos(order · q)` and `sin(order · q)` after the kernel:
     /// `[[d cos, d sin], [d² cos, d² sin]]` of a row.
     pub fn harmonic_rates(&self, joint: usize, row: usize, order: f64) -> [[f64; 2]; 2] {
         let m = &self.joints[joint];
@@ -170,7 +170,7 @@ impl Motion<'_> {
         [[-v * sin, v * cos], [-a * sin - v * v * cos, a * cos - v * v * sin]].map(|pair| pair.map(|x| gain * x))
     }
 
-    /// Adds what the known masses ask for that the model's last body carries in some sessions; `names` are those of the sessions.
+    /// Adds the torque for known masses that the model's last body carries in some sessions; `names` are the names of the sessions.
     pub fn carry<'n>(&mut self, names: impl Iterator<Item = &'n str>) {
         for (number, name) in names.enumerate() {
             let Some(load) = self.model.load_in(name) else { continue };
@@ -187,7 +187,7 @@ impl Motion<'_> {
         }
     }
 
-    /// Distance that a joint covers, largest of its sessions [rad or m].
+    /// Distance that a joint covers, the largest of all sessions [rad or m].
     pub fn range(&self, joint: usize) -> f64 {
         let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); self.sessions];
         for (session, q) in self.session.iter().zip(&self.joints[joint].q) {
@@ -198,7 +198,7 @@ impl Motion<'_> {
         bounds.iter().map(|(low, high)| high - low).fold(0.0, f64::max)
     }
 
-    /// Inertia of a robot's links about each joint along the measured motion, the other joints held: `inertias[joint][row]`.
+    /// Inertia of a robot's links about each joint along the measured motion, with the other joints fixed: `inertias[joint][row]`.
     pub fn link_inertias(&self, robot: &Robot) -> Vec<Vec<f64>> {
         let dof = self.joints.len();
         let mut dynamics = Dynamics::new(robot);
@@ -213,7 +213,7 @@ impl Motion<'_> {
     }
 
     /// Torque of all joints that a robot needs along the measured motion, `torques[joint][row]`;
-    /// at rest (v = a = 0) where `still`.
+    /// with `still`, the torque at rest (v = a = 0).
     pub fn inverse_dynamics(&self, robot: &Robot, still: bool) -> Vec<Vec<f64>> {
         let dof = self.joints.len();
         let mut torques = vec![Vec::with_capacity(self.rows()); dof];

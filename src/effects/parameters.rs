@@ -1,4 +1,4 @@
-//! The numbers of an effect as a model file gives them, checked against its specification.
+//! The parameters of an effect from a model file, checked against its specification.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ impl Parameters {
             let Some(value) = given.get(spec.name).copied().or(spec.default) else {
                 return fault(spec.name, String::new(), format!("{}, {} (missing)", spec.range(), spec.meaning));
             };
-            // Not `value < spec.min`: what is no number is outside as well.
+            // Not `value < spec.min`, so that NaN counts as out of range too.
             if !(value >= spec.min && value <= spec.max) {
                 return fault(spec.name, value.to_string(), spec.range());
             }
@@ -45,7 +45,7 @@ impl Parameters {
         Ok(Self { values })
     }
 
-    /// The value of a parameter of the specification; 0 for a name that is not in it.
+    /// The value of a parameter of the specification; 0 for an unknown name.
     pub fn get(&self, name: &str) -> f64 {
         self.values.get(name).copied().unwrap_or(0.0)
     }
@@ -54,7 +54,7 @@ impl Parameters {
 /// The joint that an effect of one joint needs.
 ///
 /// # Errors
-/// No joint is given, or none of that index exists.
+/// No joint is given, or there is no joint of that index.
 pub fn need_joint(about: &About, model: &Model, joint: Option<usize>) -> Result<usize> {
     joint.filter(|index| *index < model.joints.len()).ok_or_else(|| {
         let names: Vec<_> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -63,7 +63,7 @@ pub fn need_joint(about: &About, model: &Model, joint: Option<usize>) -> Result<
     })
 }
 
-/// The friction of a joint, to be altered.
+/// The friction of a joint, to be changed.
 ///
 /// # Errors
 /// The friction of the joint is unknown.
@@ -81,7 +81,7 @@ pub fn need_friction<'m>(
     })
 }
 
-/// The error of a parameter that is in its range, but does not fit the machine.
+/// The error of a parameter that is in its range but inconsistent with the machine.
 pub fn misfit(about: &About, model: &Model, name: &str, value: f64, expected: String) -> Error {
     Error::input(&model.source, Place::File, format!("effects.{}.{name}", about.name), value, expected)
 }

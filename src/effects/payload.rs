@@ -1,10 +1,10 @@
-//! A mass that the model does not know of rides on the last link.
+//! A mass on the last link that is not in the model.
 //!
-//! A point mass `m` at `(x, y, z)` in the frame of the last body. All joints feel it: own acceleration, coupling, Coriolis and
-//! centrifugal terms, and gravity where there is any. The torque is linear in `m` for a given position.
-//! The position is sought along the line from the last joint through the centre of mass of its body: what lies beside that line is
-//! taken for the nearest place on it.
-//! Left out: the payload's own extent.
+//! A point mass `m` at `(x, y, z)` in the frame of the last body. All joints feel it: by their own acceleration, coupling, Coriolis and
+//! centrifugal terms, and gravity where present. The torque is linear in `m` for a given position.
+//! The position is sought along the line from the last joint through the centre of mass of its body; a mass beside that line is
+//! identified at the nearest position on it.
+//! Left out: the size of the payload.
 //! Reference: W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters of industrial manipulators.
 
 use std::collections::BTreeMap;
@@ -47,7 +47,7 @@ fn point(mass: f64, position: Vector3<f64>) -> Inertia {
 }
 
 /// The line along which the payload is sought: unit vector from the last joint's origin through its body's centre of mass, and that
-/// distance. Of a wrist that turns about the tool's axis the payload sits on that axis, of a planar arm across it.
+/// distance. On a wrist that turns about the tool's axis, the line is that axis; on a planar arm it is perpendicular to the joint axis.
 fn line(robot: &Robot) -> Option<(Vector3<f64>, f64)> {
     let body = robot.bodies.last()?;
     if body.joint.kind == JointKind::Prismatic {

@@ -1,7 +1,7 @@
-//! A torque at a fixed frequency in time: a pump, a fan, a converter, a machine next door.
+//! A torque at a fixed frequency in time: from a pump, a fan, a converter, or another machine.
 //!
-//! The rotor feels `a sin(2π f t + φ)`, `t` since the start of the session, whatever the joint does.
-//! Left out: a disturbance that acts on the link, or that shakes the base.
+//! The rotor feels `a sin(2π f t + φ)`, `t` since the start of the session, for any motion of the joint.
+//! Left out: a disturbance that acts on the link, or that moves the base.
 //! Reference: G. F. Franklin, J. D. Powell, M. Workman (1998), Digital Control of Dynamic Systems, ch. 8.
 
 use std::collections::BTreeMap;

@@ -1,12 +1,12 @@
-//! The gap between the flanks varies with the angle: worn where the joint works most, or an eccentric gear.
+//! The gap between the flanks varies with the angle: by wear where the joint works most, or by an eccentric gear.
 //!
-//! `b → b + a cos(n θ + φ)`, `n` periods a turn of the joint, never below zero. The flanks stand at `± b(θ)/2`; where they slope, the
-//! torque `T` of a flank takes `T (1 ∓ b'(θ)/2)` of the rotor.
-//! `θ` is the rotor's angle; the link's differs from it by the gap itself.
-//! A diagnosis tells it where a second encoder behind the gear was recorded, which sees `± b(θ)/2` on the flanks. On the motor's side
-//! alone single reversals of fast motion give the gap to 0.2 to 1 mrad on some machines, and wrong by all of it on others (seeds 11 to 14
-//! of the draw in `tests/gaps`, with friction and its share behind the gear known): it is not told there.
-//! Left out: other harmonics (each is an effect of its own).
+//! `b → b + a cos(n θ + φ)`, `n` periods per turn of the joint, never below zero. The flanks are at `± b(θ)/2`; because of their slope, the
+//! torque `T` of a flank takes `T (1 ∓ b'(θ)/2)` from the rotor.
+//! `θ` is the rotor's angle; the link's differs from it by the gap.
+//! A diagnosis identifies it with a second encoder behind the gear, which shows `± b(θ)/2` on the flanks. With the motor's side
+//! alone, single reversals of fast motion give the gap to 0.2 to 1 mrad on some machines, and with an error of its full size on others
+//! (seeds 11 to 14 of the draw in `tests/gaps`, with friction and its share behind the gear known): it is not identified there.
+//! Left out: other harmonics (each is a separate effect).
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey.
 
 use std::collections::BTreeMap;

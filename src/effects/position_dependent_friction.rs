@@ -1,9 +1,10 @@
 //! Coulomb friction varies with the position of the joint: a bent shaft, uneven preload, a worn spot.
 //!
-//! `F_C → F_C (1 + a cos(n q + φ))`, `q` the joint position on the motor side. Its torque turns its sign with the direction of motion,
-//! which a cogging torque does not.
-//! Left out: maps that are not one harmonic.
-//! Reference: M. Gautier et al. (2013); R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic manipulators with gear transmissions.
+//! `F_C → F_C (1 + a cos(n q + φ))`, `q` the joint position on the motor side. Its torque changes its sign with the direction of motion,
+//! while a cogging torque does not.
+//! Left out: variations with more than one harmonic.
+//! Reference: M. Gautier et al. (2013); R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic
+//! manipulators with gear transmissions.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -80,11 +81,11 @@ impl Effect for PositionDependentFriction {
 impl Diagnosable for PositionDependentFriction {
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
         let range = motion.range(joint);
-        // Two orders that differ by π/range are half a period apart over the whole range; a third of that loses nothing.
-        // The highest: three periods a motor turn.
+        // Two orders that differ by π/range are half a period apart over the whole range; one third of that step is fine enough.
+        // Highest order: three periods per motor turn.
         let step = PI / (3.0 * range.max(1e-9));
         let highest = 3.2 * motion.model.joints[joint].gear_ratio;
-        // Less than a third of a period is a parabola, which any curve resembles.
+        // Below about a third of a period the wave is a parabola, which many curves resemble.
         let lowest = TAU * 0.35 / range.max(1e-9);
         let count = (((highest - lowest) / step) as usize).min(2000);
         (0..count).map(|index| vec![lowest + step * index as f64]).collect()

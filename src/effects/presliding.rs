@@ -1,11 +1,11 @@
-//! Friction is a stiff spring before it slips: the asperities of the surfaces bend like bristles (LuGre).
+//! Friction is a stiff spring before sliding starts: the asperities of the surfaces bend like bristles (LuGre).
 //!
 //! ```text
 //!   ż = v − σ0 |v| z/g(v)        F = σ0 z + σ1 ż + F_V v          g(v) = F_C + (F_S − F_C) e^{−|v|/v_S}
 //! ```
 //! It replaces the set-valued law of the rotor. For tiny displacements `dF/dθ = σ0`; after a reversal friction follows a hysteresis
-//! over the angle `F/σ0`; at constant speed it is the law itself. `g` and `F_V` are those of the model, in the rotor's share.
-//! Left out: bristles of the link's share, which stays dry; `σ1` that falls with speed.
+//! over the angle `F/σ0`; at constant speed it equals the law. `g` and `F_V` are those of the model, in the rotor's share.
+//! Left out: bristles of the link's share, which remains dry friction; `σ1` that decreases with speed.
 //! Reference: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky (1995), A new model for control of systems with friction.
 
 use std::collections::BTreeMap;
@@ -33,10 +33,10 @@ static ABOUT: About = About {
     reference: "C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky (1995), A new model for control of systems with friction",
 };
 
-/// [1/s] Fastest bristles that are simulated: a step of a microsecond.
+/// [1/s] Fastest rate of bristles that is simulated: a step of a microsecond.
 const FASTEST: f64 = 1e6;
 
-/// Friction yields before it slips.
+/// Friction yields before sliding starts.
 pub struct Presliding;
 
 impl Effect for Presliding {
@@ -55,7 +55,7 @@ impl Effect for Presliding {
             let expected = "Coulomb friction on the rotor in both directions: coulomb > 0, link_share < 1".to_owned();
             return Err(misfit(&ABOUT, model, "stiffness", stiffness, expected));
         }
-        // The bristles swing with the rotor, and follow it while it slips; both have to be integrated.
+        // The bristles oscillate with the rotor, and follow it while sliding; the integrator has to resolve both.
         let inertia = model.joints[joint].reflected_inertia();
         let speed = Some(model.robot.bodies[joint].joint.limits.velocity).filter(|limit| limit.is_finite());
         let bound =
@@ -72,12 +72,12 @@ impl Effect for Presliding {
     }
 }
 
-/// Angles `F_C/σ0` over which bristles bend that are tried, in counts of the encoder.
+/// Angles `F_C/σ0` of bending bristles that are tried, in counts of the encoder.
 const BENDS: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
-/// `σ1/√(σ0 J)` that is tried.
+/// Value of `σ1/√(σ0 J)` that is tried.
 const DAMPED: f64 = 1.0;
-/// Angle `F_C/σ0`, in counts of the encoder, below which bristles are not told from friction that does not yield: within a count the
-/// rotor is not seen to move, and what is fitted there is the blur of a gap. Machines with cogging or a disturbance (tuning seeds
+/// Least angle `F_C/σ0`, in counts of the encoder. With a smaller angle, bristles cannot be separated from dry friction: within a count the
+/// rotor's motion does not show, and the fit describes the blur of a gap. Machines with cogging or a disturbance (tuning seeds
 /// 2401, 4601, 4701) were fitted with 0.4 to 1.2 counts, presliding of half the strength (5300, 5301) with 4 and more.
 const LEAST_BEND: f64 = 2.0;
 
@@ -91,7 +91,7 @@ impl AtTurns for Presliding {
             let damping = DAMPED * (stiffness * joint.reflected_inertia()).sqrt();
             Trial {
                 values: vec![stiffness, damping],
-                // Smooth motion blurs the damping: it comes out up to twice too large.
+                // Smooth motion blurs the damping: its estimate is up to twice too large.
                 scales: vec![0.5 * stiffness, 3.0 * damping],
                 proportional: false,
             }
@@ -99,7 +99,7 @@ impl AtTurns for Presliding {
         if count > 0.0 && dry > 0.0 { BENDS.into_iter().map(trial).collect() } else { Vec::new() }
     }
 
-    // It fits whatever is soft about a turn: a compliant gear reaches 100 nats and a fall of 0.2, presliding of 2 mrad 300 and 0.4.
+    // It fits any soft behaviour at a reversal: a compliant gear reaches 100 nats and a fall of 0.2, presliding of 2 mrad 300 and 0.4.
     fn reserve(&self) -> f64 {
         50.0
     }

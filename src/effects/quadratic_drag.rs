@@ -1,6 +1,6 @@
-//! Drag that grows with the square of speed: churned lubricant, or air.
+//! Drag that grows with the square of speed, by lubricant or air.
 //!
-//! The rotor is braked by `c v |v|`; the motor has to add it. Seen as a curvature of torque against velocity, odd in velocity.
+//! The rotor is braked by `c v |v|`; the motor has to add it. It shows as a curvature of torque against velocity, odd in velocity.
 //! Left out: dependence on temperature.
 //! Reference: R. Stribeck's law extended as in M. R. Popović, A. A. Goldenberg (1998), Modeling of friction using spectral analysis.
 

@@ -1,8 +1,8 @@
-//! The rotor is heavier or lighter than the model says.
+//! The rotor's inertia differs from the model's.
 //!
-//! `J_r → J_r (1 + a)`. The motor has to add `a · ratio² J_r · θ̈` and nothing else: no joint feels another's rotor.
-//! A heavier rotor (a > 0) takes more torque in the direction of the acceleration.
-//! Left out: the inertia of gear stages between motor and joint, which looks the same.
+//! `J_r → J_r (1 + a)`. The motor has to add `a · ratio² J_r · θ̈` and nothing else: a joint does not feel the rotors of other joints.
+//! A larger inertia (a > 0) needs more torque in the direction of the acceleration.
+//! Left out: the inertia of gear stages between motor and joint, which has the same effect.
 //! Reference: M. Gautier, P. Poignet (2001), Extended Kalman filtering and weighted least squares dynamic identification of robot.
 
 use std::collections::BTreeMap;

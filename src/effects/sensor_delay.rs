@@ -1,9 +1,9 @@
-//! One channel is recorded late against the others.
+//! One channel is recorded late relative to the others.
 //!
-//! A current that is late by `T` reads `i(t − T) ≈ i − T di/dt`; a position (and velocity) late by `T` is the same as a current early by `T`.
-//! A link encoder that is late by `T` makes `motor − link` differ by `q(t) − q(t − T) ≈ T q̇`, which a fit without it takes for a gap.
+//! A current that is late by `T` reads `i(t − T) ≈ i − T di/dt`; a position (and velocity) late by `T` is equivalent to a current early by `T`.
+//! A link encoder that is late by `T` changes `motor − link` by `q(t) − q(t − T) ≈ T q̇`, which a fit without it takes for a gap.
 //! `T` is the same on all joints: one recorder, one bus.
-//! Left out: delays that vary (jitter), and a controller's own delay.
+//! Left out: varying delays (jitter), and the controller's own delay.
 //! Reference: seen on the KUKA KR300 data of J. Weigand et al. as 2.8 to 3.1 ms between encoder channels.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -38,7 +38,7 @@ static ABOUT: About = About {
 /// One channel is recorded late.
 pub struct SensorDelay;
 
-/// Readings of the last `delays`, interpolated.
+/// Interpolated readings of a time in the past.
 struct Late {
     current_delay: f64,
     position_delay: f64,

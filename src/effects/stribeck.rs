@@ -1,7 +1,7 @@
-//! Friction falls with speed before it rises: what a Coulomb and viscous law lacks.
+//! Friction falls with speed before it rises: the part that a Coulomb and viscous law lacks.
 //!
 //! `F(v) = (F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v`, equation 6; the nominal law has `F_S = F_C`.
-//! A candidate only where the model file gives a law without it; where friction is unknown it is part of the baseline.
+//! It is a candidate only if the model file gives a law without it; if friction is unknown, it is part of the baseline.
 //! Left out: the lag of friction behind velocity (presliding).
 //! Reference: L. Márton, B. Lantos (2009), equation 6.
 
@@ -31,7 +31,7 @@ static ABOUT: About = About {
     reference: "L. Márton, B. Lantos (2009), equation 6",
 };
 
-/// Slowest Stribeck velocity that is looked for, in parts of the fastest motion: a slower one is nothing but breakaway at rest.
+/// Slowest Stribeck velocity that is tried, relative to the fastest motion: a slower one is only breakaway at rest.
 const SLOWEST: f64 = 1e-5;
 
 /// The falling part of the friction law.
@@ -69,14 +69,14 @@ impl Effect for Stribeck {
     }
 }
 
-/// Part of Coulomb friction by which it has to fall: what grows at rest leaves a fall of 3 % at slow speeds (tuning seed 3401), what a
-/// disturbance leaves when it is taken off no more (4602).
+/// Least fall relative to Coulomb friction: growth of friction at rest leaves a fall of 3 % at slow speeds (tuning seed 3401), a removed
+/// disturbance no more (4602).
 const LEAST_FALL: f64 = 0.05;
 
 impl Diagnosable for Stribeck {
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         match motion.model.joints[joint].friction.map(|friction| friction.law) {
-            // A law without the falling part has F_S = F_C to rounding.
+            // A law without the falling part has F_S = F_C up to rounding.
             Some(FrictionLaw::Exponential(law)) => law.iter().all(|side| side.breakaway <= side.coulomb * (1.0 + 1e-9)),
             Some(FrictionLaw::TwoLines(_)) | None => false,
         }
@@ -89,7 +89,7 @@ impl Diagnosable for Stribeck {
         speeds.retain(|_| moving.next().unwrap_or(false));
         speeds.sort_by(f64::total_cmp);
         let (Some(fastest), Some(slow)) = (speeds.last(), speeds.get(speeds.len() / 20)) else { return Vec::new() };
-        // From the speed below which a twentieth of the motion runs, so that the law is seen to fall, to half of the largest.
+        // From the speed that one twentieth of the motion is below, so that the fall is visible, to half of the largest speed.
         let mut shapes = Vec::new();
         let mut v_s = slow.max(SLOWEST * fastest);
         while v_s < 0.5 * fastest {

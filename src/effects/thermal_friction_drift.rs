@@ -1,8 +1,8 @@
-//! Viscous friction falls while the lubricant warms up.
+//! Viscous friction falls while the lubricant gets warm.
 //!
-//! `F_V → F_V (1 + a e^{−t/T})`, `t` since the start of the session: a cold gear is stiffer by `a`, and forgets it within a few `T`.
-//! The motor has to add `a F_V e^{−t/T} v`; every session starts cold anew. The logarithm of `T` is what is scanned.
-//! Left out: heat that the motion itself makes, Coulomb friction that changes with temperature.
+//! `F_V → F_V (1 + a e^{−t/T})`, `t` since the start of the session: in a cold gear it is larger by `a`, which decays within a few `T`.
+//! The motor has to add `a F_V e^{−t/T} v`; every session starts cold again. The logarithm of `T` is scanned.
+//! Left out: heat from the motion itself, Coulomb friction that changes with temperature.
 //! Reference: A. C. Bittencourt, P. Axelsson (2014), Modeling and experiment design for identification of wear in a robot joint under
 //! load and temperature uncertainties based on friction data.
 
@@ -33,9 +33,9 @@ static ABOUT: About = About {
     reference: "A. C. Bittencourt, P. Axelsson (2014), Modeling and experiment design for identification of wear in a robot joint",
 };
 
-/// [s] Time constants that are looked for; a faster one passes with the first moves.
+/// [s] Shortest time constant that is tried; a shorter drift ends within the first moves.
 const FASTEST: f64 = 3.0;
-/// [s]
+/// [s] Longest time constant that is tried.
 const SLOWEST: f64 = 600.0;
 /// Factor between neighbouring time constants of the scan: `v e^{−t/T}` is correlated by 0.98 with that of its neighbour.
 const SCAN_STEP: f64 = 1.6;
@@ -78,7 +78,7 @@ impl Effect for ThermalFrictionDrift {
 impl Diagnosable for ThermalFrictionDrift {
     fn shapes(&self, motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
         let length = (0..motion.rows()).map(|row| motion.since_start(row)).fold(0.0, f64::max);
-        // A drift slower than the longest session is a straight line: how slow cannot be told.
+        // A drift slower than the longest session is a straight line, so its time constant cannot be determined.
         let slowest = length.clamp(FASTEST, SLOWEST);
         let steps = ((slowest / FASTEST).ln() / SCAN_STEP.ln()) as usize;
         (0..=steps).map(|step| vec![FASTEST.ln() + step as f64 * SCAN_STEP.ln()]).collect()

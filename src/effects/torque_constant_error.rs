@@ -1,10 +1,10 @@
-//! The motor makes more or less torque of a current than the model says: a warm magnet, another winding.
+//! The motor gives more or less torque per current than in the model: a warm magnet, another winding.
 //!
-//! `K_t → K_t (1 + a)` of the machine, its back-EMF with it. The sensor still reads amperes, and whoever turns them into torque
-//! with the nominal constant finds everything scaled by `1/(1 + a)`: friction, inertia, gravity. What the nominal model fixes is then
-//! off by `c · τ_fixed`, `c = 1/(1 + a) − 1`; friction that is fitted takes its part of it, and has to be multiplied by `1 + a` in the
-//! model with the true constant.
-//! Left out: saturation of the iron, with which `K_t` falls at high current.
+//! `K_t → K_t (1 + a)` of the machine, with its back-EMF. The sensor still reads amperes, and a conversion to torque
+//! with the nominal constant scales everything by `1/(1 + a)`: friction, inertia, gravity. The part that the nominal model fixes then has
+//! an error of `c · τ_fixed`, `c = 1/(1 + a) − 1`. Friction that is fitted contains its part of the error, and has to be multiplied by `1 + a` in
+//! the model with the true constant.
+//! Left out: saturation of the iron, which reduces `K_t` at high current.
 //! Reference: M. Gautier, S. Briot (2014), Global identification of joint drive gains and dynamic parameters of robots.
 
 use std::collections::BTreeMap;
@@ -53,7 +53,7 @@ impl Effect for TorqueConstantError {
 }
 
 impl Diagnosable for TorqueConstantError {
-    /// Where a torque was recorded, nobody has used the constant.
+    /// Where a torque was recorded, the constant was not used.
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         motion.joints[joint].has_current
     }
@@ -61,7 +61,7 @@ impl Diagnosable for TorqueConstantError {
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         let given = motion.model.joints[joint].friction.is_some();
         vec![motion.column(joint, |m, row| {
-            // Of friction that the model file gives, the falling part is not refitted.
+            // If the model file gives friction, its falling part is not fitted.
             let law = m.friction;
             let falling = if given { law.dry(m.v[row]) - law.coulomb } else { 0.0 };
             m.rigid[row] + falling * m.direction[row]

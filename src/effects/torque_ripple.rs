@@ -1,9 +1,9 @@
-//! The torque constant varies with the angle of the motor shaft: commutation and winding are not perfect.
+//! The torque constant varies with the angle of the motor shaft: commutation and winding are not ideal.
 //!
-//! `K_t → K_t (1 + a sin(n θ_m + φ))`: the rotor feels `a K i sin(n θ_m + φ)` on top of `K i`, `K = ratio · K_t`.
-//! Its amplitude is proportional to the current, that of cogging is not. Who turns the current into torque with the mean constant
-//! reads `τ_m = τ − a τ_m sin(n θ_m + φ)` where the rotor feels `τ`: exact in the torque that was measured.
-//! Left out: the same ripple of the back-EMF, which the current loop takes back as long as it has the voltage.
+//! `K_t → K_t (1 + a sin(n θ_m + φ))`: the rotor feels `a K i sin(n θ_m + φ)` in addition to `K i`, `K = ratio · K_t`.
+//! Its amplitude is proportional to the current, unlike that of cogging. A conversion of the current to torque with the mean constant
+//! gives `τ_m = τ − a τ_m sin(n θ_m + φ)` where the rotor feels `τ`: exact in the measured torque.
+//! Left out: the same ripple of the back-EMF, which the current loop compensates as long as it has enough voltage.
 //! Reference: T. M. Jahns, W. L. Soong (1996), Pulsating torque minimization techniques for permanent magnet AC motor drives.
 
 use std::collections::BTreeMap;
@@ -34,7 +34,7 @@ static ABOUT: About = About {
     reference: "T. M. Jahns, W. L. Soong (1996), Pulsating torque minimization techniques for permanent magnet AC motor drives",
 };
 
-/// Highest order that is looked for.
+/// Highest order that is tried.
 const HIGHEST_ORDER: usize = 48;
 
 /// The torque constant varies with the angle of the motor shaft.

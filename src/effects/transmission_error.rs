@@ -1,12 +1,13 @@
-//! The link does not follow the rotor evenly: teeth that are not in their place.
+//! The link does not follow the rotor evenly: the teeth have position errors.
 //!
-//! `q = θ + e sin(z θ + φ)` for a gear without torque, `z` periods a turn of the joint. At a constant rotor speed `ω` the link's velocity
+//! `q = θ + e sin(z θ + φ)` for a gear without torque, `z` periods per turn of the joint. At a constant rotor speed `ω` the link's velocity
 //! ripples by `e z ω` and its acceleration by `e z² ω²`: the torque at tooth order grows with the square of speed. The torque `T` on
-//! the link takes `T (1 + e z cos(z θ + φ))` of the rotor: no work is lost.
+//! the link takes `T (1 + e z cos(z θ + φ))` from the rotor, so no work is lost.
 //!
-//! On the motor's side, with `s = sin(z θ + φ)`: the links need `e M s̈` more, and the lever of the flank `e T ∂s/∂θ`.
-//! It does not matter whether the motor or the link gives way, as the motor's ripple is measured.
-//! Left out: what the ripple asks of other joints, and of friction behind the gear; other harmonics (each is an effect of its own), tooth stiffness that varies with the same order.
+//! On the motor's side, with `s = sin(z θ + φ)`: the links need the additional torque `e M s̈`, and the lever of the flank adds `e T ∂s/∂θ`.
+//! It does not matter whether the motor or the link moves unevenly, because the motor's ripple is measured.
+//! Left out: the torque of the ripple on other joints and on friction behind the gear; other harmonics (each is a separate effect);
+//! tooth stiffness that varies with the same order.
 //! Reference: J. D. Smith (2003), Gear Noise and Vibration; F. H. Ghorbel, P. S. Gandhi, F. Alpeter (2001), On the kinematic error in
 //! harmonic drive gears.
 
@@ -36,14 +37,14 @@ static ABOUT: About = About {
     reference: "J. D. Smith (2003), Gear Noise and Vibration",
 };
 
-/// Fewest periods per turn of the joint that are looked for: fewer look like gravity.
+/// Smallest number of periods per turn of the joint that is tried: fewer look like gravity.
 const LEAST_TEETH: usize = 3;
-/// Most periods per turn of the joint that are looked for.
+/// Largest number of periods per turn of the joint that is tried.
 const MOST_TEETH: usize = 400;
-/// `z |θ̇| w` beyond which the kernel of the rows passes less than a tenth.
+/// `z |θ̇| w` above which the gain of the rows' kernel is below one tenth.
 const LAST_PASSED: f64 = 5.0;
 
-/// The link leads and lags the rotor.
+/// The link leads and lags the rotor periodically.
 pub struct TransmissionError;
 
 struct Teeth {
@@ -103,7 +104,7 @@ impl Diagnosable for TransmissionError {
         let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let narrowest = motion.half_width.iter().copied().fold(f64::INFINITY, f64::min);
         let most = (LAST_PASSED / (fastest * narrowest).max(1e-12)).min(MOST_TEETH as f64) as usize;
-        // Periods per turn mean nothing where a joint slides.
+        // Periods per turn have no meaning on a sliding joint.
         let turns = motion.model.joints[joint].kind == crate::units::JointKind::Revolute;
         (LEAST_TEETH..=if turns { most } else { 0 }).map(|teeth| vec![teeth as f64]).collect()
     }

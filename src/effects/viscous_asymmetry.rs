@@ -1,4 +1,4 @@
-//! Viscous friction differs between the two directions.
+//! Viscous friction differs between the two directions of motion.
 //!
 //! `F_V → F_V⁺` for v > 0, `F_V⁻` for v < 0. Against the symmetric law with `F_V = (F_V⁺ + F_V⁻)/2` the motor has to add
 //! `(F_V⁺ − F_V⁻)/2 · |v|`, with the same sign in both directions and growing with speed.
@@ -29,7 +29,7 @@ static ABOUT: About = About {
     reference: "A. Janot, M. Gautier, M. Brunot (2019), Data set and reference models of EMPS",
 };
 
-/// Viscous friction differs between the two directions.
+/// Viscous friction differs between the two directions of motion.
 pub struct ViscousAsymmetry;
 
 impl Effect for ViscousAsymmetry {

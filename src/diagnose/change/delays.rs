@@ -1,14 +1,14 @@
-//! Whether the current lags behind the motion by another time than it did.
+//! Whether the delay of the current differs between the two recordings.
 
 use crate::diagnose::fit::cause::change_of;
 use crate::diagnose::instruments::current_lag::Aligned;
 use crate::diagnose::result::{Findings, FoundEffect, Unexplained};
 use crate::robot::Model;
 
-/// Standard errors by which two lags have to differ: one joint and session scatters by a fifth of a millisecond, and few are compared.
+/// Standard errors by which two lags have to differ: one joint and session scatters by 0.2 ms, and few are compared.
 const SURELY: f64 = 4.0;
 
-/// What both recordings say of a late current: what is new is named as a change, what was there before is not.
+/// Findings of both recordings about a late current: a new delay is named as a change, a delay of the reference is not.
 pub fn changed(model: &Model, [before, now]: [&Option<Aligned>; 2]) -> Findings {
     match (before, now) {
         (None, None) => Findings::default(),

@@ -1,6 +1,6 @@
-//! The gap on both sides, and whether they differ: `|b_now − b_ref|` against the errors of both.
+//! The gaps of both sides, and whether they differ: `|b_now − b_ref|` against the errors of both.
 //!
-//! Both sides are measured with one estimator and one nominal machine, so that its bias is on both and cancels.
+//! Both sides are measured with the same estimator and nominal machine, so its bias is on both sides and cancels.
 
 use crate::diagnose::rows::gentlest::gentlest;
 use crate::diagnose::rows::side_by_side::side_by_side;
@@ -11,7 +11,7 @@ use crate::timeseries::TimeSeries;
 
 /// [1] Least scatter of single reversals, in counts of the encoder.
 const LEAST_SCATTER: f64 = 0.2;
-/// [1] Error that all reversals of a recording share and those of another do not, in counts of the encoder.
+/// [1] Error common to all reversals of a recording but not to those of another, in counts of the encoder.
 const SHARED: f64 = 0.1;
 
 /// The gap of a joint on one side.
@@ -21,15 +21,15 @@ pub struct SideGap {
     pub value: f64,
     /// [rad or m]
     pub std_error: f64,
-    /// [rad or m] standard error against the same measurement of another recording.
+    /// [rad or m] Standard error relative to the same measurement of another recording.
     pub repeatability: f64,
-    /// [1] part of the friction on the link.
+    /// [1] Part of the friction on the link.
     pub link_share: Option<f64>,
-    /// [1] part of its reversals that agree on it.
+    /// [1] Part of its reversals that agree on the gap.
     pub agreement: f64,
 }
 
-/// [1] Part of the reversals that has to agree on a gap before it is compared: where they scatter, some cross it by themselves.
+/// [1] Part of the reversals that have to agree on a gap before it is compared: if they scatter, some links cross the gap before the reversal.
 const LEAST_AGREEMENT: f64 = 0.75;
 impl SideGap {
     /// Whether two gaps may be compared.
@@ -38,9 +38,9 @@ impl SideGap {
     }
 }
 
-/// `gaps[side][joint]`; `None` where the data do not tell. Each side is sought anywhere first. What a fit puts into the link share it
-/// takes from the gap, and few reversals agree where the search of one side has gone astray: so both sides are then measured at the share
-/// that both have found and from the gap that more reversals agree on. What is wrong with either is wrong on both sides alike.
+/// `gaps[side][joint]`; `None` where the data do not determine the gap. Each side is first measured from any start. An error of the link share
+/// changes the gap, and few reversals agree if the search of one side has failed. Both sides are therefore measured again with the mean of
+/// their shares and from the gap on which more reversals agree; an error of either is then common to both sides.
 pub fn both_sides(
     model: &Model,
     sessions: [&[&TimeSeries]; 2],
@@ -51,7 +51,7 @@ pub fn both_sides(
     let measure = |side: usize, joint: usize, at: Option<Start>| {
         measured(model, joint, &gentlest(model, joint, sessions[side]), friction[side][joint], at)
     };
-    // Torque and its mean, reference, and intervals of a session.
+    // Memory for the torque, its mean, the reference, and the intervals of a session.
     let samples =
         sessions.iter().map(|side| side.iter().map(|session| session.len()).sum::<usize>()).max().unwrap_or(0);
     let first = side_by_side(&places, 48 * samples, |(side, joint)| measure(*side, *joint, None));
@@ -62,7 +62,7 @@ pub fn both_sides(
     [found, now]
 }
 
-/// What both sides are measured from.
+/// Starting point of the measurement of both sides.
 #[derive(Debug, Clone, Copy)]
 struct Start {
     gap: f64,
@@ -70,7 +70,7 @@ struct Start {
 }
 
 impl Start {
-    /// The gap on which most of the reversals agree, and the mean of the shares.
+    /// The gap on which most reversals agree, and the mean of the shares.
     fn of(found: impl Iterator<Item = SideGap>) -> Option<Self> {
         let found: Vec<SideGap> = found.collect();
         let best = found.iter().max_by(|a, b| a.agreement.total_cmp(&b.agreement))?;
@@ -109,7 +109,7 @@ fn measured(
     known.then_some(gap)
 }
 
-/// Standard error of a mean as the values scatter, with the least scatter that reversals have been seen with.
+/// Standard error of a mean from the scatter of the values, with the least scatter of reversals as a lower bound.
 fn repeatability(values: &[f64], count: f64) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n.max(1.0);

@@ -1,11 +1,11 @@
-//! Whether a rotor's inertia has changed: the difference itself, against its errors.
+//! Whether a rotor's inertia has changed: its difference, compared with the standard error.
 //!
-//! An inertia shows where a joint turns around and brakes, which is where the zone of a diagnosis leaves rows out, because the link may
-//! float there. A comparison may look closer: the gap floats on both sides alike, and what it does to single rows is an error like any
-//! other, whose size the scatter between blocks tells. Likelihoods cannot weigh such rows, since their errors hang together; so the
-//! change is not tried as a candidate but estimated on every joint at once, `ΔJ_r ± σ`, beside everything else that has changed, and
-//! counts where it stands out of `√(σ² + σ_n²)`, `σ_n` what is natural. An inertia does not wander from day to day: there is no spread
-//! between sessions in it.
+//! An inertia shows where a joint reverses and brakes. The rigid zone leaves these rows out, because the link may float there. A comparison
+//! can use them: the link floats in its gap on both sides, and the effect on single rows is an error like any
+//! other, whose size follows from the scatter between blocks. Likelihoods are not valid for such rows, because their errors are correlated. So the
+//! change is not tried as a candidate but estimated on all joints at once, `ΔJ_r ± σ`, beside all other changes. It
+//! counts if it is large compared with `√(σ² + σ_n²)`, where `σ_n` is the natural variation. An inertia does not vary from day to day, so
+//! no spread between sessions is added.
 
 use super::quantity;
 use super::robust::Estimates;
@@ -15,16 +15,16 @@ use crate::diagnose::fit::problem::{Problem, Term};
 use crate::diagnose::rows::zones::{Margins, rigid_zone};
 use crate::effects::{Diagnosable, Effect};
 
-/// Where the link floats for certain. On the tuning seeds 38100 to 38104 a change of 10 % is found within its error in these rows; in
-/// an eighth as many, without braking, it had errors of up to 50 %.
+/// Margins where the link floats for certain. On the tuning seeds 38100 to 38104 a change of 10 % is found within its error in these rows; in
+/// one eighth as many rows, without braking, its errors were up to 50 %.
 const CLOSER: Margins = Margins { reversal: [0.0, 0.2], flank: [0.05, 0.15], doubt: [0.0, 0.0] };
 
-/// Standard errors that a change has to exceed. The errors come from the scatter of blocks of 5 s, some 16 fast ones a side: Student's t
-/// with as many degrees of freedom exceeds 3.5 as seldom as a normal error exceeds the 3.0 that other changes are asked for.
+/// Standard errors that a change has to exceed. The errors come from the scatter of blocks of 5 s, some 16 fast ones per side: Student's t
+/// with as many degrees of freedom exceeds 3.5 with the probability that a normal error exceeds 3.0, the limit for other changes.
 const SURE_OF_FEW: f64 = 3.5;
 
-/// All changes with those of rotors' inertias that stand out, as the closer look estimates them, and the standing of the latter; `None`
-/// where none stands out.
+/// All changes, including those of rotor inertias that are significant in these rows, with the standing of the latter; `None`
+/// where no inertia is significant.
 pub fn look_closer(
     problem: &mut Problem,
     changes: &Changes,
@@ -38,7 +38,7 @@ pub fn look_closer(
     found
 }
 
-/// Takes the changes of rotors' inertias out of what was selected: the closer look has the say.
+/// Removes changes of rotor inertias from the selection: they are decided by the closer look.
 pub fn drop_inertias(changes: &mut Changes) {
     let is_inertia = |term: &Term| term.effect.name() == quantity::rotor_inertia().name();
     for taken in &mut changes.taken {
@@ -51,7 +51,7 @@ fn standing_out(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<(
     let inertia = quantity::rotor_inertia();
     let mut joints: Vec<usize> =
         (0..problem.baseline.len()).filter(|joint| inertia.applies(&problem.motion, *joint)).collect();
-    // All at once, then those that stand out among themselves: an inertia that has not changed takes nothing from one that has.
+    // Estimate all at once, then the significant ones again: an unchanged inertia then takes nothing from a changed one.
     loop {
         let terms: Vec<Term> = joints
             .iter()

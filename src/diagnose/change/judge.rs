@@ -1,4 +1,4 @@
-//! Whether a change is larger than chance and than what the machine does from session to session.
+//! Whether a change is larger than chance and than the natural variation of the machine between sessions.
 
 use super::quantity;
 use super::robust::Estimates;
@@ -6,15 +6,15 @@ use super::select::{Changes, SURE, Sides, resettle};
 use super::spread::between_sessions;
 use crate::diagnose::fit::problem::{Problem, Term};
 
-/// Probability that any one quantity has changed, before the data are seen.
+/// Prior probability that a quantity has changed.
 const PRIOR: f64 = 0.03;
 
-/// Probability of a change of this many standard errors, natural noise counted: a normal error against anything larger.
+/// Probability of a change of this many standard errors, including natural variation: a normal error against any larger value.
 pub fn probability(z: f64) -> f64 {
     1.0 / (1.0 + (1.0 - PRIOR) / PRIOR * (-0.5 * z * z).exp())
 }
 
-/// Standard deviation of a change that is none: the spread between sessions of the reference, or what is natural for the quantity.
+/// Standard deviation of the natural variation: the spread between sessions of the reference, or the constant of the quantity.
 pub fn natural(problem: &Problem, changes: &Changes, term: &Term, sides: &Sides) -> f64 {
     let effect = term.effect.everywhere();
     let terms = changes.terms();
@@ -25,7 +25,7 @@ pub fn natural(problem: &Problem, changes: &Changes, term: &Term, sides: &Sides)
     (share * spread).sqrt().max(floor)
 }
 
-/// Standard errors by which the largest coefficient of a term differs from none.
+/// Standard errors by which the largest coefficient of a term differs from zero.
 fn standing(problem: &Problem, changes: &Changes, index: usize, sides: &Sides) -> f64 {
     let terms = changes.terms();
     let natural = natural(problem, changes, terms[index], sides);
@@ -37,7 +37,7 @@ fn standing(problem: &Problem, changes: &Changes, index: usize, sides: &Sides) -
     (0..terms[index].coefficients()).map(one).fold(0.0, f64::max)
 }
 
-/// Drops what is within natural noise, the smallest first; returns the standing of the terms that stay.
+/// Drops changes within the natural variation, the smallest first; returns the standing of the remaining terms.
 pub fn keep_significant(problem: &mut Problem, changes: &mut Changes, sides: &Sides) -> Option<Vec<f64>> {
     loop {
         let first = changes.shared.len();

@@ -1,13 +1,19 @@
-//! What has changed between a recording of the healthy machine and one of now.
+//! Two recordings → what differs between them: a reference of the healthy machine, and a recording of now.
 //!
 //! ```text
-//!   rows of both recordings ─▶ one baseline + effects that were there before   (shared: an error of the model is on both sides)
-//!                              + changes, columns that are zero in the rows of the reference ─▶ evidence on rows held out
+//!   rows of both recordings ─▶ one baseline + effects of the reference         (shared: an error of the model is on both sides)
+//!                              + changes, columns that are zero in the rows of the reference ─▶ evidence on held-out rows
 //!   reversals of each side  ─▶ its gap                                         ─▶ difference against both errors
 //! ```
 //!
-//! A change of what the baseline fits freely cannot be told from its value by one recording; by two it can. Candidates are the terms of
-//! friction, the rotor's inertia and every effect of the catalogue, in the rows of now alone. What both sides get wrong alike cancels.
+//! A change of a quantity that the baseline fits freely cannot be separated from its value with one recording; with two it can. Candidates are
+//! the terms of friction, the rotor's inertia and every effect of the catalogue, in the rows of now only. Errors common to both sides cancel.
+//!
+//! - `select`: selection of the changes; `quantity`: quantities of the baseline that may change
+//! - `judge`: comparison with chance and with natural variation; `spread`: natural variation between sessions
+//! - `robust`: standard errors for correlated errors
+//! - `inertia`: changes of rotor inertias; `gap`: changes of gaps; `delays`: changes of a late current
+//! - `outcome`: the report, and the models in the reference and now
 
 mod delays;
 mod gap;
@@ -42,8 +48,8 @@ use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 use select::Sides;
 
-/// Names what is another size `now` than in the `reference`, and what is there now and was not before; the model that comes
-/// with it is the machine as it is now. `hold_out` are further sessions of now to judge on.
+/// Reports quantities that differ between `reference` and `now`, and effects that are new. The model in the result is the machine as it is now.
+/// `hold_out` are further sessions of now, used for judging only.
 ///
 /// # Errors
 /// As [`diagnose`](crate::diagnose::diagnose), for either recording.
@@ -76,11 +82,11 @@ pub fn compare(
     let mut healthy = pose(model, &own, of_before, options)?;
     let were = selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))?;
 
-    // Its rows are not needed beside those of both sides.
+    // The rows of the reference alone are not needed any more.
     drop(healthy);
     progress("fitting both", 0.3);
     let mut problem = pose(model, &sessions, division, options)?;
-    // What wide rows show; and nothing of inertias where masses are a guess.
+    // Use what wide rows show, without inertias where masses are estimated.
     problem.causes = select::causes(&problem.catalogue, model.masses, &sides);
     problem.catalogue = Catalogue::empty();
     problem.standstill = difference_at_rest(&problem, &sessions, before.len());
@@ -125,7 +131,7 @@ pub fn compare(
     Ok(parts.assembled())
 }
 
-/// One of both recordings, its currents in step with the motion.
+/// One of the two recordings, with its currents in step with the motion.
 struct Side<'s> {
     sessions: Vec<Cow<'s, TimeSeries>>,
     late: Option<Aligned>,
@@ -146,7 +152,7 @@ impl<'s> Side<'s> {
     }
 }
 
-/// What the current sensors read at rest now, less what they read then.
+/// Readings of the current sensors at rest now, minus those in the reference.
 fn difference_at_rest(problem: &Problem, sessions: &[&TimeSeries], reference: usize) -> Vec<Option<Standstill>> {
     let before = Standstill::of(&problem.motion, &sessions[..reference]);
     let now = Standstill::of(&problem.motion, &sessions[reference..]);
@@ -157,7 +163,7 @@ fn difference_at_rest(problem: &Problem, sessions: &[&TimeSeries], reference: us
     before.into_iter().zip(now).map(difference).collect()
 }
 
-/// What explains both sides: the rotors' inertias, which may be off, and the effects that were there before.
+/// Terms of both sides: the rotors' inertias, whose nominal values may be wrong, and the effects of the reference.
 fn shared_terms(problem: &Problem, were: &Selection) -> Vec<Term> {
     let inertia = quantity::rotor_inertia();
     let joints = 0..problem.motion.joints.len();
@@ -169,7 +175,7 @@ fn shared_terms(problem: &Problem, were: &Selection) -> Vec<Term> {
     inertias.chain(effects).collect()
 }
 
-/// Both recordings, and what was found before their rows were made.
+/// Both recordings, and the findings from before their rows were made.
 struct Both<'b> {
     model: &'b Model,
     sessions: &'b [&'b TimeSeries],
@@ -178,7 +184,7 @@ struct Both<'b> {
     earlier: Findings,
 }
 
-/// The report of the joint fit; `before` in it is the fit without any change.
+/// The report of the joint fit; `before` in it is the fit without changes.
 fn report(
     both: Both,
     problem: &mut Problem,
@@ -209,7 +215,7 @@ fn report(
     let data = conclude::Data { model, sessions, division, earlier, shaken: false };
     let options = Options { backlash: false, ..options.clone() };
     let mut parts = conclude::conclude(&data, problem, &selection, &confirmed, &options, progress)?;
-    // What both recordings leave over is an error of the model, not a change; a shape that only the recording of now has is one.
+    // A residual in both recordings is an error of the model and no change; a shape only in the recording of now is a change.
     let now = |session: usize| sides.now.contains(&session);
     parts.findings.unexplained = unexplained::unexplained(problem, &selection.terms(), &options.rules, &now);
     parts.findings.unexplained.extend(data.earlier.unexplained);

@@ -1,4 +1,4 @@
-//! From the changes to a report: each with what it was and what it is, and the machine as it was and as it is.
+//! From the changes to a report: each with its value in the reference and now, and the models of the machine at both times.
 
 use super::gap::SideGap;
 use super::judge::probability;
@@ -12,9 +12,9 @@ use crate::diagnose::result::{Change, FoundEffect, Measured, Parts};
 use crate::effects::{Catalogue, Effect, Scope, SymmetricFriction};
 use crate::robot::{EffectEntry, Model};
 
-/// [1] Relative change of the gap from day to day that is no change of the machine: one standard deviation.
+/// [1] Relative natural variation of the gap from day to day: one standard deviation.
 const NATURAL_GAP: f64 = 0.02;
-/// [1] How far a nominal inertia of a rotor may be off: one standard deviation.
+/// [1] Relative error of a rotor's nominal inertia: one standard deviation.
 const NOMINAL: f64 = 0.3;
 
 /// A changed quantity of the regression.
@@ -35,14 +35,14 @@ fn found(changes: &Changes, standings: &[f64]) -> Vec<ChangedTerm> {
     changes.terms()[first..].iter().enumerate().filter_map(of_term).collect()
 }
 
-/// One entry for each quantity that has changed, and the value that it has now.
+/// One entry per changed quantity, with its value now.
 pub fn of_regression(problem: &Problem, changes: &Changes, standings: &[f64]) -> Vec<Change> {
     let all = found(changes, standings);
     all.iter().map(|one| change(problem, changes, one, &all)).collect()
 }
 
-/// The entries of the inertias alone, which are the last terms; their errors are no smaller than what is natural, because that is what
-/// two motions make of one inertia.
+/// The entries of the inertias alone, which are the last terms. Their errors are at least the natural variation, because that is the
+/// difference between two motions for the same inertia.
 pub fn of_inertias(problem: &Problem, changes: &Changes, standings: &[f64]) -> Vec<Change> {
     let others = changes.terms().len() - changes.shared.len() - standings.len();
     let standings: Vec<f64> = std::iter::repeat_n(0.0, others).chain(standings.iter().copied()).collect();
@@ -68,7 +68,7 @@ fn change(problem: &Problem, changes: &Changes, one: &ChangedTerm, all: &[Change
     if !quantity.is_of_baseline()
         && let Some(shared) = shared_inertia(changes, joint)
     {
-        // What the nominal inertia lacks, as far as the data know better than the model file.
+        // Error of the nominal inertia, as far as the data are more accurate than the model file.
         let error = estimates.std_error(&[(estimates.fitted.term_at[shared], 1.0)]);
         let prior = (NOMINAL * reference).powi(2);
         let trust = prior / (prior + error * error);
@@ -83,7 +83,7 @@ fn change(problem: &Problem, changes: &Changes, one: &ChangedTerm, all: &[Change
     let delta: f64 = parts.iter().map(|term| estimates.coefficient(*term, 0)).sum();
     let steps = parts.iter().map(|term| (estimates.fitted.term_at[*term], 1.0));
     let now: Vec<(usize, f64)> = gradient.iter().copied().chain(steps.clone()).collect();
-    // Of Δ/r: 1/r by Δ, −Δ/r² by r.
+    // Derivatives of Δ/r: 1/r by Δ, −Δ/r² by r.
     let relative: Vec<(usize, f64)> = gradient
         .iter()
         .map(|(at, slope)| (*at, -slope * delta / (reference * reference)))
@@ -104,7 +104,7 @@ fn change(problem: &Problem, changes: &Changes, one: &ChangedTerm, all: &[Change
     }
 }
 
-/// Position of the shared term that frees a rotor's inertia on both sides.
+/// Position of the shared term that fits a rotor's inertia on both sides.
 fn shared_inertia(changes: &Changes, joint: usize) -> Option<usize> {
     let own = |term: &crate::diagnose::fit::problem::Term| {
         term.joints == [joint] && quantity::find(term.effect.name()).is_some()
@@ -120,7 +120,7 @@ pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<SideGap>>; 2]) -> Vec<
         let unit = model.kind.position_unit();
         let delta = now.value - before.value;
         let own = before.repeatability.hypot(now.repeatability);
-        // Where there was no gap worth speaking of, the larger of both sets the scale of what is natural.
+        // If there was hardly a gap in the reference, the larger of both gives the scale of the natural variation.
         let standing = delta.abs() / own.hypot(NATURAL_GAP * before.value.max(now.value)).max(1e-300);
         let least = 0.25 * model.encoder_step();
         let base = before.value.max(least).max(1e-12);
@@ -132,7 +132,7 @@ pub fn of_gaps(model: &Model, [before, now]: &[Vec<Option<SideGap>>; 2]) -> Vec<
             now: Measured { value: now.value, std_error: now.std_error, unit },
             change_percent: Measured {
                 value: 100.0 * delta / base,
-                // What is natural is no change of the machine, but it is in the difference.
+                // The natural variation is no change of the machine, but it is part of the difference.
                 std_error: 100.0 * now.std_error.hypot(ratio * before.std_error).hypot(NATURAL_GAP * now.value) / base,
                 unit: "%",
             },
@@ -162,7 +162,7 @@ pub fn friction_now(problem: &Problem, changes: &[Change]) -> Vec<SymmetricFrict
     (0..problem.motion.joints.len()).map(law).collect()
 }
 
-/// An effect that is new. The friction beside it is that of the reference, which knew nothing of it.
+/// A new effect. The friction beside it is that of the reference, which was fitted without the effect.
 fn entry(found: &FoundEffect, catalogue: &Catalogue) -> EffectEntry {
     let scope = catalogue.find(&found.effect).map(|effect| effect.about().scope);
     let joint = if scope == Some(Scope::Joint) { found.joints.first().cloned() } else { None };
@@ -170,8 +170,8 @@ fn entry(found: &FoundEffect, catalogue: &Catalogue) -> EffectEntry {
     EffectEntry { effect: found.effect.clone(), joint, parameters }
 }
 
-/// Splits the effects into those that were there before and those that are new, renames what was tried, and writes
-/// the machine as it was and as it is.
+/// Separates new effects from those of the reference, renames the candidates, and writes
+/// the models of the machine in the reference and now.
 pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [before, now]: &[Vec<Option<SideGap>>; 2]) {
     let catalogue = &parts.catalogue;
     let model = problem.motion.model;

@@ -1,11 +1,11 @@
-//! What the baseline fits freely, as something that may have changed: the terms of symmetric friction and the rotor's inertia.
+//! Quantities that the baseline fits freely and that may change: the terms of symmetric friction, and the rotor's inertia.
 //!
 //! ```text
 //!   coulomb             ΔF_C · sgn v                          breakaway          ΔF_S · sgn v e^{−|v|/v_S}
 //!   stribeck_velocity   Δv_S · (F_S − F_C) |v|/v_S² e^{−|v|/v_S} sgn v      (to first order)
 //!   viscous             ΔF_V · v                              rotor_inertia      ΔJ_r · (J/J_r) θ̈,  J the inertia at the joint
 //! ```
-//! Each is an effect of a joint with one coefficient: the change itself, positive where there is more of it now.
+//! Each is treated as an effect of a joint with one coefficient: the change, positive for an increase.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::units::JointKind;
 
-/// Which of them.
+/// Kind of quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum What {
     Coulomb,
@@ -30,7 +30,7 @@ enum What {
 pub struct MachineQuantity {
     what: What,
     about: &'static About,
-    /// [1] Relative change from day to day that is no change of the machine: one standard deviation.
+    /// [1] Relative natural variation from day to day: one standard deviation.
     pub natural: f64,
 }
 
@@ -60,9 +60,9 @@ const SPEED: &[ParameterSpec] = &[ParameterSpec::new("change", "Δ", "rad/s", CH
 const DAMPING: &[ParameterSpec] = &[ParameterSpec::new("change", "Δ", "N·m·s/rad", CHANGE)];
 const INERTIA: &[ParameterSpec] = &[ParameterSpec::new("change", "Δ", "kg·m²", CHANGE)];
 
-/// All of them. What drifts without a fault: the Coulomb level of the EMPS axis by up to 5 % between two days (A. Janot 2019),
-/// hence 2 % as one standard deviation; viscous friction by 3 % a kelvin of the grease; an inertia by nothing, but 1 % is what two
-/// different motions make of an arm that is not quite rigid.
+/// All quantities. Natural variations: the Coulomb level of the EMPS axis differs by up to 5 % between two days (A. Janot 2019),
+/// hence 2 % as one standard deviation; viscous friction varies by 3 % per kelvin of the grease. An inertia does not vary, but 1 % is the
+/// difference between two motions for an arm that is not perfectly rigid.
 pub static QUANTITIES: [MachineQuantity; 5] = [
     MachineQuantity {
         what: What::Coulomb,
@@ -91,7 +91,7 @@ pub static QUANTITIES: [MachineQuantity; 5] = [
     },
 ];
 
-/// The quantity of that name.
+/// The quantity of a given name.
 pub fn find(name: &str) -> Option<&'static MachineQuantity> {
     QUANTITIES.iter().find(|quantity| quantity.about.name == name)
 }
@@ -101,14 +101,14 @@ pub fn levels() -> impl Iterator<Item = &'static MachineQuantity> {
     QUANTITIES.iter().filter(|quantity| matches!(quantity.what, What::Coulomb | What::Breakaway | What::Viscous))
 }
 
-/// The inertia of a rotor: its shared error is freed on both sides, so that a wrong nominal value is no change.
+/// The inertia of a rotor. Its error is fitted on both sides together, so that a wrong nominal value is no change.
 pub fn rotor_inertia() -> &'static MachineQuantity {
     &QUANTITIES[4]
 }
 
 impl MachineQuantity {
-    /// Its value as it was in the baseline of a joint, and its slope against the coefficients of that baseline in a loose fit.
-    /// A rotor's inertia is not in the baseline: its nominal value.
+    /// Its value in the baseline of a joint, and the derivative by the coefficients of that baseline in a loose fit.
+    /// A rotor's inertia is not in the baseline: it has its nominal value.
     pub fn reference(&self, problem: &Problem, joint: usize) -> (f64, Vec<(usize, f64)>) {
         let law = problem.motion.joints[joint].friction;
         let baseline = &problem.baseline[joint];
@@ -125,12 +125,12 @@ impl MachineQuantity {
         }
     }
 
-    /// Whether a change of `other` is a change of it as well: the falling part sits on top of the Coulomb level.
+    /// Whether a change of `other` changes this quantity too: the falling part is on top of the Coulomb level.
     pub fn follows(&self, other: &Self) -> bool {
         self.what == What::Breakaway && other.what == What::Coulomb
     }
 
-    /// Whether the baseline holds it; the rotor's inertia is freed beside it.
+    /// Whether it is part of the baseline; the rotor's inertia is fitted beside the baseline.
     pub fn is_of_baseline(&self) -> bool {
         self.what != What::RotorInertia
     }
@@ -197,7 +197,7 @@ impl Diagnosable for MachineQuantity {
         let law = motion.joints[joint].friction;
         match self.what {
             What::Coulomb | What::Viscous | What::Breakaway => true,
-            // Where friction hardly falls, its speed says nothing.
+            // Where friction hardly falls, the Stribeck velocity is not determined.
             What::StribeckVelocity => law.breakaway > 1.03 * law.coulomb,
             What::RotorInertia => motion.model.joints[joint].rotor_inertia > 0.0,
         }

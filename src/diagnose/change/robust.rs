@@ -1,7 +1,7 @@
-//! How far coefficients may be off when errors hang together: the sandwich over clusters.
+//! Standard errors of coefficients for correlated errors: the sandwich over clusters.
 //!
 //! `V = A⁻¹ B A⁻¹`, `A = Σ ψ'(e/s) x xᵀ/s²`, `B = Σ_c g_c g_cᵀ`, `g_c = Σ_{row ∈ c} w x e/s²`, with the clusters `c` blocks of 5 s, or whole
-//! sessions where these scatter more: errors within a cluster may hang together as they like. `w` are the weights of Student's t,
+//! sessions where these scatter more: errors within a cluster may have any correlation. `w` are the weights of Student's t,
 //! `ψ' = (ν + 1)(ν − z²)/(ν + z²)²` the slope of its score, `z = e/s`, averaged over each joint.
 //! Reference: K.-Y. Liang, S. Zeger (1986), Longitudinal data analysis using generalized linear models; P. Huber (1967).
 
@@ -25,7 +25,7 @@ pub struct Estimates {
 }
 
 impl Estimates {
-    /// Fits the terms; `None` where they cannot be told apart.
+    /// Fits the terms; `None` where the columns do not determine the coefficients.
     pub fn new(problem: &Problem, terms: &[&Term]) -> Option<Self> {
         let fitted = problem.fit_loosely(terms, Part::Train)?;
         let (system, _, _) = problem.system(terms, Part::Train, true);
@@ -57,9 +57,9 @@ impl Estimates {
                 }
             }
         }
-        // A coefficient that the rows do not show stays where it is.
+        // A coefficient that the rows do not show stays unchanged.
         let inverse = Equilibrated::new(&bread)?.inverse();
-        // The scores of all clusters sum to zero: one of them is not free.
+        // The scores of all clusters sum to zero, so one of them is not independent.
         Some(Self {
             fitted,
             by_block: sandwich(&inverse, blocks.values(), 1),

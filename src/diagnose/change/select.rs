@@ -1,9 +1,9 @@
-//! Which changes the evidence supports.
+//! Selection of the changes that the evidence supports.
 //!
-//! Both recordings share one baseline and the effects that were there before. What may have changed is tried in the rows of now alone,
-//! the strongest is taken, and the rest is tried again. What explains both recordings as well as one is no change: it is an error of
-//! the model that the reference did not show well enough. In the end a change has to exceed what the same quantity does from session
-//! to session of the healthy machine.
+//! Both recordings share one baseline and the effects of the reference. Possible changes are tried in the rows of now only,
+//! the strongest is taken, and the rest is tried again. A term that explains both recordings as well as one is no change: it is an error of
+//! the model that the reference did not show well enough. At the end a change has to exceed the variation of the same quantity between
+//! sessions of the healthy machine.
 
 use crate::diagnose::fit::cause::Cause;
 use std::ops::Range;
@@ -19,18 +19,18 @@ use crate::diagnose::select::selection::{Taken, choose};
 use crate::effects::Catalogue;
 use crate::robot::Masses;
 
-/// [1] Part of the usual least fall of the error that a change has to make: it acts in the rows of now alone.
+/// [1] Least fall of the error by a change, relative to the usual limit: a change acts in the rows of now only.
 const SHARE: f64 = 0.25;
-/// [nats] by which an effect has to be better as a change than as something that always was.
+/// [nats] Evidence by which an effect has to be better as a change than as an effect in both recordings.
 const MARGIN: f64 = 3.0;
-/// Standard errors that a change has to exceed: one in 370 by chance, and some twenty are tried.
+/// Standard errors that a change has to exceed: one in 370 does by chance, and about twenty are tried.
 pub const SURE: f64 = 3.0;
 
-/// What was there before, what has changed, and the fit of both.
+/// Shared terms, changes, and their fit.
 pub struct Changes {
     /// Terms of both sides.
     pub shared: Vec<Term>,
-    /// Changes in the order in which they were taken.
+    /// Changes in the order of selection.
     pub taken: Vec<Taken>,
     /// Candidates of the first round.
     pub first_round: Vec<Candidate>,
@@ -39,7 +39,7 @@ pub struct Changes {
 }
 
 impl Changes {
-    /// With further changes behind the others, and the estimates that have them.
+    /// The same with further changes at the end, and the estimates that include them.
     pub fn with(&self, terms: Vec<Term>, estimates: Estimates) -> Self {
         let mut taken = self.taken.clone();
         let evidence = vec![Evidence::default(); estimates.fitted.baseline_at.len()];
@@ -59,13 +59,13 @@ fn all<'t>(shared: &'t [Term], taken: &'t [Taken]) -> Vec<&'t Term> {
 
 /// Sessions of both recordings.
 pub struct Sides {
-    /// The healthy machine.
+    /// Sessions of the healthy machine.
     pub reference: Range<usize>,
-    /// What is to be compared with it, held-out sessions included.
+    /// Sessions to be compared with it, held-out sessions included.
     pub now: Range<usize>,
 }
 
-/// Changes of every effect and every quantity of the baseline, between both recordings; no inertia where masses are a guess.
+/// Changes of every effect and every quantity of the baseline between the recordings; without inertias where masses are estimated.
 pub fn causes(known: &Catalogue, masses: Masses, sides: &Sides) -> Vec<Cause> {
     let told = QUANTITIES.iter().filter(|quantity| masses == Masses::Known || quantity.is_of_baseline());
     let effects = known.diagnosable().filter(|effect| quantity::find(effect.name()).is_none());
@@ -74,7 +74,7 @@ pub fn causes(known: &Catalogue, masses: Masses, sides: &Sides) -> Vec<Cause> {
     causes.into_iter().map(|cause| Cause::change(cause, sides.now.clone())).collect()
 }
 
-/// Takes changes one after the other; `None` where nothing can be fitted.
+/// Selects changes one after the other; `None` where nothing can be fitted.
 pub fn select(
     problem: &mut Problem,
     mut shared: Vec<Term>,
@@ -112,7 +112,7 @@ pub fn select(
     Some(Changes { shared, taken, first_round, estimates })
 }
 
-/// Candidates as a report speaks of them, without the values of their columns: those of all candidates fill a hundred megabytes.
+/// Candidates for the report, without the values of their columns: all columns together would take a hundred megabytes.
 fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidate> {
     let outline = |term: &Term| Term {
         effect: term.effect,
@@ -128,9 +128,9 @@ fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidat
     candidates.map(of_candidate).collect()
 }
 
-/// The same effect in all sessions, where that explains the data as well: then it is no change.
+/// The same effect in all sessions, if that explains the data equally well: then it is no change.
 fn always_was(problem: &Problem, terms: &[Term], best: &Candidate) -> Option<Vec<Term>> {
-    // What the baseline has anyway is there on both sides already.
+    // Quantities of the baseline are on both sides already.
     let effect = Some(best.effect().everywhere()).filter(|effect| quantity::find(effect.name()).is_none())?;
     let own: Vec<&Term> = terms.iter().collect();
     let before = predict(problem, &own)?;
@@ -141,7 +141,7 @@ fn always_was(problem: &Problem, terms: &[Term], best: &Candidate) -> Option<Vec
     (total > best.total() - MARGIN).then_some(everywhere)
 }
 
-/// Settles the baseline with the terms, whose columns may build on its friction.
+/// Fits the baseline again with the terms, whose columns may depend on its friction.
 pub fn resettle(problem: &mut Problem, shared: &mut [Term], taken: &mut [Taken]) -> Option<Fitted> {
     let mut fitted = None;
     for _ in 0..2 {
@@ -153,15 +153,15 @@ pub fn resettle(problem: &mut Problem, shared: &mut [Term], taken: &mut [Taken])
     fitted
 }
 
-/// Settles what is left after something was dropped.
+/// Fits the rest again after a term was dropped.
 pub fn refresh(problem: &mut Problem, changes: &mut Changes) -> Option<()> {
     resettle(problem, &mut changes.shared, &mut changes.taken)?;
     changes.estimates = Estimates::new(problem, &changes.terms())?;
     Some(())
 }
 
-/// Estimates with what else friction may have done where it has changed: a change is named alone only where the rest is too small to see,
-/// and its size must not carry that rest.
+/// Estimates with further changes of friction where friction has changed. A change is named alone only if the others are too small to see,
+/// and its size must not include them.
 pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<Estimates> {
     let terms = changes.terms();
     let taken = &terms[changes.shared.len()..];
@@ -184,7 +184,7 @@ pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: 
     Estimates::new(problem, &terms.into_iter().chain(&companions).collect::<Vec<_>>())
 }
 
-/// Drops changes that are superfluous beside the others, the weakest first.
+/// Drops changes that the others make superfluous, the weakest first.
 fn prune(problem: &mut Problem, shared: &mut [Term], taken: &mut Vec<Taken>, rules: &Rules) -> Option<()> {
     while taken.len() > 1 {
         let after = predict(problem, &all(shared, taken))?;

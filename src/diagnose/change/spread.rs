@@ -1,8 +1,8 @@
-//! How far a quantity wanders from session to session of the healthy machine: the natural noise of a change.
+//! Natural variation of a quantity: its spread between sessions of the healthy machine.
 //!
-//! The quantity is freed in one session after the other; `d_s` is what it differs there from all others, with the variance `σ_s²`. What
-//! the sessions scatter beyond their errors is `τ² = (Q − (n − 1))/(Σw − Σw²/Σw)`, `w = 1/σ_s²`, `Q = Σ w (d_s − d̄)²`, zero where
-//! that is no more than the scatter of `Q` itself, `√(2 (n − 1))` twice, can make of nothing. A change between `n` sessions and `m` has the variance `τ² (1/n + 1/m)` on top of its own.
+//! The quantity is fitted separately in one session after the other; `d_s` is its difference from all other sessions, with the variance `σ_s²`.
+//! The scatter beyond these errors is `τ² = (Q − (n − 1))/(Σw − Σw²/Σw)`, `w = 1/σ_s²`, `Q = Σ w (d_s − d̄)²`. It is zero if `Q` is within
+//! twice its own scatter, `√(2 (n − 1))`, of its expectation. A change between `n` sessions and `m` has the variance `τ² (1/n + 1/m)` in addition.
 //! Reference: R. DerSimonian, N. Laird (1986), Meta-analysis in clinical trials.
 
 use crate::diagnose::fit::cause::Cause;
@@ -11,11 +11,11 @@ use std::ops::Range;
 use super::robust::Estimates;
 use crate::diagnose::fit::problem::{Problem, Term};
 
-/// Standard errors of the session that tells most within which another has a say: a staircase tells next to nothing of an inertia, and
-/// what it tells is the friction law's fault.
+/// Sessions count if their standard error is at most this multiple of the smallest one. A slow staircase determines an inertia poorly,
+/// and mainly by errors of the friction law.
 const AS_TELLING: f64 = 3.0;
 
-/// `τ²` of the first coefficient of an effect on its joints; 0 where a single session tells nothing of it.
+/// `τ²` of the first coefficient of an effect on its joints; 0 where only one session determines it.
 pub fn between_sessions(
     problem: &Problem,
     terms: &[&Term],
@@ -63,9 +63,9 @@ mod tests {
     fn analytic_sessions_that_scatter_as_their_errors_say_have_no_spread_of_their_own() {
         // Q = 1 + 0 + 1 = 2 = n − 1.
         assert_eq!(excess(&[(-1.0, 1.0), (0.0, 1.0), (1.0, 1.0)]), 0.0);
-        // Equal errors: τ² is the sample variance less σ²; here 9 − 1, with Q = 18 far above 2 + 2 · 2.
+        // Equal errors: τ² is the sample variance minus σ²; here 9 − 1, with Q = 18 far above 2 + 2 · 2.
         assert!((excess(&[(-3.0, 1.0), (0.0, 1.0), (3.0, 1.0)]) - 8.0).abs() < 1e-12);
-        // One session tells nothing.
+        // One session shows no spread.
         assert_eq!(excess(&[(5.0, 1.0)]), 0.0);
     }
 }

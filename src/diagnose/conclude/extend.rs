@@ -1,4 +1,4 @@
-//! The nominal model with the fitted baseline, and with the effects that were found.
+//! The nominal model with the fitted baseline, and the same with the effects that were found.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +7,10 @@ use crate::effects::{Catalogue, Scope, SymmetricFriction};
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::robot::{EffectEntry, Model};
 
-/// Share of friction behind the gear where nothing is known of it.
+/// Share of friction behind the gear where it is unknown.
 const LINK_SHARE: f64 = 0.1;
 
-/// The nominal model with symmetric friction and gaps as fitted; what the model file gives of the gap stays.
+/// The nominal model with symmetric friction and gaps as fitted; a gap in the model file stays.
 pub fn with_baseline(
     model: &Model,
     friction: &[SymmetricFriction],
@@ -33,7 +33,7 @@ pub fn with_baseline(
     model
 }
 
-/// The same with the effects that were found appended to its list. What was fitted in a torque that an effect proves wrong is put right.
+/// The baseline model with the found effects added. Friction that was fitted in a torque with a wrong scale is corrected.
 pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], catalogue: &Catalogue) -> Model {
     let mut model = baseline.clone();
     let factors: Vec<f64> = model.joints.iter().map(|joint| torque_factor(&joint.name, found, catalogue)).collect();
@@ -58,7 +58,7 @@ pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], ca
     model
 }
 
-/// True torque of a joint over what was made of its current.
+/// True torque of a joint relative to the torque computed from its current with the nominal model.
 fn torque_factor(joint: &str, found: &[FoundEffect], catalogue: &Catalogue) -> f64 {
     let of_effect = |effect: &FoundEffect| {
         let known = catalogue.find(&effect.effect)?;
@@ -69,7 +69,7 @@ fn torque_factor(joint: &str, found: &[FoundEffect], catalogue: &Catalogue) -> f
     found.iter().filter(|effect| effect.joints.iter().any(|name| name == joint)).filter_map(of_effect).product()
 }
 
-/// Friction that was fitted in a torque `factor` too small; a falling part that the nominal model gives was not fitted.
+/// Corrects friction that was fitted in a torque too small by `factor`; a falling part given by the nominal model was not fitted.
 fn scale(law: &mut FrictionLaw, factor: f64, falling_given: bool) {
     if let FrictionLaw::Exponential(sides) = law {
         for side in sides {

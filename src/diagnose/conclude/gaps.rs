@@ -1,4 +1,4 @@
-//! Gaps that the model file does not give: from turns, or from two encoders, and what they blur.
+//! Gaps that the model file does not give, from reversals or from two encoders, and the uncertainty that they add to other parameters.
 
 use super::link_load;
 use crate::diagnose::fit::problem::Problem;
@@ -10,12 +10,12 @@ use crate::identify::backlash;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 
-/// What turns say of a gap that the model file does not give.
+/// Result for a gap that the model file does not give.
 #[derive(Debug, Clone, Default)]
 pub struct MeasuredGap {
     /// The gap, where the data show one.
     pub measured: Option<Measured>,
-    /// [1] Share of friction behind it.
+    /// [1] Share of friction behind the gap.
     pub link_share: Option<f64>,
     /// Why it was not measured.
     pub left_out: Option<String>,
@@ -28,7 +28,7 @@ impl MeasuredGap {
     }
 }
 
-/// Of each joint; `seen` are gaps that two encoders show, and `sessions` are without the torque of what was named.
+/// The gap of each joint; `seen` are gaps from two encoders, and `sessions` do not contain the torque of named effects.
 pub fn measured(
     model: &Model,
     sessions: &[&TimeSeries],
@@ -41,7 +41,7 @@ pub fn measured(
         if joint.backlash.is_some() {
             return MeasuredGap::default();
         }
-        // Two encoders show a gap directly.
+        // Two encoders measure a gap directly.
         if let Some(gap) = &seen[index] {
             let gap = Measured { value: gap.value.max(0.0), ..gap.clone() };
             return MeasuredGap { measured: Some(gap), ..MeasuredGap::default() };
@@ -72,8 +72,8 @@ pub fn measured(
     (0..model.joints.len()).map(measure).collect()
 }
 
-/// Where in its gap `b` a link stands the rotor's angle does not tell: an angle of the link is anywhere within `± b/2` of it, which is a standard
-/// error of `b/√12`.
+/// Adds the uncertainty of link angles by gaps. The rotor's angle does not show where in its gap `b` a link is: the angle of the link is within
+/// `± b/2` of it, which is a standard error of `b/√12`.
 pub fn blur(effects: &mut [FoundEffect], model: &Model, gaps: &[MeasuredGap], catalogue: &Catalogue) {
     for found in effects {
         let joint = model.joints.iter().position(|joint| Some(&joint.name) == found.joints.first());

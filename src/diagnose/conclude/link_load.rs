@@ -1,10 +1,10 @@
-//! Whether something that was named holds a link on one flank of its gear: then the rotor turns without crossing the gap, or crosses it
-//! where no model of rotor, gap and link expects it.
+//! Whether a named effect holds a link on one flank of its gear. Then the rotor reverses without crossing the gap, or crosses it
+//! where a model of rotor, gap and link does not expect it.
 //!
-//! While the rotor turns, a link that nothing pushes stands still in its own friction `s F_C`. A steady torque above that presses it
-//! against one flank throughout. Mending the motor's torque does not help: the link stays where it was. So the root mean square of what
-//! was named, taken at rest (without what acceleration adds), is set against the joint's Coulomb friction.
-//! Gravity of the nominal model is not judged here: the estimate of the gap knows it, turn by turn.
+//! While the rotor reverses, a link without a load stays at rest by its own friction `s F_C`. A larger steady torque presses it
+//! against one flank all the time. Correcting the motor's torque does not help, because the motion of the link stays the same. So the RMS
+//! torque of the named effects, computed at rest (without acceleration), is compared with the joint's Coulomb friction.
+//! Gravity of the nominal model is not judged here: the estimate of the gap includes it at every reversal.
 
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::gentlest::gentlest;
@@ -13,10 +13,10 @@ use crate::diagnose::select::selection::Selection;
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;
 
-/// Part of Coulomb friction from which on a link is held: links had 0.1 to 0.45 of it in the machines of tuning seeds 4800 to 4901.
+/// Part of Coulomb friction above which a link is held: links had 0.1 to 0.45 of it on the machines of tuning seeds 4800 to 4901.
 const HOLDS: f64 = 0.3;
 
-/// Why the gap of a joint cannot be measured in the first sessions of a problem; `None` where nothing that was named stands against it.
+/// Why the gap of a joint cannot be measured in the first sessions of a problem; `None` where no named effect prevents it.
 pub fn why_not(problem: &Problem, selection: &Selection, joint: usize, sessions: &[&TimeSeries]) -> Option<String> {
     let motion = &problem.motion;
     let gentle = gentlest(motion.model, joint, sessions);
@@ -49,7 +49,7 @@ pub fn why_not(problem: &Problem, selection: &Selection, joint: usize, sessions:
     })
 }
 
-/// The places of a motion, without its speed.
+/// The positions of a motion, with zero speed.
 fn at_rest<'m>(motion: &Motion<'m>) -> Motion<'m> {
     let mut still = motion.clone();
     for joint in &mut still.joints {

@@ -1,4 +1,11 @@
-//! From a selection to a diagnosis: parameters, gains, rivals, views.
+//! Selection and instruments → the parts of a diagnosis: parameters, gains, gaps, residual plots, models.
+//!
+//! Takes a confirmed selection, runs the instruments that need a fit, and gives the parts of a diagnosis.
+//! - `gaps`: gaps that the model file does not give
+//! - `link_load`: whether an effect prevents the measurement of a gap
+//! - `unexplained`: structure that no effect explains
+//! - `extend`: the baseline model and the extended model
+//! - `records`: candidates and method for the report
 
 /// The models that come with a diagnosis.
 pub mod extend;
@@ -32,21 +39,21 @@ use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 use gaps::MeasuredGap;
 
-/// What a diagnosis is made of, beside the problem.
+/// Inputs of the conclusion, beside the problem.
 pub struct Data<'d> {
     /// The nominal machine.
     pub model: &'d Model,
-    /// Sessions as the problem has them, a late current mended.
+    /// Sessions as in the problem, with a late current corrected.
     pub sessions: &'d [&'d TimeSeries],
-    /// Which part of them was trained on.
+    /// Division into training and held-out data.
     pub division: Division,
-    /// What was named, or withdrawn, before the problem was posed.
+    /// What was named or withdrawn before the problem was built.
     pub earlier: Findings,
-    /// Whether a fast torque was taken out: what is left of it shakes the joints where they turn around, and no turn is judged.
+    /// Whether a fast torque was removed: its remainder shakes the joints at their reversals, so no reversal is judged.
     pub shaken: bool,
 }
 
-/// Puts everything together.
+/// Computes all parts of a diagnosis.
 ///
 /// # Errors
 /// The baseline cannot be fitted by plain least squares.
@@ -112,7 +119,8 @@ pub fn conclude(
     })
 }
 
-/// The gap of each joint. Rotor and link cross it under friction and inertia alone: what was named would push them, and is taken off first.
+/// The gap of each joint. The estimate assumes that only friction and inertia act while the gap is crossed, so the torque of effects is
+/// removed first.
 fn gaps(
     data: &Data,
     problem: &Problem,
@@ -128,7 +136,7 @@ fn gaps(
     gaps::measured(data.model, &without.iter().collect::<Vec<_>>(), problem, selection, seen)
 }
 
-/// The nominal model with the fitted baseline, and with the effects besides. Without effects both have the same friction.
+/// The nominal model with the fitted baseline, and the same with the effects. Without effects both have the same friction.
 fn models(
     problem: &Problem,
     selection: &Selection,

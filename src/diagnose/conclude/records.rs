@@ -1,4 +1,4 @@
-//! What a report says of candidates and of the method.
+//! The entries of a report for candidates and method.
 
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::options::Options;
@@ -8,7 +8,7 @@ use crate::diagnose::select::candidates::Candidate;
 use crate::diagnose::select::selection::Selection;
 use crate::timeseries::TimeSeries;
 
-/// Every candidate of the first round, and what became of it.
+/// Every candidate of the first round, with its outcome.
 pub fn records(
     problem: &Problem,
     selection: &Selection,
@@ -45,7 +45,7 @@ pub fn records(
     selection.first_round.iter().map(record).collect()
 }
 
-/// How the data were read.
+/// How the data were processed.
 pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, options: &Options) -> Method {
     let widths = &problem.motion.half_width;
     let half_width = [widths.iter().copied().fold(f64::INFINITY, f64::min), widths.iter().copied().fold(0.0, f64::max)];

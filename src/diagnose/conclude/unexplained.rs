@@ -1,8 +1,8 @@
-//! Structure that remains when no effect of the catalogue helps any more: named by its shape, not by a cause.
+//! Structure that remains when no further effect of the catalogue helps: described by its shape, not by a cause.
 //!
-//! [Patterns](crate::diagnose::evidence::patterns) are tried one after the other beside the effects, joint by joint, and judged as effects are: by what a
-//! fit with the pattern gains on training rows that it was not fitted on. The best of them is reported, where it is one that a clean machine
-//! would not show. One shape seldom is the whole of what is missing; that it is there says that something is.
+//! [Patterns](crate::diagnose::evidence::patterns) are tried one after the other beside the effects, joint by joint. They are judged like effects, by
+//! the gain of the fit with the pattern on training rows that were not used for that fit. The best pattern is reported, if a clean machine
+//! would not show it. One shape is seldom all that is missing, but it shows that something is missing.
 
 use crate::diagnose::evidence::pattern_search::{likeliest, with_term};
 use crate::diagnose::evidence::prediction::{Prediction, predict};
@@ -13,20 +13,20 @@ use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::gains;
 use crate::diagnose::result::{FitError, Split, Unexplained};
 
-/// Part of the RMS torque that a pattern has to have: less is what the law of an effect or of friction does not get right. Patterns
-/// with evidence enough on 16 clean machines (seeds 1000 to 1015 of `benches/blind`) stay below it.
+/// Least amplitude of a pattern relative to the RMS torque: the inaccuracy of a law of an effect or of friction is smaller. Patterns
+/// with enough evidence on 16 clean machines (seeds 1000 to 1015 of `benches/blind`) are below it.
 const LEAST_AMPLITUDE: f64 = 0.01;
-/// The same where the pattern gains on what is held out.
+/// The same for a pattern that gains on held-out data.
 const LEAST_CONFIRMED: f64 = 0.005;
-/// [%] of the torque held out beyond which nobody would say that a model explains it, whatever its shape: clean machines leave up to 12 %
+/// [%] of the held-out torque above which a residual is unexplained, whatever its shape: clean machines leave up to 12 %
 /// (seeds 1000 to 1003 of `benches/blind`), a textbook's law of friction 4 % of a real carriage's force.
 const LEFT: f64 = 40.0;
-/// The same in floors of the sensors: less may be their noise.
+/// Least residual in multiples of the sensors' floor: a smaller one may be their noise.
 const ABOVE_FLOOR: f64 = 5.0;
 
-/// The strongest remaining pattern of each joint, where there is one that a clean machine would not show.
+/// The strongest remaining pattern of each joint, if a clean machine would not show it.
 ///
-/// A pattern is sought in the rows of those sessions alone that `within` picks.
+/// A pattern is sought only in the rows of the sessions that `within` selects.
 pub fn unexplained(
     problem: &Problem,
     terms: &[&Term],
@@ -68,7 +68,7 @@ fn strongest(
     Some(Unexplained { joint: model.name.clone(), pattern })
 }
 
-/// Whether the last term lowers the error on held-out rows by more than chance.
+/// Whether the last term lowers the error on held-out rows significantly.
 fn gains_on_held_out(problem: &Problem, without: &[&Term], with: &[&Term], joint: usize) -> bool {
     let residuals = |terms: &[&Term]| -> Option<Vec<Vec<f64>>> {
         let fitted = problem.fit(terms, Part::Train, NU)?;
@@ -78,7 +78,7 @@ fn gains_on_held_out(problem: &Problem, without: &[&Term], with: &[&Term], joint
     gains::Judge::new(problem, &before).compared(&[joint], [&before, &after]).shown
 }
 
-/// What a model whose masses are a guess leaves of the torque: no cause is sought in it.
+/// Residual torque of a model with estimated masses: no cause is sought in it.
 pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
     let of_joint = |(joint, residual): (usize, &Residual)| {
         let m = &problem.motion.joints[joint];
@@ -93,7 +93,7 @@ pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
     residuals.iter().enumerate().map(of_joint).collect()
 }
 
-/// What is left of the torque of joints of which no shape was `said`, where it is too much for an explanation.
+/// Residual torque of the joints without a pattern in `said`, where it is too large for an explained torque.
 pub fn shapeless(fit: &[FitError], said: &[Unexplained]) -> Vec<Unexplained> {
     let too_much = |one: &&FitError| {
         one.split == Split::HeldOut && one.after_percent > LEFT && one.after > ABOVE_FLOOR * one.floor
@@ -111,7 +111,7 @@ pub fn shapeless(fit: &[FitError], said: &[Unexplained]) -> Vec<Unexplained> {
     fit.iter().filter(too_much).filter(silent).map(words).collect()
 }
 
-/// RMS of what the last term takes of the residual times √2 [N·m or N]: the amplitude of a harmonic.
+/// RMS torque that the last term explains, times √2 [N·m or N]: the amplitude of a harmonic.
 fn amplitude(problem: &Problem, terms: &[&Term], without: &Fitted, joint: usize) -> Option<f64> {
     let with = problem.fit_near(&problem.coupled(terms, &[joint]), terms, Part::Train, without)?;
     let (before, after) = (&without.solution.residual[joint], &with.solution.residual[joint]);

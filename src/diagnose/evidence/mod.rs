@@ -1,4 +1,10 @@
-//! A fit → evidence, probability, and how well effects can be told apart.
+//! A fit → evidence, probability, and separability of effects.
+//!
+//! Takes a fit and gives the evidence for an effect, its probability, and the rivals that the recording cannot separate from it.
+//! - `prediction`: likelihood of rows that were not used for a fit, and the evidence from it
+//! - `probability`: calibrated probability of a named effect
+//! - `separability`: how well a recording separates an effect from all others
+//! - `patterns`: shapes without physics; `pattern_search`: the best of them for a residual
 
 pub mod pattern_search;
 pub mod patterns;

@@ -1,4 +1,4 @@
-//! The pattern without physics that describes best what a fit leaves over.
+//! The pattern without physics that best describes the residual of a fit.
 
 use crate::diagnose::fit::cause::Cause;
 use rayon::prelude::*;
@@ -7,20 +7,20 @@ use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::Score;
 
-/// Harmonics of a kind that are fitted in full after a scan of all orders.
+/// Number of harmonics of a kind that are fitted in full after a scan of all orders.
 const SHORTLIST: usize = 2;
 
 /// A pattern that is tried.
 pub struct TriedPattern {
-    /// What it adds to the torque.
+    /// Its contribution to the torque.
     pub term: Term,
-    /// How many of its kind were tried: the price of choosing among them.
+    /// Number of patterns of its kind that were tried: the evidence is reduced for the choice among them.
     pub tried: usize,
     /// The pattern in words.
     pub words: String,
 }
 
-/// The pattern that gains most on the training rows of a joint beside these terms and their loose fit, sought in the sessions `within`.
+/// The pattern with the largest gain on the training rows of a joint beside these terms and their loose fit, in the sessions `within`.
 pub fn likeliest(
     problem: &Problem,
     terms: &[&Term],
@@ -44,7 +44,7 @@ pub fn likeliest(
     gained.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best)
 }
 
-/// Terms with a further one at their end.
+/// Terms with one more term at the end.
 pub fn with_term<'t>(terms: &[&'t Term], further: &'t Term) -> Vec<&'t Term> {
     terms.iter().copied().chain([further]).collect()
 }
@@ -65,7 +65,7 @@ fn smooth_trials(problem: &Problem, joint: usize) -> Vec<TriedPattern> {
     columns.into_iter().enumerate().map(trial).collect()
 }
 
-/// The harmonics of each kind whose score is best.
+/// The harmonics of each kind with the best scores.
 fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<TriedPattern> {
     let motion = &problem.motion;
     let rows = problem.rows(joint, Part::Train);
@@ -75,7 +75,7 @@ fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: u
         Score::new(&system.blocks[joint], &solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
     let orders = orders(motion, joint);
     let seen = motion.at_rows(&rows);
-    // All kinds at once: they differ in the size of the harmonic alone.
+    // All kinds in one pass: they differ only in the amplitude of the harmonic.
     let gains = |order: &f64| -> [f64; PERIODIC.len()] {
         let harmonic = seen.harmonic(joint, *order, |_, _| 1.0);
         PERIODIC.each_ref().map(|kind| {

@@ -1,11 +1,10 @@
-//! Shapes that no physics chooses: what a residual can look like when no effect of the catalogue explains it.
+//! Patterns: shapes without physics that a residual may have when no effect of the catalogue explains it.
 //!
-//! A *smooth* shape is one column: a Legendre polynomial `P_k` of the joint's angle (scaled to its range), a ramp at one end of it, a power
-//! of speed, acceleration,
-//! load, friction at low speed, time within a session, or the motion of another joint, each alike in both directions or with the
-//! direction of motion `s`. A *periodic* one is a harmonic of the motor angle, alike in both directions, times `s`, or in proportion to
-//! the torque. They are fitted and judged like effects, by rows that they were not fitted on, and are in no catalogue: what they
-//! name is a shape, not a cause.
+//! A *smooth* pattern is one column: a Legendre polynomial `P_k` of the joint's angle (scaled to its range), a ramp at one end of the range, a
+//! power of speed, acceleration, load, friction at low speed, time within a session, or the motion of another joint; each either equal in
+//! both directions of motion or with the sign `s` of the direction. A *periodic* pattern is a harmonic of the motor angle, equal in both
+//! directions, times `s`, or proportional to the torque. Patterns are fitted and judged like effects, on rows that were not used for their
+//! fit. They are in no catalogue: they describe a shape, not a cause.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -29,29 +28,29 @@ static ABOUT: About = About {
 
 /// Highest power of the joint's angle.
 const DEGREE: usize = 3;
-/// Highest order of the motor angle that is looked for, in periods a turn.
+/// Highest order of the motor angle that is tried, in periods per turn.
 const HIGHEST_ORDER: f64 = 12.0;
-/// Periods that a joint has to move through for a wave to be told from a curve: half a period more than the one that every curve fits.
+/// Number of periods that a joint has to cover for a wave to differ from a curve: half a period more than the one that any curve fits.
 const COVERED: f64 = 1.5;
-/// Most orders that are tried.
+/// Largest number of orders that are tried.
 const MOST_ORDERS: usize = 1500;
 
-/// One column, its number the first entry of the shape.
+/// One column; its number is the first entry of the shape.
 pub struct Smooth;
-/// A harmonic, its order the first entry of the shape [1/rad or 1/m of joint motion].
+/// A harmonic; its order is the first entry of the shape [1/rad or 1/m of joint motion].
 pub enum Periodic {
-    /// Alike in both directions.
+    /// Equal in both directions.
     Alike,
-    /// Turning its sign with the direction.
+    /// With the sign of the direction of motion.
     WithDirection,
-    /// In proportion to the torque.
+    /// Proportional to the torque.
     WithTorque,
 }
 
 /// Every kind of harmonic.
 pub static PERIODIC: [Periodic; 3] = [Periodic::Alike, Periodic::WithDirection, Periodic::WithTorque];
 
-/// Orders to try on a joint: from one period in its range.
+/// Orders to try on a joint, starting with one period in its range.
 pub fn orders(motion: &Motion, joint: usize) -> Vec<f64> {
     let range = motion.range(joint).max(1e-9);
     let (lowest, step) = (TAU / range, PI / (3.0 * range));
@@ -60,7 +59,7 @@ pub fn orders(motion: &Motion, joint: usize) -> Vec<f64> {
     (0..count).map(|index| lowest + step * index as f64).collect()
 }
 
-/// All smooth columns of a joint, in words and numbers.
+/// All smooth columns of a joint, with descriptions.
 pub fn smooth(motion: &Motion, joint: usize) -> Vec<(String, Vec<f64>)> {
     let m = &motion.joints[joint];
     let of = |value: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..motion.rows()).map(value).collect() };
@@ -93,7 +92,7 @@ pub fn smooth(motion: &Motion, joint: usize) -> Vec<(String, Vec<f64>)> {
                 .push((format!("growing {words} {:.0} % of the joint's range", 50.0 * (1.0 + sign * place)), beyond));
         }
     }
-    // With the direction these two are Coulomb and viscous friction, which the baseline has.
+    // With the sign of the direction these two are Coulomb and viscous friction, which the baseline contains.
     columns.push(("constant, both directions alike".to_owned(), vec![1.0; motion.rows()]));
     columns.push(("in proportion to speed, both directions alike".to_owned(), of(&|row| m.v[row].abs())));
     columns.push(("in proportion to the joint's own acceleration".to_owned(), m.a.clone()));
@@ -109,10 +108,10 @@ pub fn smooth(motion: &Motion, joint: usize) -> Vec<(String, Vec<f64>)> {
     columns
 }
 
-/// [s] A time in which warm friction falls.
+/// [s] Time constant of falling friction.
 const FADES: f64 = 40.0;
 
-/// Values between −1 and 1.
+/// Scales values to the range −1 to 1.
 fn scaled(values: &[f64]) -> Vec<f64> {
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
     let half = (0.5 * (high - low)).max(1e-12);
@@ -149,7 +148,7 @@ impl Diagnosable for Smooth {
 }
 
 impl Periodic {
-    /// Size of the harmonic at a row.
+    /// Amplitude of the harmonic in a row.
     pub fn amplitude(&self, m: &JointMotion, row: usize) -> f64 {
         match self {
             Self::Alike => 1.0,
@@ -158,8 +157,8 @@ impl Periodic {
         }
     }
 
-    /// In words, at an order of the angle of a joint that moves through `range` [rad or m]. A period that the joint does not cover
-    /// [`COVERED`] times is not known as one: it is a shape of the whole stroke.
+    /// The description at an order of the angle of a joint that moves through `range` [rad or m]. A period that the joint does not cover
+    /// [`COVERED`] times is not identified as a period: it is a shape of the whole stroke.
     pub fn words(&self, order: f64, gear_ratio: f64, range: f64) -> String {
         let period = TAU * gear_ratio / order / crate::units::DEG;
         let kind = match self {

@@ -1,4 +1,4 @@
-//! How well a model predicts rows that it was not fitted on, and the evidence that follows.
+//! Prediction of rows that were not used for the fit, and the evidence from it.
 
 use rayon::prelude::*;
 
@@ -6,14 +6,14 @@ use crate::diagnose::fit::problem::{FOLDS, Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::Solution;
 use crate::diagnose::options::Rules;
 
-/// How well a model predicts, by joint, in nats as if rows were independent.
+/// Log-likelihood of a model's predictions by joint [nats], as if rows were independent.
 #[derive(Debug, Clone)]
 pub struct Prediction {
-    /// Joints that it is of; what stands for others means nothing.
+    /// Joints with predictions; the entries of other joints are undefined.
     joints: Vec<usize>,
-    /// On the rows that it was fitted on.
+    /// On the rows of the fit.
     pub training: Vec<f64>,
-    /// On each fold, fitted on the others.
+    /// On each fold, fitted to the other folds.
     pub folds: Vec<f64>,
     /// Scale of the training error.
     pub scale: Vec<f64>,
@@ -22,8 +22,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// What speaks for this model against a poorer one. How many rows are independent is judged by the errors of the richer one:
-    /// an effect that is not modelled makes errors that never forget. A joint that was not predicted anew says nothing.
+    /// The evidence for this model against a simpler one. The number of independent rows is taken from the errors of this model, because
+    /// an effect that is not modelled makes correlated errors. A joint without a new prediction gives no evidence.
     pub fn against(&self, before: &Self) -> Vec<Evidence> {
         let mut evidence = vec![Evidence::default(); self.folds.len()];
         for joint in self.joints.iter().copied() {
@@ -35,20 +35,20 @@ impl Prediction {
         evidence
     }
 
-    /// Gain on rows that were left out, as far as there is one on the rows that were fitted: what goes beyond it is only that
-    /// the poorer model, fitted on fewer rows, happens to be far off on the others.
+    /// Gain on rows that were left out, limited to the gain on the rows of the fit. More than that only shows that the simpler model,
+    /// fitted to fewer rows, is by chance far off on the others.
     fn gained_elsewhere(&self, before: &Self, joint: usize) -> f64 {
         let fitted = (self.training[joint] - before.training[joint]).max(0.0);
         (self.folds[joint] - before.folds[joint]).min(fitted)
     }
 }
 
-/// Evidence for a term on one joint, from the training data alone.
+/// Evidence for a term on one joint, from the training data only.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Evidence {
-    /// [nats] gain of likelihood by cross-validation, the choice among shapes paid for.
+    /// [nats] Gain of log-likelihood by cross-validation, reduced for the choice among shapes.
     pub nats: f64,
-    /// [1] logarithm of the ratio of error scales, without over with.
+    /// [1] Logarithm of the ratio of error scales, without the term over with it.
     pub log_scale: f64,
 }
 
@@ -59,12 +59,12 @@ impl Evidence {
     }
 }
 
-/// How well the terms predict; `None` where they cannot be fitted.
+/// Predictions of the terms; `None` where they cannot be fitted.
 pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
     prediction(problem, terms, &problem.fit_loosely(terms, Part::Train)?)
 }
 
-/// As [`predict`], with the loose fit of all training rows at hand: of those joints that were fitted.
+/// As [`predict`], with a given loose fit of all training rows, for the joints of that fit.
 pub fn prediction(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Prediction> {
     let mut folds = vec![0.0; problem.baseline.len()];
     let parts: Vec<Option<Vec<f64>>> = (0..FOLDS)

@@ -1,23 +1,23 @@
-//! Probability that what is named is right: the odds of every way of naming pass one calibration, so that a number means the same everywhere.
+//! Probability that a named effect is right: all ways of naming use one calibration, so that a number means the same everywhere.
 
-/// Intercept and slope of the probability's logarithmic odds against those of the evidence, which trusts itself too much where it is
-/// sure and too little where rivals are near: `ln p/(1 − p) = 1.7 + 0.33 · min(−ln(odds against), 6)`. Fitted to 207 effects named on
+/// Intercept and slope of the probability's logarithmic odds against those of the evidence: the raw evidence is too confident where it is
+/// strong, and not confident enough where rivals are near. `ln p/(1 − p) = 1.7 + 0.33 · min(−ln(odds against), 6)`. Fitted to 207 effects named on
 /// tuning machines (`benches/blind`, seeds 1400 to 1411 and 2000 to 7103; `tests/hidden_effects`, seeds 1 to 40), in bins of the
-/// uncalibrated probability: below 0.6 6 of 7 right, to 0.9 13 of 14, to 0.985 7 of 9, above 173 of 177. It holds with lines, slips and names
-/// that are withdrawn, and 64 clean machines, since weak evidence has odds of its own: on 220 machines (seeds 1400 to 1411, 2000 to 7101,
+/// uncalibrated probability: below 0.6 6 of 7 right, to 0.9 13 of 14, to 0.985 7 of 9, above 173 of 177. It also holds with lines, slips and
+/// withdrawn names, and on 64 clean machines, because weak evidence has odds of its own: on 220 machines (seeds 1400 to 1411, 2000 to 7101,
 /// 20000 to 20078, 31000 to 36100) 135 of 137 effects named are right, 127 of 127 of those above 0.97.
 const CALIBRATION: [f64; 2] = [1.7, 0.33];
-/// Logarithmic odds beyond which the evidence says nothing more.
+/// Logarithmic odds above which stronger evidence changes nothing.
 const SUREST: f64 = 6.0;
 
-/// Probability [0 to 1] of what evidence speaks against with these odds, ≥ 0.
+/// Probability [0 to 1] from the odds against, ≥ 0.
 pub fn calibrated(odds_against: f64) -> f64 {
     let [intercept, slope] = CALIBRATION;
     let log_odds = -odds_against.max(1e-300).ln();
     1.0 / (1.0 + (-intercept - slope * log_odds.clamp(-SUREST, SUREST)).exp())
 }
 
-/// Odds against something being more than `least`, by the logistic approximation of the normal distribution.
+/// Odds against a true value above `least`, with the logistic approximation of the normal distribution.
 pub fn odds_against(value: f64, least: f64, std_error: f64) -> f64 {
     (-1.702 * (value - least) / std_error.max(1e-300)).exp()
 }
@@ -36,7 +36,7 @@ mod tests {
 
     #[test]
     fn two_standard_errors_leave_odds_of_one_in_thirty() {
-        // The normal distribution has 1 in 43 beyond 2 standard errors; the logistic approximation is within 0.01 of it in probability.
+        // The normal distribution has 1 in 43 beyond 2 standard errors; the logistic approximation differs by less than 0.01 in probability.
         let odds = odds_against(3.0, 1.0, 1.0);
         assert!((odds / (1.0 + odds) - 0.0228).abs() < 0.01, "{odds}");
     }

@@ -1,16 +1,16 @@
-//! Which effects could stand in for one another on a recording, and what that would cost: by the information that the motion holds,
-//! whatever is named in the end.
+//! Separability: which effects can replace one another on a recording, and the loss of likelihood if they do. It follows from the motion
+//! alone and does not depend on the effects that are named.
 //!
-//! An effect adds the torque `S = Σ c_k column_k` to the measured motion. What the baseline and a rival, with coefficients of its own
-//! and the shape that suits it best, can make of `S` is not missed; `S⊥` is. It costs, in nats of expected log-likelihood,
+//! An effect adds the torque `S = Σ c_k column_k` to the measured motion. The baseline and a rival, with its own coefficients and its best
+//! shape, can reproduce a part of `S`; the remainder is `S⊥`. It costs, in nats of expected log-likelihood,
 //!
 //! ```text
 //!   Δ = ½ · (ν + 1)/(ν + 3) · n_eff/n · Σ S⊥²/s²
 //! ```
-//! `s` the scale of the error and `n_eff/n` the independent samples per row of a fit that holds the effect, `(ν + 1)/(ν + 3)` the Fisher
-//! information of Student's t of unit scale. Only rows of the training data count. Without a rival `Δ` is what the effect shows at all.
-//! A rival of one joint is let loose on every joint, each with a shape of its own.
-//! Left out: two rivals that stand in together; what is told by other things than torque against motion: by a joint at rest, by the
+//! `s` is the scale of the error and `n_eff/n` the independent samples per row, both of a fit that contains the effect; `(ν + 1)/(ν + 3)` is the
+//! Fisher information of Student's t of unit scale. Only training rows count. Without a rival, `Δ` is the visibility of the effect itself.
+//! A rival of one joint may act on every joint, each with its own shape.
+//! Left out: two rivals together; effects that are identified by other data than torque against motion: by a joint at rest, by the
 //! command, by reversals.
 //! Reference: C. R. Rao (1945), Information and the accuracy attainable in the estimation of statistical parameters.
 
@@ -30,46 +30,46 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
-/// Rows of a joint that are looked at, about.
+/// Approximate number of rows of a joint that are used.
 const ROWS: usize = 2500;
-/// More shapes than these are evaluated at the rows that are looked at alone.
+/// Number of shapes above which they are evaluated only at the rows that are used.
 const MANY_SHAPES: usize = 6;
-/// Steps of the golden section between the best shape of a scan and its neighbours.
+/// Steps of the golden section between the best scanned shape and its neighbours.
 const REFINEMENTS: usize = 12;
-/// [1] Part of a column's power that has to be left of it when the others have been taken out.
+/// [1] Least part of a column's power that remains after the projection on the other columns.
 const LEAST_LEFT: f64 = 1e-9;
 
-/// How well a recording tells an effect from all others.
+/// How well a recording separates an effect from all others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Separability {
-    /// [nats] What the effect shows beside the baseline.
+    /// [nats] Visibility of the effect beside the baseline.
     pub visible: f64,
-    /// What is lost where another effect stands in for it, the closest first.
+    /// Loss when another effect replaces it, closest rival first.
     pub rivals: Vec<Rival>,
 }
 
-/// An effect in the place of another.
+/// An effect that replaces another one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rival {
     /// Its name.
     pub effect: &'static str,
-    /// [nats] Expected log-likelihood that is lost.
+    /// [nats] Loss of expected log-likelihood.
     pub nats: f64,
 }
 
 impl Separability {
-    /// [nats] What the closest rival loses, or the baseline alone.
+    /// [nats] Loss with the closest rival, or with the baseline alone.
     pub fn least(&self) -> f64 {
         self.rivals.first().map_or(self.visible, |closest| closest.nats.min(self.visible))
     }
 
-    /// Names of the effects that lose less than `nats`.
+    /// Names of the rivals with a loss below `nats`.
     pub fn closer_than(&self, nats: f64) -> Vec<&'static str> {
         self.rivals.iter().filter(|rival| rival.nats < nats).map(|rival| rival.effect).collect()
     }
 }
 
-/// How well a recording tells the terms `of` from all other effects, beside the remaining terms.
+/// How well a recording separates the terms `of` from all other effects, beside the remaining terms.
 pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted: &Fitted) -> Separability {
     let (own, beside): (Vec<_>, Vec<_>) = terms.iter().enumerate().partition(|(index, _)| of.contains(index));
     let beside: Vec<&Term> = beside.into_iter().map(|(_, term)| *term).collect();
@@ -107,8 +107,8 @@ pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted
     Separability { visible: missed.iter().sum(), rivals }
 }
 
-/// How well a recording of a machine tells one of the effects that it is known to have: `present` their names and joints (all, for an
-/// effect of the machine), the first of them the one that is asked about. `None` where a diagnosis does not tell it by torque against motion.
+/// How well a recording separates one of the known effects of a machine from others. `present` are their names and joints (all joints for an
+/// effect of the machine); the first is the effect in question. `None` where a diagnosis does not identify it by torque against motion.
 ///
 /// # Errors
 /// As [`diagnose`](crate::diagnose::diagnose).
@@ -129,7 +129,7 @@ pub fn of_recording(
     Ok(Some(separability(&problem, &terms, 0..asked, &fitted)))
 }
 
-/// Terms of effects that are known to be there, each with the shape that suits the recording best beside the others.
+/// Terms of effects that are known to be present, each with its best shape beside the others.
 fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Option<Vec<Term>> {
     let mut places: Vec<(&'static dyn Diagnosable, Vec<usize>)> = Vec::new();
     for (name, joints) in present {
@@ -140,7 +140,7 @@ fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Optio
         }
     }
     let mut terms: Vec<Term> = Vec::new();
-    // The shape of one is judged beside those that are known already; in a second turn all of them are.
+    // First pass: the shape of each effect beside the previous ones; second pass: beside all others.
     for turn in 0..2 {
         for (index, (effect, joints)) in places.iter().enumerate() {
             let beside: Vec<&Term> =
@@ -151,7 +151,7 @@ fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Optio
                 (0..problem.baseline.len()).map(|joint| problem.baseline[joint].target().to_vec()).collect();
             let shape = field.best(*effect, &field.stretched(&target))?.shape;
             let term = Term::new(&problem.motion, *effect, joints, shape);
-            // Told by something else than torque against motion: by the command, by what happens at reversals.
+            // An effect that is identified by other data than torque against motion: by the command, or at reversals.
             if term.coefficients() == 0 {
                 return None;
             }
@@ -162,20 +162,20 @@ fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Optio
     Some(terms.into_iter().map(|t| Term::new(&problem.motion, t.effect, &t.joints, t.shape)).collect())
 }
 
-/// Rows of some joints as one vector, each divided by its error, without what the baseline can make of it.
+/// Rows of some joints as one vector, each divided by its error, without the part that the baseline can reproduce.
 struct Field<'p, 'm> {
     problem: &'p Problem<'m>,
     joints: Vec<usize>,
-    /// One a joint.
+    /// Rows of each joint.
     rows: Vec<Vec<usize>>,
-    /// The motion at those rows, one a joint.
+    /// The motion at those rows, for each joint.
     motions: Vec<Motion<'m>>,
-    /// Factor that makes a torque of a joint the root of nats.
+    /// Factor from the torque of a joint to the square root of nats.
     factor: Vec<f64>,
     basis: Vec<Vec<f64>>,
 }
 
-/// The best that an effect can do.
+/// The best result of an effect.
 struct Best {
     shape: Vec<f64>,
     /// [nats]
@@ -219,7 +219,7 @@ impl<'p, 'm> Field<'p, 'm> {
         self.rows[place].iter().map(|row| column[*row]).collect()
     }
 
-    /// One vector of a part a joint, in units of its error; a missing part is zero.
+    /// One vector from one part per joint, in units of its error; a missing part is zero.
     fn joined(&self, parts: &[Vec<f64>]) -> Vec<f64> {
         let mut all = Vec::new();
         for ((part, rows), factor) in parts.iter().zip(&self.rows).zip(&self.factor) {
@@ -228,28 +228,28 @@ impl<'p, 'm> Field<'p, 'm> {
         all
     }
 
-    /// Torques of all joints and rows as such a vector.
+    /// Torques of all joints and rows as one such vector.
     fn stretched(&self, torque: &[Vec<f64>]) -> Vec<f64> {
         let parts: Vec<Vec<f64>> =
             self.joints.iter().enumerate().map(|(place, joint)| self.picked(place, &torque[*joint])).collect();
         self.joined(&parts)
     }
 
-    /// Adds a direction that the baseline can make.
+    /// Adds a direction that the baseline can reproduce.
     fn take_out(&mut self, column: &[f64]) {
         if let Some(direction) = without(column.to_vec(), &self.basis) {
             self.basis.push(direction);
         }
     }
 
-    /// What the baseline cannot make of a vector.
+    /// The part of a vector that the baseline cannot reproduce.
     fn missed(&self, vector: &[f64]) -> Vec<f64> {
         let mut left = vector.to_vec();
         self.basis.iter().for_each(|direction| subtract(&mut left, direction));
         left
     }
 
-    /// [nats] What is left of a vector that the baseline has left, when an effect of this shape has its coefficients.
+    /// [nats] Remainder of a vector (without the baseline's part) after a fit of an effect with this shape.
     fn left(&self, effect: &dyn Diagnosable, shape: &[f64], many: bool, missed: &[f64]) -> f64 {
         let of_joint = |(place, joint): (usize, &usize)| -> Vec<Vec<f64>> {
             if many {
@@ -272,7 +272,7 @@ impl<'p, 'm> Field<'p, 'm> {
         power(&left)
     }
 
-    /// The shape of an effect that leaves least of a vector; `None` where it has none.
+    /// The shape of an effect with the smallest remainder of a vector; `None` where the effect has no shape.
     fn best(&self, effect: &'static dyn Diagnosable, vector: &[f64]) -> Option<Best> {
         let missed = self.missed(vector);
         let shapes = effect.shapes(&self.problem.motion, self.joints[0]);
@@ -301,10 +301,10 @@ impl<'p, 'm> Field<'p, 'm> {
     }
 }
 
-/// What is left of a vector without some orthogonal directions of unit length, of unit length; `None` where nothing is.
+/// The part of a vector orthogonal to some orthonormal directions, scaled to unit length; `None` where nothing remains.
 fn without(mut vector: Vec<f64>, directions: &[Vec<f64>]) -> Option<Vec<f64>> {
     let before = power(&vector);
-    // Twice is enough for orthogonality to the last digit (W. Kahan).
+    // Two passes are enough for orthogonality to the last digit (W. Kahan).
     for _ in 0..2 {
         directions.iter().for_each(|direction| subtract(&mut vector, direction));
     }
@@ -317,7 +317,7 @@ fn without(mut vector: Vec<f64>, directions: &[Vec<f64>]) -> Option<Vec<f64>> {
     Some(vector)
 }
 
-/// Takes the part along a direction of unit length out of a vector.
+/// Subtracts the part along a direction of unit length from a vector.
 fn subtract(vector: &mut [f64], direction: &[f64]) {
     let along: f64 = vector.iter().zip(direction).map(|(x, d)| x * d).sum();
     vector.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);

@@ -1,18 +1,18 @@
-//! What the nominal model leaves free: symmetric friction of equation 6, and the zero of a recorded torque.
+//! Free parameters of the nominal model: symmetric friction of equation 6, and the zero of a recorded torque.
 //!
 //! `τ_m − τ_rigid = (F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v (+ offset of the session, where a torque and not a current was recorded)`.
-//! Linear but for `v_S`, which is scanned (variable projection). Where the model file gives friction, its Stribeck part is kept
-//! and `F_C`, `F_V` are refitted, because they drift.
+//! All parameters are linear except `v_S`, which is scanned (variable projection). Where the model file gives friction, its Stribeck part
+//! is kept, and `F_C` and `F_V` are fitted again because they drift.
 
 use crate::effects::{Motion, SymmetricFriction, falling as falling_column, falling_slope};
 use crate::gearhead::{Direction, FrictionLaw};
 
-/// How the falling part of friction enters.
+/// How the falling part of friction enters the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Falling {
-    /// Fitted, with this Stribeck velocity for now.
+    /// Fitted, at the present value of the Stribeck velocity.
     Free(f64),
-    /// As the model file gives it; the symmetric mean is subtracted beforehand.
+    /// As the model file gives it; the mean of both directions is subtracted from the torque first.
     Given(SymmetricFriction),
 }
 
@@ -20,7 +20,7 @@ pub enum Falling {
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointBaseline {
     falling: Falling,
-    /// Sessions whose torque has a zero of its own.
+    /// Sessions whose torque has an offset of its own.
     pub offset_sessions: Vec<usize>,
     columns: Vec<Vec<f64>>,
     stribeck_derivative: Option<Vec<f64>>,
@@ -31,11 +31,11 @@ pub struct JointBaseline {
 pub const COULOMB: usize = 0;
 /// Viscous friction.
 pub const VISCOUS: usize = 1;
-/// `F_S − F_C`, where it is free.
+/// `F_S − F_C`, where it is fitted.
 pub const FALLING: usize = 2;
 
 impl JointBaseline {
-    /// The baseline of a joint: `offset_sessions` matter where no current was recorded.
+    /// The baseline of a joint; each of `sessions` has a torque offset of its own where no current was recorded.
     pub fn new(motion: &Motion, joint: usize, sessions: &[usize]) -> Self {
         let falling = match motion.model.joints[joint].friction {
             None => Falling::Free(stribeck_grid(motion, joint)[STRIBECK_STEPS / 2]),
@@ -65,12 +65,12 @@ impl JointBaseline {
         Self { falling, offset_sessions, columns, stribeck_derivative, target }
     }
 
-    /// The same baseline at another Stribeck velocity.
+    /// The same baseline with another Stribeck velocity.
     pub fn at_stribeck_velocity(&self, motion: &Motion, joint: usize, v_s: f64) -> Self {
         Self::with(motion, joint, Falling::Free(v_s), self.offset_sessions.clone())
     }
 
-    /// Its falling part.
+    /// The falling part.
     pub fn falling(&self) -> Falling {
         self.falling
     }
@@ -80,7 +80,7 @@ impl JointBaseline {
         self.columns.len()
     }
 
-    /// The columns, one value a row.
+    /// The columns, with one value per row.
     pub fn columns(&self) -> &[Vec<f64>] {
         &self.columns
     }
@@ -90,12 +90,12 @@ impl JointBaseline {
         self.stribeck_derivative.as_ref()
     }
 
-    /// What is to be explained: measured torque less what the model file fixes.
+    /// Left side of the regression: measured torque minus the part that the model file fixes.
     pub fn target(&self) -> &[f64] {
         &self.target
     }
 
-    /// The law that its coefficients stand for.
+    /// The friction law of these coefficients.
     pub fn friction(&self, coefficients: &[f64]) -> SymmetricFriction {
         let (coulomb, viscous) = (coefficients[COULOMB], coefficients[VISCOUS]);
         match self.falling {
@@ -122,7 +122,7 @@ pub fn stribeck_grid(motion: &Motion, joint: usize) -> Vec<f64> {
     (0..STRIBECK_STEPS).map(|step| fastest / 400.0 * ratio.powi(step as i32)).collect()
 }
 
-/// Mean of both directions.
+/// Mean of both directions of motion.
 fn symmetric(law: &FrictionLaw) -> SymmetricFriction {
     match law {
         FrictionLaw::Exponential([p, n]) => SymmetricFriction {

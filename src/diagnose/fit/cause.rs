@@ -1,12 +1,12 @@
-//! What a term is of: an effect, or the change of an effect between two recordings.
+//! The cause behind a term: an effect, or the change of an effect between two recordings.
 
 use std::ops::{Deref, Range};
 
 use crate::effects::{Diagnosable, Motion};
 
-/// An effect in all sessions, or its change: the same effect in some sessions only, its columns zero in all others.
+/// An effect in all sessions; or its change, which is the same effect in some sessions only: its columns are zero in all others.
 ///
-/// The phenomena that an effect claims are no part of it: a phenomenon of both recordings is no change.
+/// A change does not claim phenomena: a phenomenon that both recordings show is no change.
 #[derive(Clone, Copy)]
 pub struct Cause {
     effect: &'static dyn Diagnosable,
@@ -15,7 +15,7 @@ pub struct Cause {
 }
 
 impl Cause {
-    /// The change of an effect, in these sessions alone.
+    /// The change of an effect, in these sessions only.
     pub fn change(effect: impl Into<Self>, sessions: Range<usize>) -> Self {
         Self { within: Some([sessions.start, sessions.end]), ..effect.into() }
     }
@@ -25,7 +25,7 @@ impl Cause {
         Self { within: None, ..self }
     }
 
-    /// Its name in a report: that of the effect, marked where it is a change.
+    /// Its name in a report: the name of the effect, with a mark if it is a change.
     pub fn label(&self) -> String {
         match self.within {
             None => self.effect.name().to_owned(),
@@ -46,20 +46,20 @@ impl Cause {
     }
 }
 
-/// What the name of a change begins with.
+/// Prefix of the name of a change.
 const CHANGE: &str = "change of ";
 
-/// The name of an effect that is meant as a change.
+/// The name of the change of an effect.
 pub fn change_of(name: &str) -> String {
     format!("{CHANGE}{name}")
 }
 
-/// The name without the mark of a change, where it has one.
+/// The name without the prefix of a change, if it has one.
 pub fn changed(name: &str) -> Option<&str> {
     name.strip_prefix(CHANGE)
 }
 
-/// By name, and by the sessions of a change.
+/// Equal name, and equal sessions of a change.
 impl PartialEq for Cause {
     fn eq(&self, other: &Self) -> bool {
         self.effect.name() == other.effect.name() && self.within == other.within

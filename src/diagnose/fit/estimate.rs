@@ -11,7 +11,7 @@ use super::uncertainty::{SYSTEMATIC, Uncertainty};
 use crate::diagnose::result::Measured;
 use crate::effects::{Motion, SymmetricFriction};
 
-/// Parameters of one term by name, on its first joint.
+/// Parameters of one term by name, for its first joint.
 pub fn parameters(
     problem: &Problem,
     term: &Term,
@@ -70,18 +70,18 @@ pub fn parameters(
             let std_error = uncertainty.std_error(gradient).hypot(uncertainty.systematic(index, gradient));
             (spec.name.to_owned(), Measured { value, std_error, unit: spec.unit_for(kind) })
         })
-        // A parameter of another form of the effect, which was not fitted.
+        // Leave out parameters of another form of the effect, which were not fitted.
         .filter(|(_, measured)| measured.value != 0.0 || measured.std_error != 0.0)
         .collect()
 }
 
-/// A difference of angles may be off by a whole turn; other differences here are tiny.
+/// Reduces a difference of angles by a whole turn where needed; other differences here are tiny.
 fn angle_free(difference: f64) -> f64 {
     let turn = std::f64::consts::TAU;
     if (difference.abs() - turn).abs() < 0.1 { difference - turn * difference.signum() } else { difference }
 }
 
-/// Friction of the baseline by name.
+/// Friction of the baseline by parameter name.
 pub fn friction(
     problem: &Problem,
     joint: usize,
@@ -93,7 +93,7 @@ pub fn friction(
     let at = fitted.baseline_at[joint];
     let law = problem.motion.joints[joint].friction;
     let mut friction = BTreeMap::new();
-    // What the data do not hold has no error: it is left out rather than given as known.
+    // A parameter that the data do not determine has no error: it is left out, so that it does not look exact.
     let mut put = |name, value: f64, gradient: &[(usize, f64)], unit| {
         let statistical = uncertainty.std_error(gradient);
         if statistical > 0.0 && statistical.is_finite() {
@@ -116,7 +116,7 @@ pub fn friction(
     friction
 }
 
-/// Zero of the recorded torque by session.
+/// Offset of the recorded torque by session.
 pub fn offsets(
     problem: &Problem,
     joint: usize,

@@ -1,4 +1,4 @@
-//! The maximum of a function with one peak between two ends: golden section, one evaluation a step.
+//! Golden section search: the maximum of a function with one peak between two ends, one evaluation per step.
 //! Reference: J. Kiefer (1953), Sequential minimax search for a maximum.
 
 /// Narrows `[low, high]` about the peak of `f` until `enough(low, high)`.
@@ -48,7 +48,7 @@ mod tests {
             },
         );
         assert!(low <= 1.234 && 1.234 <= high && high - low < 1e-3, "{low} {high}");
-        // Each but the first of them takes 38 % off: ln(4000)/0.481 = 17.2.
+        // Each evaluation after the first shortens the interval by 38 %: ln(4000)/0.481 = 17.2.
         assert_eq!(evaluations, 19);
     }
 }

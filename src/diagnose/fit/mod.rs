@@ -1,4 +1,15 @@
 //! Rows and terms → a robust fit with its uncertainty.
+//!
+//! Takes rows and the terms of a model. Gives coefficients, shapes and Stribeck velocities with standard errors.
+//! - `pose`: from sessions to the regression problem
+//! - `problem`: rows, zones, parts of the data, and the fit of terms to them
+//! - `baseline`: the free parameters of the nominal model
+//! - `cause`: the cause of a term, an effect or the change of an effect
+//! - `regression`: linear regression with a heavy-tailed error
+//! - `uncertainty`: standard errors by a jackknife over blocks of time
+//! - `estimate`: parameters with standard errors
+//! - `typical`: an effect of typical strength
+//! - `golden`: golden section search
 
 pub mod baseline;
 pub mod cause;

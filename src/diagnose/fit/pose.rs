@@ -1,4 +1,4 @@
-//! From sessions to a regression problem: rows, held-out part, zones.
+//! From sessions to a regression problem with rows, held-out part and zones.
 
 use super::problem::{Part, Problem};
 use super::regression;
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 
-/// Rows and zones of sessions, and which of them are held out.
+/// The regression problem of sessions, with the zones and held-out rows.
 pub fn pose<'m>(
     model: &'m Model,
     sessions: &[&TimeSeries],
@@ -22,7 +22,7 @@ pub fn pose<'m>(
     let motion = observe::observe(model, sessions, &typical_inertia(model), observe::NOISE_SHARE)?;
     let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
-    // Where masses are a guess, no torque is evidence of anything.
+    // With estimated masses, the torque is no evidence for an effect.
     problem.name_from(match model.masses {
         Masses::Known => of_wide_rows(&options.catalogue),
         Masses::Estimated => Catalogue::empty(),
@@ -32,7 +32,7 @@ pub fn pose<'m>(
     Ok(problem)
 }
 
-/// Rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves over.
+/// Finds the rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves.
 fn find_zones(problem: &mut Problem) -> Result<()> {
     let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(problem, joint)).collect();
     let zones = |problem: &Problem, left_over: Option<&[Vec<f64>]>, margins: &zones::Margins| {
@@ -47,7 +47,7 @@ fn find_zones(problem: &mut Problem) -> Result<()> {
         problem.judged = zones(problem, Some(&left_over), &zones::JUDGED);
     }
     for joint in 0..coulomb.len() {
-        // A motion that never rests long on a flank is judged where it is fitted.
+        // If a motion never stays long on a flank, judge it on the rows that are fitted.
         if [Part::Train, Part::HeldOut].iter().any(|part| problem.judged_rows(joint, *part).len() < FEWEST_ROWS) {
             problem.judged[joint].clone_from(&problem.zones[joint]);
         }
@@ -55,7 +55,7 @@ fn find_zones(problem: &mut Problem) -> Result<()> {
     enough_rows(problem)
 }
 
-/// Rows that a joint needs, to be fitted and to be judged.
+/// Rows that a joint needs for the fit, and for the error figures.
 const FEWEST_ROWS: usize = 30;
 
 /// Whether every joint has rows to fit its friction to.
@@ -77,7 +77,7 @@ fn enough_rows(problem: &Problem) -> Result<()> {
     Ok(())
 }
 
-/// Median of what friction takes while the joint moves, in what is trained on.
+/// Median friction torque while the joint moves, in the training data.
 pub fn rough_coulomb(problem: &Problem, joint: usize) -> f64 {
     let m = &problem.motion.joints[joint];
     let moving = (0..problem.motion.rows()).filter(|row| !problem.held_out[*row] && m.direction[*row].abs() > 0.99);
@@ -100,12 +100,12 @@ pub fn nothing_moves(model: &Model) -> Error {
     }
 }
 
-/// The effects of a catalogue that wide rows show.
+/// The effects of a catalogue that show in wide rows.
 pub fn of_wide_rows(catalogue: &Catalogue) -> Catalogue {
     catalogue.iter().filter(|effect| !effect.diagnosable().is_some_and(needs_narrow_rows)).collect()
 }
 
-/// Whether wide rows do not show an effect, because it repeats at an order that their kernels do not pass.
+/// Whether an effect does not show in wide rows, because it repeats at an order that their kernels filter out.
 pub fn needs_narrow_rows(effect: &dyn Diagnosable) -> bool {
     effect.harmonic().is_some_and(|harmonic| harmonic.in_narrow_rows.is_some())
 }

@@ -1,4 +1,4 @@
-//! The regression problem of a diagnosis: rows, zones, splits, and the terms that are in the model so far.
+//! The regression problem of a diagnosis: rows, zones, splits, and the terms of the model.
 
 use super::cause::Cause;
 use nalgebra::DVector;
@@ -10,12 +10,12 @@ use super::regression::{Block, NU, Solution, System, profile_likelihood};
 use crate::diagnose::rows::standstill::Standstill;
 use crate::effects::{Catalogue, Diagnosable, Motion, Scope, falling};
 
-/// Where an effect is put to the test: the joints that share its coefficients.
+/// An effect on certain joints, which share its coefficients.
 #[derive(Clone)]
 pub struct Term {
     /// The effect.
     pub effect: Cause,
-    /// Its joint, or all of them for an effect of the machine.
+    /// One joint, or all of them for an effect of the machine.
     pub joints: Vec<usize>,
     /// Its shape.
     pub shape: Vec<f64>,
@@ -36,57 +36,57 @@ impl Term {
         self.columns.first().map_or(0, Vec::len)
     }
 
-    /// Whether one set of parameters holds for the whole machine.
+    /// Whether one set of parameters applies to the whole machine.
     pub fn is_machine(&self) -> bool {
         self.effect.about().scope == Scope::Machine
     }
 }
 
-/// Which rows take part.
+/// A part of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// All that may be trained on.
+    /// All training rows.
     Train,
-    /// These without one fold.
+    /// The training rows without one fold.
     Without(usize),
-    /// One fold of these.
+    /// One fold of the training rows.
     Fold(usize),
-    /// What is held out.
+    /// The held-out rows.
     HeldOut,
 }
 
 /// Number of folds for cross-validation within the training data.
 pub const FOLDS: usize = 4;
-/// Independent rows' worth of the falling part of friction that the data must hold for a Stribeck velocity to be tried.
+/// Least amount of the falling part of friction in the data, in equivalent independent rows, for which the Stribeck velocity is fitted.
 const LEAST_PRESENCE: f64 = 1.0;
-/// Ratio of the ends between which a Stribeck velocity is taken as found.
+/// Ratio of the ends of the search interval at which a Stribeck velocity counts as found.
 const STRIBECK_RATIO: f64 = 1.01;
-/// Largest lag that the autocorrelation is summed to.
+/// Largest lag of the autocorrelation sum.
 const MOST_LAGS: usize = 400;
-/// [s] Length of a block that a fold takes.
+/// [s] Length of the blocks of a fold.
 const BLOCK: f64 = 5.0;
 
-/// Rows of smooth motion with everything that a fit needs to know of them.
+/// Rows of smooth motion, with everything that a fit needs.
 pub struct Problem<'m> {
     /// The motion.
     pub motion: Motion<'m>,
-    /// `zones[joint][row]`: what is fitted, robustly.
+    /// `zones[joint][row]`: rows of the robust fit.
     pub zones: Vec<Vec<bool>>,
-    /// `judged[joint][row]`: what error figures are of, rows in which the links follow for certain.
+    /// `judged[joint][row]`: rows of the error figures, in which the links follow their rotors for certain.
     pub judged: Vec<Vec<bool>>,
     /// Whether a row is held out.
     pub held_out: Vec<bool>,
-    /// One a joint.
+    /// One baseline per joint.
     pub baseline: Vec<JointBaseline>,
-    /// Independent samples per row, one a joint.
+    /// Independent samples per row, one value per joint.
     pub independence: Vec<f64>,
-    /// Currents before the first motion, one a joint.
+    /// Currents before the first motion, one entry per joint.
     pub standstill: Vec<Option<Standstill>>,
     /// Effects that may be named.
     pub catalogue: Catalogue,
-    /// What is tried as a term: those of them that show in torque, or their changes.
+    /// Causes that are tried as terms: the effects of the catalogue that show in torque, or their changes.
     pub causes: Vec<Cause>,
-    /// Joint and order [1/turn or 1/m] of lines that were taken out: what is left of them there is no further effect.
+    /// Joint and order [1/turn or 1/m] of lines that were removed: their remainder is not a further effect.
     pub taken_out: Vec<(usize, f64)>,
     fold: Vec<usize>,
 }
@@ -94,7 +94,7 @@ pub struct Problem<'m> {
 /// A fit of the baseline with terms.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// Joints that were fitted; of the others there are no rows in the solution.
+    /// Joints that were fitted; the solution has no rows of other joints.
     pub joints: Vec<usize>,
     /// The solution over the training rows.
     pub solution: Solution,
@@ -104,8 +104,8 @@ pub struct Fitted {
     pub term_at: Vec<usize>,
 }
 
-/// Independent samples per row: one over the time in which the weighted residual forgets itself, in rows, up to `most_lags` of them;
-/// `rows` are the numbers of the rows that the residuals belong to.
+/// Independent samples per row: the inverse of the correlation time of the weighted residual, in rows, with at most `most_lags` lags.
+/// `rows` are the row numbers of the residuals.
 pub fn independence(residual: &[f64], weights: &[f64], rows: &[usize], most_lags: usize) -> f64 {
     let z: Vec<f64> = residual.iter().zip(weights).map(|(e, w)| e * w.sqrt()).collect();
     let power: f64 = z.iter().map(|z| z * z).sum::<f64>() / z.len().max(1) as f64;
@@ -114,7 +114,7 @@ pub fn independence(residual: &[f64], weights: &[f64], rows: &[usize], most_lags
         let pairs = (lag..rows.len()).filter(|i| rows[*i] - rows[i - lag] == lag);
         let (total, count) = pairs.fold((0.0, 0_usize), |(t, n), i| (t + z[i] * z[i - lag], n + 1));
         let correlation = total / (count.max(1) as f64 * power.max(1e-300));
-        // Where it has sunk into the noise of its own estimate the rest is taken as zero.
+        // Once the correlation is within the noise of its own estimate, take the rest as zero.
         if count < 50 || correlation < 2.0 / (count as f64).sqrt() {
             break;
         }
@@ -124,7 +124,7 @@ pub fn independence(residual: &[f64], weights: &[f64], rows: &[usize], most_lags
 }
 
 impl<'m> Problem<'m> {
-    /// Puts rows together; `zones` as [`rigid_zone`](crate::diagnose::rows::zones::rigid_zone) gives them.
+    /// Builds the problem from rows; `zones` as [`rigid_zone`](crate::diagnose::rows::zones::rigid_zone) gives them.
     pub fn new(motion: Motion<'m>, held_out: Vec<bool>) -> Self {
         let sessions: Vec<usize> = (0..motion.sessions)
             .filter(|s| motion.session.iter().zip(&held_out).any(|(session, held)| session == s && !held))
@@ -156,17 +156,17 @@ impl<'m> Problem<'m> {
         self.catalogue = catalogue;
     }
 
-    /// Rows of a joint that take part.
+    /// Rows of a joint in its zone and in a part.
     pub fn rows(&self, joint: usize, part: Part) -> Vec<usize> {
         (0..self.motion.rows()).filter(|row| self.zones[joint][*row] && self.is_in(*row, part)).collect()
     }
 
-    /// Rows of a joint that error figures are of.
+    /// Rows of a joint for the error figures.
     pub fn judged_rows(&self, joint: usize, part: Part) -> Vec<usize> {
         (0..self.motion.rows()).filter(|row| self.judged[joint][*row] && self.is_in(*row, part)).collect()
     }
 
-    /// Whether an effect of this shape would be at the order of a line that was taken out, as far as the joint's range tells orders apart.
+    /// Whether an effect of this shape has the order of a line that was removed, within the resolution that the joint's range allows.
     pub fn is_taken_out(&self, effect: &dyn Diagnosable, joint: usize, shape: &[f64]) -> bool {
         let mut lines = self.taken_out.iter().filter(|(of, _)| *of == joint).peekable();
         if lines.peek().is_none() {
@@ -177,7 +177,7 @@ impl<'m> Problem<'m> {
         order.is_some_and(|order| lines.any(|(_, line)| (line - order).abs() < resolution))
     }
 
-    /// Whether a row belongs to a part, whatever its zone.
+    /// Whether a row belongs to a part, in any zone.
     pub fn is_in(&self, row: usize, part: Part) -> bool {
         match part {
             Part::Train => !self.held_out[row],
@@ -192,7 +192,7 @@ impl<'m> Problem<'m> {
         (0..self.baseline.len()).collect()
     }
 
-    /// Joints whose fit changes with a term on some joints: these, and those that share coefficients with them.
+    /// Joints whose fit changes with a term on some joints: these joints, and those that share coefficients with them.
     pub fn coupled(&self, terms: &[&Term], joints: &[usize]) -> Vec<usize> {
         let mut coupled = joints.to_vec();
         let shares = |term: &Term, with: &[usize]| {
@@ -207,12 +207,12 @@ impl<'m> Problem<'m> {
         coupled
     }
 
-    /// The blocks of a part with these terms, and where their coefficients stand.
+    /// The blocks of a part with these terms, and the positions of their coefficients.
     pub fn system(&self, terms: &[&Term], part: Part, with_derivative: bool) -> (System, Vec<usize>, Vec<usize>) {
         self.system_of(&self.joints(), terms, part, with_derivative)
     }
 
-    /// As [`system`](Self::system), the blocks of other joints without rows.
+    /// As [`system`](Self::system), with empty blocks for other joints.
     pub fn system_of(
         &self,
         joints: &[usize],
@@ -261,21 +261,21 @@ impl<'m> Problem<'m> {
         Block { y: pick(baseline.target()), columns }
     }
 
-    /// Fits baseline and terms on a part of the training data.
+    /// Fits baseline and terms to a part of the training data.
     pub fn fit(&self, terms: &[&Term], part: Part, nu: f64) -> Option<Fitted> {
         let (system, baseline_at, term_at) = self.system(terms, part, false);
         let solution = system.solve(nu)?;
         Some(Fitted { joints: self.joints(), solution, baseline_at, term_at })
     }
 
-    /// As [`fit`](Self::fit), with room for the Stribeck velocities to move a little: for comparing candidates.
+    /// As [`fit`](Self::fit), and the Stribeck velocities may change a little: for the comparison of candidates.
     pub fn fit_loosely(&self, terms: &[&Term], part: Part) -> Option<Fitted> {
         let (system, baseline_at, term_at) = self.system(terms, part, true);
         let solution = system.solve(NU)?;
         Some(Fitted { joints: self.joints(), solution, baseline_at, term_at })
     }
 
-    /// As [`fit_loosely`](Self::fit_loosely), of some joints and begun with the weights of a fit of all training rows that is not far:
+    /// As [`fit_loosely`](Self::fit_loosely), for some joints only. It starts with the weights of a similar fit of all training rows, which takes
     /// a few iterations instead of dozens.
     pub fn fit_near(&self, joints: &[usize], terms: &[&Term], part: Part, near: &Fitted) -> Option<Fitted> {
         let (system, baseline_at, term_at) = self.system_of(joints, terms, part, true);
@@ -293,7 +293,7 @@ impl<'m> Problem<'m> {
         Some(Fitted { joints: joints.to_vec(), solution, baseline_at, term_at })
     }
 
-    /// Log-likelihood of each joint on another part of the training data under a loose fit, as if rows were independent; 0 where it was not fitted.
+    /// Log-likelihood of each joint on another part of the training data with a loose fit, as if rows were independent; 0 for joints not fitted.
     pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
         let (system, _, _) = self.system_of(&fitted.joints, terms, part, true);
         let of_joint =
@@ -303,8 +303,8 @@ impl<'m> Problem<'m> {
         likelihood
     }
 
-    /// Frees on held-out rows what may differ in sessions that no row was trained on: the Coulomb level (within a prior of 5 %),
-    /// the zero of a torque, and the phase of what runs with the motor angle.
+    /// On held-out rows, frees what may differ in sessions without training rows: the Coulomb level (with a prior of 5 %), the offset of a torque,
+    /// and the phase of torques that repeat with the motor angle.
     pub fn free_new_sessions(
         &self,
         joint: usize,
@@ -334,7 +334,7 @@ impl<'m> Problem<'m> {
         }
     }
 
-    /// Turns the phase of a harmonic with its amplitude held, where that fits better.
+    /// Rotates the phase of a harmonic at constant amplitude, where that fits better.
     fn free_phase(
         &self,
         joint: usize,
@@ -361,7 +361,7 @@ impl<'m> Problem<'m> {
         if power(turned.clone()) < power(e.clone()) { turned } else { e }
     }
 
-    /// What is left when the session's Coulomb level and zero are free, and the coefficients of further columns.
+    /// The residual after a fit of the session's Coulomb level, its offset and the coefficients of further columns.
     fn free_level(&self, joint: usize, rows: &[usize], y: Vec<f64>, further: Vec<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
         let m = &self.motion.joints[joint];
         let count = further.len();
@@ -383,7 +383,7 @@ impl<'m> Problem<'m> {
         }
     }
 
-    /// Finds the Stribeck velocities that suit the terms, and writes the fitted friction into the motion.
+    /// Finds the best Stribeck velocities for the terms, and writes the fitted friction into the motion.
     pub fn settle(&mut self, terms: &[&Term]) -> Option<Fitted> {
         let of_joint = |(joint, baseline): (usize, &JointBaseline)| match baseline.falling() {
             Falling::Given(_) => Some(baseline.clone()),
@@ -398,7 +398,7 @@ impl<'m> Problem<'m> {
         Some(fitted)
     }
 
-    /// The Stribeck velocity of a joint that suits the terms best; coefficients that they share are fitted to this joint alone.
+    /// The best Stribeck velocity of a joint for the terms; shared coefficients are fitted to this joint alone.
     fn stribeck_velocity(&self, terms: &[&Term], joint: usize) -> Option<f64> {
         let (system, _, _) = self.system_of(&[joint], terms, Part::Train, false);
         let motion = self.motion.at_rows(&self.rows(joint, Part::Train));
@@ -420,7 +420,7 @@ impl<'m> Problem<'m> {
         Some(0.5 * (low + high))
     }
 
-    /// [`independence`] of the training rows of each joint; as it was where that was not fitted.
+    /// [`independence`] of the training rows of each joint; unchanged for joints that were not fitted.
     pub fn independence_of(&self, fitted: &Fitted) -> Vec<f64> {
         let of_joint = |joint: usize| {
             let rows = self.rows(joint, Part::Train);
@@ -432,12 +432,12 @@ impl<'m> Problem<'m> {
         all
     }
 
-    /// Counts independent samples once and for all.
+    /// Sets the number of independent samples from this fit.
     pub fn count_independent(&mut self, fitted: &Fitted) {
         self.independence = self.independence_of(fitted);
     }
 
-    /// Torque of a row that a fit leaves over, all rows; sessions that no row was trained on get their own level and zero.
+    /// Residual torque of a fit in all rows; sessions without training rows get a level and offset of their own.
     pub fn residual(&self, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<f64> {
         let baseline = &self.baseline[joint];
         let c = &fitted.solution.coefficients;
@@ -459,7 +459,7 @@ impl<'m> Problem<'m> {
         residual
     }
 
-    /// Writes fitted friction into the motion, for the columns of effects that build on it.
+    /// Writes the fitted friction into the motion, for the columns of effects that depend on it.
     pub fn adopt(&mut self, fitted: &Fitted) {
         for (joint, baseline) in self.baseline.iter().enumerate() {
             let at = fitted.baseline_at[joint];

@@ -1,9 +1,9 @@
 //! Linear regression of several torques at once, with a heavy-tailed error.
 //!
-//! Blocks (joints) have errors of their own scale `s` and may share coefficients. The error is Student's t with `ν` degrees of freedom,
-//! so that rows where the rigid picture fails (a flank that is about to change) weigh little; it is fitted by expectation
-//! maximisation: `w = (ν + 1)/(ν + e²/s²)`, weighted least squares, `s² = Σ w e²/Σ w`. `ν = ∞` is plain least squares.
-//! Where it ends, `Σ w` is the number of rows; to divide by it on the way takes a fraction of the iterations.
+//! Each block (joint) has its own error scale `s`; blocks may share coefficients. The error is Student's t with `ν` degrees of freedom, so
+//! that rows where the links do not follow (before a change of flank) have a small weight. The fit uses expectation maximisation:
+//! `w = (ν + 1)/(ν + e²/s²)`, weighted least squares, `s² = Σ w e²/Σ w`. `ν = ∞` is plain least squares.
+//! At convergence `Σ w` is the number of rows; dividing by `Σ w` during the iterations needs far fewer of them.
 //! References: K. Lange, R. Little, J. Taylor (1989), Robust statistical modeling using the t distribution;
 //! J. Kent, D. Tyler, Y. Vardi (1994), A curious likelihood identity for the multivariate t-distribution, for the faster scale.
 
@@ -17,7 +17,7 @@ const MOST_ITERATIONS: usize = 40;
 /// [1] Change of the mean log-likelihood at which iterations end.
 const CONVERGED: f64 = 1e-7;
 
-/// One torque: what is to be explained, and the columns that may explain it.
+/// One torque: the left side, and the columns that may explain it.
 #[derive(Debug, Clone, Default)]
 pub struct Block {
     /// Left side.
@@ -29,7 +29,7 @@ pub struct Block {
 /// Blocks that share one vector of coefficients.
 #[derive(Debug, Clone, Default)]
 pub struct System {
-    /// One a joint.
+    /// One block per joint.
     pub blocks: Vec<Block>,
     /// Number of coefficients.
     pub unknowns: usize,
@@ -37,7 +37,7 @@ pub struct System {
     pub priors: Vec<(usize, f64)>,
 }
 
-/// What a regression yields.
+/// Result of a regression.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// Coefficients.
@@ -46,9 +46,9 @@ pub struct Solution {
     pub scale: Vec<f64>,
     /// Log-likelihood of each block, a constant left out.
     pub log_likelihood: Vec<f64>,
-    /// What each block leaves.
+    /// Residual of each block.
     pub residual: Vec<Vec<f64>>,
-    /// Weight of each row, 1 where the error is as expected.
+    /// Weight of each row; 1 where the error is as large as expected.
     pub weights: Vec<Vec<f64>>,
 }
 
@@ -69,7 +69,7 @@ pub fn log_density(e: f64, s: f64, nu: f64) -> f64 {
     log_likelihood(&[e], s, nu)
 }
 
-/// Errors whose factors are multiplied before a logarithm is taken: none is so large that their product overflows.
+/// Number of errors whose factors are multiplied before the logarithm; their product cannot overflow.
 const FACTORS: usize = 8;
 
 /// `Σ ln p(e)` of errors of scale `s`, a constant left out.
@@ -83,7 +83,7 @@ fn log_likelihood(errors: &[f64], s: f64, nu: f64) -> f64 {
     shape - errors.len() as f64 * s.ln()
 }
 
-/// Largest log-likelihood of errors over their scale. A scale of their own lets held-out rows have as many outliers as they have.
+/// Largest log-likelihood of errors over their scale. With a scale of their own, held-out rows may have any share of outliers.
 pub fn profile_likelihood(errors: &[f64], nu: f64) -> f64 {
     let mut s2 = mean_square(errors).max(1e-24);
     for _ in 0..MOST_ITERATIONS {
@@ -123,14 +123,14 @@ impl System {
         (a, b)
     }
 
-    /// Fits the coefficients; `None` where they cannot be told apart.
+    /// Fits the coefficients; `None` where the columns do not determine them.
     pub fn solve(&self, nu: f64) -> Option<Solution> {
         let weights = self.blocks.iter().map(|block| vec![1.0; block.y.len()]).collect();
         let scale = self.blocks.iter().map(|block| mean_square(&block.y).sqrt().max(1e-12)).collect();
         self.solve_from(nu, weights, scale)
     }
 
-    /// As [`solve`](Self::solve), begun with the weights and scales of a solution that is not far.
+    /// As [`solve`](Self::solve), starting from the weights and scales of a similar solution.
     pub fn solve_from(&self, nu: f64, mut weights: Vec<Vec<f64>>, mut scale: Vec<f64>) -> Option<Solution> {
         let mut last = f64::NEG_INFINITY;
         let mut result = None;
@@ -161,7 +161,7 @@ impl System {
     }
 }
 
-/// By how much new columns can raise a block's log-likelihood at least, weights and scale held: a score test.
+/// Score test: lower bound of the gain in a block's log-likelihood by new columns, at constant weights and scale.
 #[derive(Debug)]
 pub struct Score {
     columns: Vec<Vec<f64>>,
@@ -172,7 +172,7 @@ pub struct Score {
 }
 
 impl Score {
-    /// Prepares a block at its solution.
+    /// Prepares the test for a block at its solution.
     pub fn new(block: &Block, residual: &[f64], weights: &[f64], scale: f64) -> Self {
         let weights: Vec<f64> = weights.iter().map(|w| w / (scale * scale)).collect();
         let columns: Vec<Vec<f64>> = block.columns.iter().map(|(_, x)| x.clone()).collect();
@@ -187,7 +187,7 @@ impl Score {
         Self { columns, weighted, factor: Cholesky::new(a), gradient, weights }
     }
 
-    /// Half of the quadratic form of the score of these columns.
+    /// The gain of these columns: half the quadratic form of their score.
     pub fn gain(&self, new: &[Vec<f64>]) -> f64 {
         let Some(factor) = &self.factor else { return 0.0 };
         let (m, n) = (new.len(), self.columns.len());
@@ -198,7 +198,7 @@ impl Score {
         });
         let before = own.diagonal();
         own -= cross.transpose() * factor.solve(&cross);
-        // A column that the others make up adds nothing.
+        // A linear combination of the other columns adds nothing.
         if (0..m).any(|k| own[(k, k)] < 1e-6 * before[k]) {
             return 0.0;
         }
@@ -210,7 +210,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sum(a, b, |a, b| a * b)
 }
 
-/// `Σ f(a, b)` in as many partial sums as a processor adds at once: it need not wait for one addition before the next.
+/// `Σ f(a, b)` in several partial sums, so that the processor can add them in parallel.
 fn sum(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(sums.len()), b.chunks_exact(sums.len()));

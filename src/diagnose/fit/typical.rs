@@ -1,4 +1,4 @@
-//! An effect of typical strength: what moves the torque of a recording by a given share.
+//! An effect of typical strength: one that changes the torque of a recording by a given share.
 
 use crate::diagnose::fit::pose::{nothing_moves, pose};
 use crate::diagnose::options::Options;
@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::robot::{EffectEntry, Model};
 use crate::timeseries::TimeSeries;
 
-/// An effect on the first joint where it can show, so strong that its torque along the recording of the nominal machine has the `share`
-/// (0 to 1) of the whole in RMS; `None` where a diagnosis does not tell it by its torque.
+/// An effect on the first joint where it can show. Its RMS torque along the recording of the nominal machine is the `share` (0 to 1) of the
+/// total RMS torque; `None` where a diagnosis does not identify the effect by its torque.
 ///
 /// # Errors
 /// As [`diagnose`](crate::diagnose::diagnose).

@@ -1,22 +1,24 @@
-//! Standard errors of everything that is fitted: a jackknife over blocks of time.
+//! Standard errors of all fitted parameters: a jackknife over blocks of time.
 //!
-//! Errors within some seconds belong together: friction wanders, a law that is not quite right errs alike in like motion.
-//! Whole blocks `g` are therefore taken out, one after the other, and the solution moves by one Newton step to
+//! Errors within some seconds are correlated: friction drifts, and an inaccurate law makes the same error in similar motion.
+//! Therefore whole blocks `g` are removed, one after the other, and the solution moves by one Newton step to
 //!
-//! `δ_g = (A − A_g)⁻¹ s_g = L⁻ᵀ (1 − L⁻¹ A_g L⁻ᵀ)⁻¹ L⁻¹ s_g`, `A = L Lᵀ`, `s_g = Σ_{i∈g} x_i ψ(e_i)`, `A_g = Σ_{i∈g} κ w_i x_i x_iᵀ/s²`, `A = Σ A_g`, `ψ(e) = w e/s²`,
+//! `δ_g = (A − A_g)⁻¹ s_g = L⁻ᵀ (1 − L⁻¹ A_g L⁻ᵀ)⁻¹ L⁻¹ s_g`, `A = L Lᵀ`, `s_g = Σ_{i∈g} x_i ψ(e_i)`,
+//! `A_g = Σ_{i∈g} κ w_i x_i x_iᵀ/s²`, `A = Σ A_g`, `ψ(e) = w e/s²`,
 //!
-//! `var(cᵀβ) = Σ_g (cᵀδ_g)²`: a sandwich that counts whatever correlation there is inside a block, over all joints together.
-//! `κ = mean ψ′ / mean(w/s²)` of a joint turns weights into the slope of the loss. The columns `x` hold linear coefficients,
-//! Stribeck velocities and shapes alike. Blocks of several lengths are tried and the largest variance is taken, because errors of a
-//! model last as long as the motion that shows them. Few blocks know little of their own scatter: with `h_g = cᵀA⁻¹A_gA⁻¹c` the
-//! combination `c` rests on `G_c = (Σ h_g)²/Σ h_g²` blocks, and the error is scaled so that ±1.96 of it hold 95 % of Student's t
+//! `var(cᵀβ) = Σ_g (cᵀδ_g)²`: a sandwich estimate that includes any correlation inside a block, over all joints together.
+//! `κ = mean ψ′ / mean(w/s²)` of a joint converts weights to the slope of the loss. The columns `x` contain linear coefficients,
+//! Stribeck velocities and shapes. Blocks of several lengths are tried and the largest variance is used, because errors of a
+//! model last as long as the motion that shows them. A few blocks estimate their own scatter poorly: with `h_g = cᵀA⁻¹A_gA⁻¹c` the
+//! combination `c` rests on `G_c = (Σ h_g)²/Σ h_g²` blocks, and the error is scaled so that ±1.96 of it contain 95 % of Student's t
 //! with `G_c − 1` degrees of freedom.
 //!
-//! What every block gets wrong alike no block can show: smoothing, the direction within a row, a rigid link. It is taken as an error
-//! of the torque `T` that an effect moves, of the size `ε |T|`, `ε` = [`SYSTEMATIC`], in the direction that hurts most, independent of the scatter:
+//! An error common to all blocks does not show in their scatter: smoothing, the direction within a row, the assumption of a rigid link. It
+//! is treated as an error of the torque `T` that an effect moves, of the size `ε |T|`, `ε` = [`SYSTEMATIC`], in the worst direction and
+//! independent of the scatter:
 //!
-//! `|cᵀδ| ≤ ε |T| √(cᵀ (XᵀX)⁻¹ c)`, `X` the columns of the effect's own coefficients and shapes. One coefficient: `ε |β|`. A mass and its
-//! place, whose columns are nearly parallel, are known the worse for it.
+//! `|cᵀδ| ≤ ε |T| √(cᵀ (XᵀX)⁻¹ c)`, `X` the columns of the effect's own coefficients and shapes. For one coefficient: `ε |β|`. A mass and its
+//! position, whose columns are nearly parallel, have larger errors.
 //! References: R. Bell, D. McCaffrey (2002), Bias reduction in standard errors for linear regression with multi-stage samples;
 //! P. Huber (1981), Robust Statistics, ch. 7.
 
@@ -28,19 +30,19 @@ use super::regression::{NU, Solution, System};
 use crate::distributions::{NORMAL_975, student_975};
 use crate::linear::{Equilibrated, scale};
 
-/// [s] Lengths of blocks: what a fold takes, and about the time of several moves.
+/// [s] Lengths of blocks: the length used by the folds, and about the duration of several moves.
 const BLOCKS: [f64; 2] = [5.0, 15.0];
-/// Part of an effect's torque that smoothing and the rigid picture get wrong: tilts, breakaway levels and amplitudes that the blocks
-/// agree on to 0.05 % lay 0.1 to 0.7 % from the truth on 40 machines (seeds 1 to 40 of `tests/hidden_effects`).
+/// Relative error of an effect's torque by smoothing and by the assumption of a rigid link. Tilts, breakaway levels and amplitudes on which
+/// the blocks agree to 0.05 % were 0.1 to 0.7 % from the truth on 40 machines (seeds 1 to 40 of `tests/hidden_effects`).
 pub const SYSTEMATIC: f64 = 0.005;
-/// Blocks that a length must leave.
+/// Least number of blocks of a length.
 const LEAST_BLOCKS: usize = 8;
-/// Share of its own error that a block may leave to be corrected at least.
+/// Least value of 1 minus the leverage of a block that is corrected for.
 const LEAST_FREEDOM: f64 = 0.2;
 
-/// Coefficients, shapes and Stribeck velocities with what blocks say of their scatter.
+/// Uncertainty of coefficients, shapes and Stribeck velocities from the scatter between blocks.
 pub struct Uncertainty {
-    /// One for each length of blocks.
+    /// One jackknife per length of blocks.
     jackknives: Vec<Jackknife>,
     unknowns: usize,
     /// Position of each joint's Stribeck velocity.
@@ -51,7 +53,7 @@ pub struct Uncertainty {
     moved: Vec<MovedTorque>,
 }
 
-/// Torque that a term moves, and how it changes with what is fitted of it.
+/// Torque that a term moves, and its sensitivity to the fitted parameters of the term.
 struct MovedTorque {
     /// Positions of the term's coefficients and shapes.
     at: Vec<usize>,
@@ -61,7 +63,7 @@ struct MovedTorque {
     inverse: DMatrix<f64>,
 }
 
-/// Movements of the solution without each block.
+/// Changes of the solution when each block is removed.
 struct Jackknife {
     moved: Vec<DVector<f64>>,
     /// `A_g`
@@ -71,7 +73,7 @@ struct Jackknife {
 }
 
 impl Uncertainty {
-    /// Scatter of everything at the solution; `None` where the coefficients cannot be told apart.
+    /// Scatter of all parameters at the solution; `None` where the columns do not determine the coefficients.
     pub fn new(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Self> {
         let (mut system, _, _) = problem.system(terms, Part::Train, false);
         let stribeck_at = add_stribeck(problem, fitted, &mut system);
@@ -108,19 +110,19 @@ impl Uncertainty {
         self.jackknives.iter().map(|jackknife| jackknife.std_error(&c)).fold(0.0, f64::max)
     }
 
-    /// Largest `Σ slope · error` of a term's coefficients and shapes that an error of its torque by [`SYSTEMATIC`] makes.
+    /// Largest `Σ slope · error` of a term's coefficients and shapes for an error of its torque by [`SYSTEMATIC`].
     pub fn systematic(&self, term: usize, gradient: &[(usize, f64)]) -> f64 {
         self.moved[term].error(gradient)
     }
 
-    /// Scale of one coefficient, for steps of numerical derivatives.
+    /// Scale of one coefficient, for the steps of numerical derivatives.
     pub fn spread(&self, position: usize) -> f64 {
         self.jackknives[0].inverse[(position, position)].max(0.0).sqrt().max(1e-12)
     }
 }
 
 impl MovedTorque {
-    /// Of the coefficients `own` and the shapes of a term; `None` where their columns cannot be told apart.
+    /// For the coefficients `own` and the shapes of a term; `None` where their columns are linearly dependent.
     fn new(system: &System, own: std::ops::Range<usize>, shapes: &[usize], coefficients: &[f64]) -> Option<Self> {
         let at: Vec<usize> = own.clone().chain(shapes.iter().copied()).collect();
         let mut gram = DMatrix::zeros(at.len(), at.len());
@@ -148,7 +150,7 @@ impl MovedTorque {
 }
 
 impl Jackknife {
-    /// `blocks[joint][row of the system]` of `count` blocks.
+    /// `blocks[joint][row of the system]`: block of each row, of `count` blocks.
     fn new(system: &System, solution: &Solution, blocks: &[Vec<usize>], count: usize) -> Option<Self> {
         let n = system.unknowns;
         let mut information = vec![DMatrix::zeros(n, n); count];
@@ -174,7 +176,7 @@ impl Jackknife {
         let factor = Equilibrated::new(&all)?;
         let (lower, size, inverse) = (factor.lower(), factor.size(), factor.inverse());
         let step = |(a, s): (&DMatrix<f64>, &DVector<f64>)| {
-            // L⁻¹ A_g L⁻ᵀ, its eigenvalues the leverage of the block.
+            // L⁻¹ A_g L⁻ᵀ; its eigenvalues are the leverage of the block.
             let half = lower.solve_lower_triangular(&scale(a, size))?;
             let leverage = lower.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
             let whitened = lower.solve_lower_triangular(&s.component_mul(size))?;
@@ -212,7 +214,7 @@ pub fn mean_slope(e: &[f64], w: &[f64], s: f64) -> f64 {
     (slopes / w.iter().sum::<f64>().max(1e-300)).clamp(0.1, 1.0)
 }
 
-/// Adds a column for each free Stribeck velocity; says where.
+/// Adds a column for each fitted Stribeck velocity, and returns the positions.
 fn add_stribeck(problem: &Problem, fitted: &Fitted, system: &mut System) -> Vec<Option<usize>> {
     let mut positions = Vec::new();
     for (joint, baseline) in problem.baseline.iter().enumerate() {
@@ -229,7 +231,7 @@ fn add_stribeck(problem: &Problem, fitted: &Fitted, system: &mut System) -> Vec<
     positions
 }
 
-/// Adds a column for each refined shape parameter; says where.
+/// Adds a column for each refined shape parameter, and returns the positions.
 fn add_shapes(problem: &Problem, terms: &[&Term], fitted: &Fitted, system: &mut System) -> Vec<Vec<usize>> {
     let mut all = Vec::new();
     for (term, at) in terms.iter().zip(&fitted.term_at) {
@@ -263,8 +265,8 @@ mod tests {
     use super::super::regression::{Block, NU, System};
     use super::{Jackknife, MovedTorque, SYSTEMATIC, widening};
 
-    /// Two unit columns at an angle α, the second a shape: an error `ε |β|` of the torque across the first moves the second by `ε |β|/sin α`,
-    /// and the first by as much; of one column alone it is `ε |β|`.
+    /// Two unit columns at an angle α, the second a shape. A perpendicular error `ε |β|` of the torque moves both coefficients by
+    /// `ε |β|/sin α`; with one column alone the error is `ε |β|`.
     #[test]
     fn analytic_an_error_across_nearly_parallel_columns_weighs_more() {
         let (beta, angle) = (-2.0, 0.2_f64);
@@ -280,11 +282,11 @@ mod tests {
         assert!((error(&[1], 1) * angle.sin() / expected - 1.0).abs() < 1e-8);
     }
 
-    /// A mean whose errors are the same throughout a block is known as well as that many blocks tell, not rows.
+    /// The error of a mean with errors constant within each block is given by the number of blocks, not of rows.
     #[test]
     fn analytic_errors_of_whole_blocks_count_once() {
         let (count, length) = (40, 50);
-        // Quantiles of an even distribution, in an order that keeps neighbours apart; and a little noise of rows.
+        // Quantiles of a uniform distribution, ordered so that neighbours differ, plus a little noise of rows.
         let level = |block: usize| ((block * 17 % count) as f64 + 0.5) / count as f64 - 0.5;
         let y = (0..count * length).map(|row| 3.0 + level(row / length) + 0.01 * (row as f64 * 1.7).sin()).collect();
         let columns = vec![(0, vec![1.0; count * length])];
@@ -293,14 +295,14 @@ mod tests {
         let solution = system.solve(NU).expect("a mean");
         let jackknife = Jackknife::new(&system, &solution, &blocks, count).expect("a scatter");
         let found = jackknife.std_error(&nalgebra::DVector::from_element(1, 1.0)) / widening(count as f64 - 1.0);
-        // Huber: σ = √(mean ψ²)/mean ψ′/√G over the blocks, and G/(G − 1) for the leverage of each.
+        // Huber: σ = √(mean ψ²)/mean ψ′/√G over the blocks, and G/(G − 1) for the leverage of each block.
         let z: Vec<f64> = (0..count).map(|block| level(block) / solution.scale[0]).collect();
         let psi = |z: &f64| (NU + 1.0) * z / (NU + z * z);
         let slope = |z: &f64| (NU + 1.0) * (NU - z * z) / (NU + z * z).powi(2);
         let power: f64 = z.iter().map(|z| psi(z).powi(2)).sum();
         let expected = solution.scale[0] * power.sqrt() / z.iter().map(slope).sum::<f64>();
         let expected = expected * count as f64 / (count as f64 - 1.0);
-        // The noise of rows, 3 % of the spread of levels, is no part of the formula.
+        // The noise of rows, 3 % of the spread of levels, is not in the formula.
         assert!((found / expected - 1.0).abs() < 0.01, "{found} against {expected}");
     }
 }

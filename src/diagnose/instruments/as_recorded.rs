@@ -1,4 +1,4 @@
-//! The nominal model beside the recordings as they are.
+//! The nominal model on the original recordings, before any correction.
 
 use crate::diagnose::fit::pose::{nothing_moves, pose};
 use crate::diagnose::fit::problem::Problem;
@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
-/// Residuals of the nominal model, with the rows that they belong to.
+/// Residuals of the nominal model, with their rows.
 pub struct AsRecorded {
     session: Vec<usize>,
     time: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct AsRecorded {
 }
 
 impl AsRecorded {
-    /// Poses and fits the nominal model.
+    /// Builds the problem and fits the nominal model.
     pub fn new(model: &Model, sessions: &[&TimeSeries], division: Division, options: &Options) -> Result<Self> {
         let mut problem = pose(model, sessions, division, options)?;
         let nominal = nominal(&mut problem).ok_or_else(|| nothing_moves(model))?;
@@ -25,7 +25,7 @@ impl AsRecorded {
         Ok(Self { session, time, residuals: nominal.residuals })
     }
 
-    /// The residuals at the rows of another problem: of the nearest row in time. Corrected recordings may ask for other kernels.
+    /// The residuals at the rows of another problem, each from the nearest row in time. Corrected recordings may have other kernels.
     pub fn at_rows_of(&self, problem: &Problem) -> Vec<Vec<f64>> {
         let (sessions, times) = (&problem.motion.session, &problem.motion.time);
         if *sessions == self.session && *times == self.time {

@@ -1,28 +1,28 @@
-//! From phenomena to effects: which effect of the catalogue claims what an instrument has measured.
+//! From phenomena to effects: the effect of the catalogue that claims a measured phenomenon is named.
 
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Measured, Standing, Unexplained};
 use crate::diagnose::select::confirm::part;
 use crate::effects::{Catalogue, Phenomenon};
 use crate::robot::Model;
 
-/// A phenomenon that an instrument has measured, with its evidence.
+/// A measured phenomenon with its evidence.
 pub struct Sighting {
     /// What was measured.
     pub phenomenon: Phenomenon,
-    /// Joints of the model that show it.
+    /// Joints of the model on which it shows.
     pub joints: Vec<usize>,
-    /// Probability that it is there, 0 to 1.
+    /// Probability that it is present, 0 to 1.
     pub probability: f64,
     /// [nats] Evidence for it in the training data.
     pub evidence_nats: f64,
-    /// What its correction gains on data held out; `None` where nothing held out could confirm it.
+    /// Gain of its correction on held-out data; `None` where there are no held-out data to confirm it.
     pub gain: Option<EffectGain>,
-    /// What is reported where no effect claims it.
+    /// Description for the report if no effect claims it.
     pub words: String,
 }
 
-/// The effects that claim these phenomena. What no effect claims is unexplained where its correction gains on data held out; so is what nothing
-/// held out could confirm.
+/// The effects that claim these phenomena. A phenomenon without a claim is unexplained if its correction gains on held-out data, or if there
+/// are no held-out data to confirm it.
 pub fn claimed(model: &Model, catalogue: &Catalogue, sightings: Vec<Sighting>) -> Findings {
     let mut found = Vec::new();
     let mut unexplained = Vec::new();

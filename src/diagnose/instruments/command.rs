@@ -1,12 +1,12 @@
-//! Measured current against the logged command: the dead band of a drive, command by command.
+//! Measured current against the logged command: the dead band of a drive, sample by sample.
 //!
-//! The current that is read at `t` answers to the command of `t − d`, held over a sample:
-//! `i(t) = D(i_cmd(t − d)) + i0 + noise`, `D(u) = 0` for `|u| < u0`, `u` beyond it. `d` is found first, where commands are large; `i0` is the
-//! median of what is left there. Each sample then says how much likelier its current is under no current than under the commanded one,
-//! `g = log p(i | 0) − log p(i | u)`, and the log-likelihood of a dead band `u0` is the sum of `g` over all `|u| < u0`: found exactly, with no
-//! start value. Noise is Student's t, so that samples at a voltage limit weigh little.
+//! The current read at `t` follows the command of `t − d`, held over a sample:
+//! `i(t) = D(i_cmd(t − d)) + i0 + noise`, `D(u) = 0` for `|u| < u0`, `u` beyond it. First `d` is found, where commands are large; `i0` is the
+//! median of the remaining difference there. For each sample, `g = log p(i | 0) − log p(i | u)` compares its likelihood with zero current and with
+//! the commanded current. The log-likelihood of a dead band `u0` is the sum of `g` over all `|u| < u0`; its maximum is exact and needs no
+//! start value. Noise is Student's t, so that samples at a voltage limit have a small weight.
 //! The gain is that of the error within the band on held-out samples, at the `u0` of the training.
-//! Left out: a drive whose current follows more slowly than a sample; it has no band in which current stays away and beyond which it follows.
+//! Left out: a drive whose current follows more slowly than one sample; it has no band that blocks the current, with a normal response beyond it.
 //! Reference: J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation.
 
 use super::claims::{Sighting, claimed};
@@ -24,19 +24,19 @@ use crate::diagnose::residuals::gains;
 use crate::diagnose::rows::division::Division;
 use crate::replay::Gain;
 
-/// [s] Longest delay of the current that is looked for.
+/// [s] Longest delay of the current that is tried.
 const LONGEST: f64 = 0.03;
-/// Samples that a delay is judged by, about.
+/// Approximate number of samples that determine a delay.
 const JUDGED: usize = 4000;
-/// Samples whose errors are taken as independent, of those that there are: the loop's transients last a few samples.
+/// Share of the samples that count as independent: the loop's transients last a few samples.
 const INDEPENDENT: f64 = 0.25;
-/// Commands between which the current has to stay away, and to follow, in parts of the dead band.
+/// Ranges of commands, relative to the dead band, in which the current has to be blocked, and in which it has to follow.
 const INSIDE: [f64; 2] = [0.3, 0.9];
 const OUTSIDE: [f64; 2] = [1.1, 2.5];
-/// Part of the command that flows at most inside the band, and at least outside.
+/// Largest part of the command that flows inside the band, and least part outside.
 const STAYS_AWAY: f64 = 0.25;
 const FOLLOWS: f64 = 0.75;
-/// [1] Least standard error, in parts of the band: its edge in a real bridge moves with the ripple of the current.
+/// [1] Smallest standard error, relative to the band: in a real bridge the edge moves with the ripple of the current.
 const LEAST_ERROR: f64 = 0.002;
 
 /// A dead band that commands and currents show.
@@ -44,13 +44,13 @@ const LEAST_ERROR: f64 = 0.002;
 pub struct DeadBand {
     /// `u0` [A].
     pub width: Estimate,
-    /// [nats] for it on the training samples.
+    /// [nats] Evidence for it on the training samples.
     pub nats: f64,
-    /// Gain on held-out samples within the band: of the difference between current and command.
+    /// Gain on held-out samples within the band, in the difference between current and command.
     pub gain: Gain,
 }
 
-/// Commands without a current; the gain is that of the current inside the band.
+/// The instrument for the dead band; its gain is that of the current inside the band.
 pub struct Command;
 
 impl Instrument<FittedRows<'_>> for Command {
@@ -76,20 +76,20 @@ impl Instrument<FittedRows<'_>> for Command {
     }
 }
 
-/// One session's samples of a joint, the current against the two commands that its delay lies between.
+/// Samples of a joint in one session: the current, and the two commands on either side of its delay.
 struct Samples {
     /// [s]
     time: Vec<f64>,
     current: Vec<f64>,
-    /// The earlier command of each sample, and then the later one of the last: the later of each is the earlier of the next.
+    /// The earlier command of each sample, then the later command of the last one: the later command of a sample is the earlier one of the next.
     command: Vec<f64>,
-    /// Part of the earlier.
+    /// Weight of the earlier command.
     part: f64,
-    /// [A] scale of the noise.
+    /// [A] Scale of the noise.
     scale: f64,
 }
 
-/// The dead band of a joint, found in what is trained on.
+/// The dead band of a joint in the training data.
 pub fn dead_band(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Option<DeadBand> {
     let read = |held_out: bool| -> Vec<Samples> {
         let of_session = |(number, session): (usize, &&TimeSeries)| {
@@ -104,7 +104,7 @@ pub fn dead_band(model: &Model, joint: usize, sessions: &[&TimeSeries], division
 }
 
 impl Samples {
-    /// The samples of a part of a session; `None` where no signed current or no command is in it.
+    /// The samples of a part of a session; `None` where it has no signed current or no command.
     fn new(model: &Model, joint: usize, session: &TimeSeries, [from, to]: [f64; 2]) -> Option<Self> {
         let joint = &model.joints[joint];
         if joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute) {
@@ -129,7 +129,7 @@ impl Samples {
         Some(samples)
     }
 
-    /// Takes the sensor's zero out and finds the noise, both where commands are larger than half of all.
+    /// Subtracts the sensor's offset and estimates the noise, both from the larger half of the commands.
     fn settle(&mut self) {
         let large = typical(self.command[1..].iter().map(|u| u.abs()).collect());
         let errors: Vec<f64> = (0..self.current.len())
@@ -138,11 +138,11 @@ impl Samples {
             .collect();
         let offset = typical(errors.clone());
         self.current.iter_mut().for_each(|i| *i -= offset);
-        // Of a normal variable the median deviation is 0.6745 of the standard deviation.
+        // For a normal variable the median deviation is 0.6745 standard deviations.
         self.scale = (typical(errors.iter().map(|e| (e - offset).abs()).collect()) / 0.6745).max(1e-9);
     }
 
-    /// The later command of a sample, and the earlier.
+    /// The later and the earlier command of a sample.
     fn commands(&self, k: usize) -> [f64; 2] {
         [self.command[k + 1], self.command[k]]
     }
@@ -152,14 +152,14 @@ impl Samples {
         (1.0 - self.part) * later + self.part * earlier
     }
 
-    /// Log-density of a sample whose later and earlier command pass or not.
+    /// Log-density of a sample for given states of its later and earlier command: passed or blocked.
     fn density(&self, k: usize, passes: [bool; 2]) -> f64 {
         let through = |which: usize| if passes[which] { self.commands(k)[which] } else { 0.0 };
         let expected = (1.0 - self.part) * through(0) + self.part * through(1);
         log_density(self.current[k] - expected, self.scale, NU)
     }
 
-    /// What each sample says as the band grows past its commands: `(|u|, change of log-likelihood)`.
+    /// The contributions of a sample as the band grows beyond its commands: `(|u|, change of log-likelihood)`.
     fn events(&self, k: usize) -> [(f64, f64); 2] {
         let sizes = self.commands(k).map(f64::abs);
         let first = usize::from(sizes[1] < sizes[0]);
@@ -175,7 +175,7 @@ impl Samples {
     }
 }
 
-/// Whole samples by which the current is late, and the part of one beyond that: where `Σ |i − u|` over large commands is least.
+/// Delay of the current in whole samples, and the remaining part of a sample: the minimum of `Σ |i − u|` over large commands.
 fn delay(current: &[f64], command: &[f64], longest: usize) -> (usize, f64) {
     let large = typical(command.iter().map(|u| u.abs()).collect());
     let stride = (current.len() / JUDGED).max(1);
@@ -198,12 +198,12 @@ fn delay(current: &[f64], command: &[f64], longest: usize) -> (usize, f64) {
     (best / PARTS, (best % PARTS) as f64 / PARTS as f64)
 }
 
-/// The width of most likelihood with its standard error, and that likelihood [nats] against none.
+/// The width of maximum likelihood with its standard error, and its log-likelihood [nats] relative to no band.
 fn widest_gain(sessions: &[Samples]) -> Option<(Estimate, f64)> {
     let mut events: Vec<(f64, f64)> =
         sessions.iter().flat_map(|samples| (0..samples.current.len()).flat_map(|k| samples.events(k))).collect();
     events.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // From here on the likelihood of the whole band up to each command.
+    // Cumulative sum: the likelihood of a band up to each command.
     let mut sum = 0.0;
     for (_, gain) in &mut events {
         sum += INDEPENDENT * *gain;
@@ -213,7 +213,7 @@ fn widest_gain(sessions: &[Samples]) -> Option<(Estimate, f64)> {
     if !(most > 0.0 && most.is_finite()) {
         return None;
     }
-    // Between two commands the likelihood is constant: its posterior under a flat prior is a sum of such steps.
+    // Between two commands the likelihood is constant, so its posterior under a flat prior is a sum of steps.
     let mut moments = [0.0; 3];
     for pair in events.windows(2) {
         let (size, total) = pair[0];
@@ -229,7 +229,7 @@ fn widest_gain(sessions: &[Samples]) -> Option<(Estimate, f64)> {
     (moments[0] > 0.0).then_some((Estimate { value, std_error }, most))
 }
 
-/// Whether the current stays away inside the band and follows outside.
+/// Whether the current is blocked inside the band and follows outside.
 fn shuts(sessions: &[Samples], u0: f64) -> bool {
     let slope = |[from, to]: [f64; 2]| {
         let (mut iu, mut uu) = (0.0, 0.0);
@@ -248,7 +248,7 @@ fn shuts(sessions: &[Samples], u0: f64) -> bool {
     slope(INSIDE).is_some_and(|slope| slope.abs() < STAYS_AWAY) && slope(OUTSIDE).is_some_and(|slope| slope > FOLLOWS)
 }
 
-/// Gain of the current's error within the band, without it and with it.
+/// Gain in the current's error within the band, without the band and with it.
 fn gain(sessions: &[Samples], u0: f64) -> Gain {
     let errors = |samples: &Samples| -> [Vec<f64>; 3] {
         let within = |k: &usize| samples.commands(*k).iter().all(|u| u.abs() < u0);
@@ -264,7 +264,7 @@ fn gain(sessions: &[Samples], u0: f64) -> Gain {
     gains::gain(&errors)
 }
 
-/// Median; 0 of nothing.
+/// Median; 0 for an empty list.
 fn typical(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;

@@ -1,8 +1,9 @@
-//! Whether the current is recorded late against the motion: by the transients, where flanks touch and joints turn around.
+//! Whether the current is recorded late relative to the motion, measured from transients.
 //!
-//! Above some 3 Hz a joint is a mass, whichever flank carries: acceleration follows torque at once. The lag `L` at which
-//! `Σ a(t) τ(t + L)` peaks, both passed by a kernel of 12 ms less one of 60 ms, is therefore zero, and `T` where the current is late by `T`.
-//! A late position does not show: the controller answers to the position that it reads, and its answer is in step with it.
+//! Above some 3 Hz a joint is a mass, whichever flank is in contact: acceleration follows torque at once. The sum
+//! `Σ a(t) τ(t + L)`, both filtered by a kernel of 12 ms minus one of 60 ms, therefore peaks at the lag
+//! `L` = 0, and at `T` if the current is late by `T`.
+//! A late position does not show: the controller responds to the position that it reads, and its response is in step with it.
 //! Reference: C. H. Knapp, G. C. Carter (1976), The generalized correlation method for estimation of time delay.
 
 use super::as_recorded::{AsRecorded, nominal};
@@ -22,37 +23,37 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 
-/// [s] Half widths of the kernels whose difference is looked at.
+/// [s] Half widths of the two kernels whose difference is the band-pass filter.
 const BAND: [f64; 2] = [0.012, 0.06];
-/// [s] Largest lag that is looked for.
+/// [s] Largest lag that is tried.
 const LONGEST: f64 = 0.03;
-/// Correlation that a peak needs.
+/// Least correlation of a peak.
 const LEAST_CORRELATION: f64 = 0.2;
-/// [s] Lags of recordings without a delay: 0.3 ± 0.4 ms a joint and session (24 machines by seed, 9 foreign recordings: −0.3 to 1.2 ms);
-/// the median of several stays within ±0.6 ms. More than this is a delay.
+/// [s] Lags of recordings without a delay: 0.3 ± 0.4 ms per joint and session (24 simulated machines, 9 foreign recordings: −0.3 to 1.2 ms);
+/// the median of several is within ±0.6 ms. A larger lag than this constant is a delay.
 const NOTICEABLE: f64 = 1.5e-3;
-/// [s] How far friction and the gap may move the median.
+/// [s] Possible shift of the median by friction and the gap.
 const SYSTEMATIC: f64 = 3e-4;
 
-/// Standard errors by which a delay has to exceed [`NOTICEABLE`]: where joints and sessions do not agree on one lag, there is none.
+/// Standard errors by which a delay has to exceed [`NOTICEABLE`]: if joints and sessions disagree about the lag, there is no delay.
 const SURELY: f64 = 4.0;
 
-/// How late the current is.
+/// Delay of the current.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Late {
     /// [s]
     pub lag: Estimate,
-    /// Probability that it is more than recordings without a delay show.
+    /// Probability that it is larger than in recordings without a delay.
     pub probability: f64,
 }
 
-/// How late the current is against the motion in what is trained on, where that is noticeable.
+/// Delay of the current relative to the motion in the training data, where it is noticeable.
 pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division) -> Option<Late> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
     let of_place =
         |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session], division.training(*session)?);
-    // Torque, and both signals in the band.
+    // Memory for the torque, and for both signals after the filter.
     let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
     let mut lags: Vec<f64> = side_by_side(&places, 24 * longest, of_place).into_iter().flatten().collect();
     if lags.len() < 2 {
@@ -62,7 +63,7 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division)
     let value = lags[lags.len() / 2];
     let mut deviations: Vec<f64> = lags.iter().map(|lag| (lag - value).abs()).collect();
     deviations.sort_by(f64::total_cmp);
-    // Of a normal variable the median deviation is 0.6745 of the standard deviation, and the median scatters 1.25 times as much as the mean.
+    // For a normal variable the median deviation is 0.6745 standard deviations, and the median scatters 1.25 times as much as the mean.
     let scatter = 1.25 * deviations[deviations.len() / 2] / 0.6745 / (lags.len() as f64).sqrt();
     let std_error = scatter.hypot(SYSTEMATIC);
     let beyond = (value - NOTICEABLE) / std_error;
@@ -70,7 +71,7 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division)
     (beyond > SURELY).then_some(Late { lag: Estimate { value, std_error }, probability })
 }
 
-/// Lag of the peak of one joint's correlation in one part of a session, from 0 to 1 of its length.
+/// Lag of the correlation's peak for one joint in one part of a session, given as a range from 0 to 1 of its length.
 fn lag(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2]) -> Option<f64> {
     let series = session.joint(&model.joints[joint].name)?;
     let position = series.get(Channel::Position)?;
@@ -96,7 +97,7 @@ fn lag(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2]) -> Opt
     peak(&a, &tau, (LONGEST / dt) as usize).map(|lag| lag * dt)
 }
 
-/// Lag in samples at which `b` follows `a` best, between samples by a parabola.
+/// Lag in samples at which `b` follows `a` best, interpolated by a parabola.
 fn peak(a: &[f64], b: &[f64], longest: usize) -> Option<f64> {
     if a.len() < 4 * longest {
         return None;
@@ -114,7 +115,7 @@ fn peak(a: &[f64], b: &[f64], longest: usize) -> Option<f64> {
     Some(best as f64 - longest as f64 + 0.5 * (left - right) / (left - 2.0 * middle + right))
 }
 
-/// A current that is recorded late.
+/// The instrument for a late current.
 pub struct CurrentLag;
 
 impl Instrument<Recordings<'_>> for CurrentLag {
@@ -126,19 +127,19 @@ impl Instrument<Recordings<'_>> for CurrentLag {
     }
 }
 
-/// Recordings whose late current was brought into step with the motion.
+/// Recordings with the late current shifted into step with the motion.
 pub struct Aligned {
-    /// How late it was.
+    /// The delay.
     pub late: Late,
-    /// What that is called, or why it is not.
+    /// Its effect, or the reason why none is named.
     pub told: Findings,
-    /// The sessions in step; empty where that gains nothing.
+    /// The corrected sessions; empty where the correction gains nothing.
     pub sessions: Vec<TimeSeries>,
-    /// The nominal model beside the recordings as they are.
+    /// The nominal model on the original recordings.
     as_recorded: AsRecorded,
 }
 
-/// Brings a late current into step with the motion, where that gains; what no effect of the catalogue explains is told without a name.
+/// Shifts a late current into step with the motion, where that gains. A delay that no effect of the catalogue claims is reported as unexplained.
 ///
 /// # Errors
 /// A session lacks a channel of a joint, or there is too little motion.
@@ -172,7 +173,7 @@ fn sighting(model: &Model, late: &Late, gain: EffectGain) -> Sighting {
     }
 }
 
-/// A session with its currents `lag` [s] earlier.
+/// A session with its currents shifted `lag` [s] earlier.
 fn shifted(session: &TimeSeries, lag: f64) -> TimeSeries {
     let mut aligned = session.clone();
     for series in &mut aligned.joints {

@@ -1,18 +1,21 @@
 //! Recordings → phenomena that the torque of smooth rows does not show.
 //!
-//! An instrument measures; it does not know which effects there are. What it measures is a [`Sighting`](claims::Sighting), and the effect of the
-//! catalogue that [claims](crate::effects::Effect::claims) the phenomenon is named. What no effect claims is unexplained.
-//! `ripple` and `reversal` have no phenomenon of their own: they fit effects, on narrow rows and on rows around turns.
+//! An instrument measures and does not know the effects. Its result is a [`Sighting`](claims::Sighting); the effect of the
+//! catalogue that [claims](crate::effects::Effect::claims) the phenomenon is named. A phenomenon that no effect claims is unexplained.
+//! `ripple` and `reversal` have no phenomenon of their own: they fit effects, on narrow rows and on rows around reversals.
 //!
-//! | instrument | looks at | for |
+//! | instrument | uses | measures |
 //! |---|---|---|
-//! | `current_lag` | transients of torque and acceleration | a current that is recorded late |
+//! | `current_lag` | transients of torque and acceleration | the delay of a late current |
 //! | `lines` | samples while flanks touch | lines at a fixed frequency |
-//! | `ripple`, `order_lines` | narrow rows while a joint moves on | lines of many periods a turn |
-//! | `command` | commands and currents | a dead band of the drive |
-//! | `slip` | throws of the rotor against the link | a coupling that slips once |
-//! | `two_encoders` | motor against link encoder | delay, wind-up, gap |
-//! | `reversal` | turns, against a simulation of the gear | what friction and gear do there |
+//! | `ripple`, `order_lines` | narrow rows while a joint keeps moving | lines of many periods per turn |
+//! | `command` | commands and currents | the dead band of a drive |
+//! | `slip` | jumps of the rotor against the link | a coupling that slips once |
+//! | `two_encoders` | motor encoder against link encoder | delay, wind-up, gap |
+//! | `reversal` | reversals, against a simulation of the gear | friction and gear at reversals |
+//!
+//! `preparation` runs the first three before the rows are made. `removal` subtracts the torque of named effects from recordings,
+//! `as_recorded` keeps the residual of the nominal model on the original recordings, and `claims` assigns phenomena to effects.
 
 mod as_recorded;
 pub mod claims;
@@ -37,20 +40,20 @@ use crate::timeseries::TimeSeries;
 use as_recorded::AsRecorded;
 use two_encoders::Encoders;
 
-/// An instrument that reads a scene: the [`Recordings`] themselves, or [`FittedRows`] of them.
+/// An instrument for a scene: the [`Recordings`], or [`FittedRows`] made from them.
 pub trait Instrument<S>: Sync {
-    /// Measures.
+    /// Runs the measurement.
     ///
     /// # Errors
     /// A session lacks a channel of a joint, or there is too little motion.
     fn measure(&self, scene: &S) -> Result<Measurement>;
 }
 
-/// What is measured before rows are made, each on recordings without what those before it have found: one disturbs the next.
+/// Instruments that run before rows are made. Each uses the recordings corrected by the previous ones, because one phenomenon disturbs the next.
 pub const ON_RECORDINGS: [&dyn for<'s> Instrument<Recordings<'s>>; 3] =
     [&current_lag::CurrentLag, &lines::Lines, &ripple::Ripple];
 
-/// What is measured beside the fit.
+/// Instruments that run beside the fit.
 pub const ON_ROWS: [&dyn for<'s> Instrument<FittedRows<'s>>; 4] =
     [&command::Command, &slip::Slip, &two_encoders::TwoEncoders, &reversal::Reversal];
 
@@ -60,41 +63,41 @@ pub struct Recordings<'s> {
     pub model: &'s Model,
     /// The sessions.
     pub sessions: &'s [&'s TimeSeries],
-    /// Which part of them is trained on.
+    /// Division into training and held-out data.
     pub division: Division,
-    /// What can be chosen.
+    /// Options of the diagnosis.
     pub options: &'s Options,
 }
 
-/// Recordings with the rows and the fit that were made of them.
+/// Recordings with their rows and the fit.
 pub struct FittedRows<'s> {
     /// Rows and zones.
     pub problem: &'s Problem<'s>,
     /// The sessions.
     pub sessions: &'s [&'s TimeSeries],
-    /// Which part of them is trained on.
+    /// Division into training and held-out data.
     pub division: Division,
-    /// What can be chosen.
+    /// Options of the diagnosis.
     pub options: &'s Options,
-    /// Torque that the fit leaves over, `left[joint][row]` [N·m or N].
+    /// Residual torque of the fit, `left[joint][row]` [N·m or N].
     pub left: &'s [Vec<f64>],
-    /// Whether a fast torque was taken off: what is left of it shakes the joints where they turn around, and no turn is judged.
+    /// Whether a fast torque was removed: its remainder shakes the joints at their reversals, so no reversal is judged.
     pub shaken: bool,
 }
 
-/// What an instrument has found.
+/// Result of an instrument.
 #[derive(Default)]
 pub struct Measurement {
-    /// Effects, and what no effect explains.
+    /// Effects that are named or withdrawn, and what no effect explains.
     pub findings: Findings,
-    /// The sessions without it; empty where nothing was taken off.
+    /// The corrected sessions; empty where nothing was removed.
     pub corrected: Vec<TimeSeries>,
-    /// Whether a fast torque was taken off.
+    /// Whether a fast torque was removed.
     pub shaken: bool,
-    /// Joint and order of each line that was taken off.
+    /// Joint and order of each line that was removed.
     pub lines: Vec<(usize, f64)>,
-    /// The nominal model beside the recordings as they are, where that is known.
+    /// The nominal model on the original recordings, where it is known.
     pub as_recorded: Option<AsRecorded>,
-    /// What second encoders say.
+    /// Results of second encoders.
     pub encoders: Option<Encoders>,
 }

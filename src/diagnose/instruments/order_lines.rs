@@ -1,10 +1,10 @@
-//! Whether something that repeats with an angle is a line at its order, or part of something broad.
+//! Whether an effect that repeats with an angle is a line at its order, or part of a broad structure.
 //!
-//! The gain `g(n)` of likelihood that a cosine and a sine of order `n` bring is, where there is no line, exponential around the level of
-//! its neighbourhood, whatever makes that level: `P(g > r ḡ) = e^{−r}`. A joint that covers the range `R` resolves orders that are
-//! `2π/R` apart; `ḡ` is the median over orders beyond that, over `ln 2`. Of `N` orders that are tried the largest passes `r = ln(N/p)`
-//! by chance in a share `p`. A delay, or friction of another shape, raises all orders together and passes nothing.
-//! Left out: a second line among the neighbours, up to half of which the median bears.
+//! Consider the gain `g(n)` of likelihood by a cosine and a sine of order `n`. Without a line it is exponential around the level of
+//! its neighbourhood, whatever causes that level: `P(g > r ḡ) = e^{−r}`. A joint that covers the range `R` resolves orders at a distance of
+//! `2π/R`; `ḡ` is the median over orders beyond that distance, divided by `ln 2`. Of `N` orders the largest gain exceeds `r = ln(N/p)`
+//! by chance with the probability `p`. A delay, or friction of another shape, raises all orders together and does not exceed it.
+//! Left out: a second line among the neighbours; the median tolerates lines in up to half of them.
 //! Reference: H. Rohling (1983), Radar CFAR thresholding in clutter and multiple target situations.
 
 use std::f64::consts::TAU;
@@ -14,19 +14,19 @@ use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::{Block, Score};
 use crate::effects::{Diagnosable, Motion};
 
-/// Chance that a joint and an effect show a line where there is none.
+/// Probability by chance of a line for a joint and an effect.
 const CHANCE: f64 = 0.005;
-/// [2π/R] Nearest and farthest neighbours, and their distance from each other.
+/// [2π/R] Distances of the nearest and the farthest neighbour, and between neighbours.
 const NEIGHBOURS: [f64; 3] = [1.5, 6.0, 0.5];
-/// Rows that a scan looks at, about.
+/// Approximate number of rows for a scan.
 const SCANNED_ROWS: usize = 2000;
-/// Part of the orders at which more than [`LEAST_GAIN`] is no line: a line with its foot takes some hundredth of them.
+/// Share of the orders with a gain above [`LEAST_GAIN`] from which on the structure is no line: a line with its side lobes takes about 1 %.
 const MOST_RAISED: f64 = 0.15;
-/// [nats, independent rows] Mean gain of the neighbours, 1 where the errors are noise, from which on something broad has to be explained
-/// before any line can be judged: 0.4 to 2.5 on tuning machines without a delay (seeds 1000 to 1007, 2403, 3600 to 3701, 6800 to 6901),
-/// 10 on one with it (5802).
+/// [nats, independent rows] Mean gain of the neighbours (1 if the errors are noise) above which a broad structure has to be explained
+/// before any line is judged: 0.4 to 2.5 on tuning machines without a delay (seeds 1000 to 1007, 2403, 3600 to 3701, 6800 to 6901),
+/// 10 on one with a delay (5802).
 const MOST_LEVEL: f64 = 4.0;
-/// [nats, independent rows] Gain on the training rows below which a line is not looked for: half of what a named effect has to have in all.
+/// [nats, independent rows] Gain on the training rows below which no line is sought: half of the total that a named effect needs.
 const LEAST_GAIN: f64 = 6.0;
 
 /// Columns of a line at an order.
@@ -38,12 +38,12 @@ fn line_of(effect: &dyn Diagnosable, motion: &Motion, joint: usize, shape: &[f64
     Some(((harmonic.order)(motion, joint, shape), harmonic.in_narrow_rows?))
 }
 
-/// The residual of one joint, to be asked what an order would gain.
+/// The residual of one joint, for which the gain of an order is evaluated.
 struct Scan<'m> {
     joint: usize,
     motion: Motion<'m>,
     score: Score,
-    /// Independent rows for each that is looked at.
+    /// Independent rows per row of the scan.
     weight: f64,
     /// `2π/R`.
     resolution: f64,
@@ -71,7 +71,7 @@ impl<'m> Scan<'m> {
         }
     }
 
-    /// Whether a gain at an order is a line among its neighbours, the largest of `tried`.
+    /// Whether a gain at an order exceeds its neighbours as a line does; it is the largest of `tried` orders.
     fn stands_out(&self, columns: Columns, order: f64, gain: f64, tried: usize) -> bool {
         let [nearest, farthest, step] = NEIGHBOURS;
         let count = ((farthest - nearest) / step) as usize;
@@ -87,7 +87,7 @@ impl<'m> Scan<'m> {
         self.weight * mean < MOST_LEVEL && gain > mean * (tried as f64 / CHANCE).ln()
     }
 
-    /// Whether the strongest shape of an effect is a line.
+    /// Whether the best shape of an effect is a line.
     fn has(&self, effect: &dyn Diagnosable, motion: &Motion) -> bool {
         let shapes = effect.shapes(motion, self.joint);
         let gains: Vec<f64> =
@@ -113,7 +113,7 @@ pub fn any(problem: &Problem, fitted: &Fitted) -> bool {
     })
 }
 
-/// Whether one of the terms is a line beside the others; something that repeats with no angle is none.
+/// Whether one of the terms is a line beside the others; a term that does not repeat with an angle is not.
 pub fn is_line(problem: &Problem, terms: &[&Term], index: usize) -> bool {
     let others: Vec<&Term> =
         terms.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, term)| *term).collect();

@@ -1,7 +1,7 @@
-//! Recordings without what disturbs wide rows: a late current, lines in time, fast ripple.
+//! Recordings without phenomena that disturb wide rows: a late current, lines at a fixed frequency, fast ripple.
 //!
-//! None of them shows in wide rows as what it is, and each disturbs what is judged there. Each is found in what is trained on, and taken off
-//! where it gains on what is held out.
+//! Wide rows do not show these phenomena correctly, and each of them disturbs the fit there. Each is measured in the training data, and removed
+//! where that gains on held-out data.
 
 use std::borrow::Cow;
 
@@ -14,21 +14,21 @@ use crate::error::Result;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 
-/// Recordings ready for wide rows.
+/// Recordings prepared for wide rows.
 pub struct Prepared<'s> {
-    /// The recordings, as they are or corrected.
+    /// The recordings, original or corrected.
     pub sessions: Vec<Cow<'s, TimeSeries>>,
-    /// What was named, or withdrawn.
+    /// What was named or withdrawn before the rows.
     pub earlier: Findings,
-    /// Whether a fast torque was taken off.
+    /// Whether a fast torque was removed.
     pub shaken: bool,
-    /// Joint and order of each ripple that was taken off.
+    /// Joint and order of each ripple that was removed.
     pub ripple: Vec<(usize, f64)>,
-    /// The nominal model beside the recordings as they are, where they were corrected.
+    /// The nominal model on the original recordings, if they were corrected.
     pub as_recorded: Option<AsRecorded>,
 }
 
-/// Looks for what has to be taken off, in the order in which one disturbs the next.
+/// Runs the instruments on the recordings, in the order in which one phenomenon disturbs the next.
 ///
 /// # Errors
 /// A session lacks a channel of a joint, or there is too little motion.
@@ -41,7 +41,7 @@ pub fn prepare<'s>(
     let sessions = recorded.iter().map(|session| Cow::Borrowed(*session)).collect();
     let mut prepared =
         Prepared { sessions, earlier: Findings::default(), shaken: false, ripple: Vec::new(), as_recorded: None };
-    // Where masses are a guess, no torque is evidence of anything.
+    // With estimated masses, the torque is no evidence for an effect.
     if model.masses == Masses::Estimated {
         return Ok(prepared);
     }
@@ -63,7 +63,7 @@ impl Prepared<'_> {
         self.sessions.iter().map(AsRef::as_ref).collect()
     }
 
-    /// Takes what was measured off the recordings.
+    /// Adds a measurement and its corrected recordings.
     fn take(&mut self, reading: Measurement) {
         self.earlier.merge(reading.findings);
         self.shaken |= reading.shaken;

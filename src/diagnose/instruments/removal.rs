@@ -1,4 +1,4 @@
-//! Recordings without the torque of what was named: what is looked for next does not see it any more.
+//! Recordings without the torque of named effects, so that later stages do not see it.
 
 use crate::diagnose::fit::problem::{Problem, Term};
 use crate::diagnose::select::selection::Selection;
@@ -6,10 +6,10 @@ use crate::drive::Sensing;
 use crate::effects::Motion;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// Samples that are taken at a time: the motion of all joints at each of half an hour of samples would be larger than the recording.
+/// Samples in one block: the motion of all joints at each sample of half an hour would be larger than the recording.
 const BLOCK: usize = 1 << 16;
 
-/// The first sessions of the problem, as many as are given, without the torque of the terms that `taken_off` picks, sample by sample.
+/// The first sessions of the problem, as many as are given, minus the torque of the terms that `taken_off` selects, sample by sample.
 pub fn without(
     problem: &Problem,
     selection: &Selection,
@@ -36,7 +36,7 @@ pub fn without(
     sessions.iter().enumerate().map(of_session).collect()
 }
 
-/// Takes what a term adds to the torque of a joint off a recording, from sample `first` on for as long as the motion is.
+/// Subtracts the torque of a term on a joint from a recording, from sample `first` on, over the length of the motion.
 fn take_off(recorded: &mut TimeSeries, first: usize, motion: &Motion, joint: usize, term: &Term, coefficients: &[f64]) {
     let model = &motion.model.joints[joint];
     let Some(series) = recorded.joints.iter_mut().find(|series| series.name == model.name) else { return };
@@ -52,8 +52,8 @@ fn take_off(recorded: &mut TimeSeries, first: usize, motion: &Motion, joint: usi
     }
 }
 
-/// The motion of one session at other times: straight between its rows, and without a kernel; `None` where it has no two rows, as a
-/// session in which hardly anything moves.
+/// The motion of one session at other times, by linear interpolation between its rows and without a kernel. `None` where it has fewer than two
+/// rows, as in a session in which hardly anything moves.
 fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Option<Motion<'m>> {
     let first = motion.session.partition_point(|session| *session < number);
     let last = motion.session.partition_point(|session| *session <= number);

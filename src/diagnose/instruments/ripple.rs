@@ -1,11 +1,11 @@
-//! Ripple that shows in the acceleration at many periods a turn: rows of narrow kernels, and recordings without it.
+//! Ripple of many periods per turn, which shows in the acceleration: rows with narrow kernels, and recordings without the ripple.
 //!
-//! A row that has to speak for itself averages until the encoder's noise is small ([`observe`](crate::diagnose::rows::observe)), over 20 to 80 ms, and
-//! `K̂(n θ̇ w)` of a fast ripple is nothing by then. A ripple of known order needs no such row: half the width has `2^2.5` times the noise,
-//! and thousands of rows average it. So there is a second set of rows, a few encoder counts wide, while the joint moves on and away from
-//! its reversals; effects that need it are judged there, beside those that repeat with an angle as well and could be taken for them.
-//! What they added to the torque is then taken off the recorded one, sample by sample, and the wide rows do not see it any more.
-//! Left out: phases of held-out sessions that differ from the trained ones, in the recordings without it.
+//! A wide row averages over 20 to 80 ms until the encoder's noise is small ([`observe`](crate::diagnose::rows::observe)), and its gain
+//! `K̂(n θ̇ w)` for a fast ripple is then almost zero. A ripple of known order does not need such rows: half the width has `2^2.5` times the noise,
+//! and thousands of rows average it. This instrument uses a second set of rows, a few encoder counts wide, where the joint moves and is away
+//! from its reversals. Effects that need narrow rows are judged there, together with other effects that repeat with an angle and look alike.
+//! Their torque is then subtracted from the recorded one, sample by sample, so that the wide rows do not contain it.
+//! Left out: phases of held-out sessions that differ from the training sessions, in the corrected recordings.
 
 use crate::diagnose::fit::pose::needs_narrow_rows;
 use crate::diagnose::options::Rules;
@@ -28,20 +28,20 @@ use crate::effects::{Catalogue, Effect, Harmonic, Motion, Phenomenon};
 use crate::error::Result;
 use crate::timeseries::Estimate;
 
-/// Share of the RMS torque that noise of the acceleration may make: thirteen times that of wide rows make kernels of a third.
+/// Noise of the acceleration as a share of the RMS torque: thirteen times the share of wide rows gives kernels of a third of the width.
 const NOISE_SHARE: f64 = 0.2;
-/// Counts of the encoder that a row has to pass, so that its velocity and phase are known.
+/// Least number of encoder counts in a row, so that its velocity and phase are known.
 const COUNTS: f64 = 4.0;
-/// Share of a joint's fastest motion below which its acceleration says too little.
+/// Share of a joint's fastest motion below which its rows are not used.
 const LEAST_SPEED: f64 = 0.1;
-/// [s] Around a reversal, where the link crosses its gap.
+/// [s] Time around a reversal, in which the link crosses its gap.
 const REVERSAL: f64 = 0.1;
-/// Fewest rows of a joint.
+/// Least number of rows of a joint.
 const FEWEST: usize = 200;
-/// What the gains here are of.
+/// The quantity in which the gains are given here.
 const NARROW: &str = "torque along the measured motion, narrow kernels";
 
-/// Ripple of many periods a turn.
+/// The instrument for ripple of many periods per turn.
 pub struct Ripple;
 
 impl Instrument<Recordings<'_>> for Ripple {
@@ -50,12 +50,12 @@ impl Instrument<Recordings<'_>> for Ripple {
     }
 }
 
-/// Whether a term is sought in narrow rows.
+/// Whether a term needs narrow rows.
 fn is_narrow(term: &Term) -> bool {
     needs_narrow_rows(&*term.effect)
 }
 
-/// Those that need narrow ones, those that repeat with an angle, and a lag between torque and motion, which shows where both change fast.
+/// The effects that need narrow rows, other effects that repeat with an angle, and a lag between torque and motion, which shows in fast changes.
 fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
     let one = Estimate { value: 1.0, std_error: 1.0 };
     let lag = Phenomenon::CurrentLag { lag: one };
@@ -66,7 +66,7 @@ fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
     catalogue.iter().filter(takes_part).collect()
 }
 
-/// Looks for ripple in what is trained on.
+/// Looks for ripple in the training data.
 fn find(scene: &Recordings) -> Option<Measurement> {
     let Recordings { model, sessions, division, options } = *scene;
     let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE_SHARE).ok()?;
@@ -108,7 +108,7 @@ fn find(scene: &Recordings) -> Option<Measurement> {
     Some(Measurement { findings, lines: lines.collect(), corrected, ..Measurement::default() })
 }
 
-/// Drops what would be ripple and is no line, until all that is left is one.
+/// Drops ripple terms that are not lines, until only lines remain.
 fn keep_lines(problem: &mut Problem, selection: &mut Selection) -> Option<()> {
     loop {
         let terms = selection.terms();
@@ -126,7 +126,7 @@ fn keep_lines(problem: &mut Problem, selection: &mut Selection) -> Option<()> {
     }
 }
 
-/// Rows in which a joint moves on, away from its reversals.
+/// Rows in which a joint moves, away from its reversals.
 fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
     let v = &motion.joints[joint].v;
     let fastest = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));

@@ -1,16 +1,16 @@
-//! Whether link and rotor of a joint step against each other at one time since the start of several sessions: the rotor is thrown.
+//! A coupling that slips: rotor and link are displaced against each other, at the same time since the start of several sessions.
 //!
 //! ```text
-//!   D(t) = θ(t+T) − 2θ(t) + θ(t−T)        by the motor alone 0 … τ T²/J, the rotor by itself;   e: how far D is beyond, less two counts
-//!   in the time of a step all else is slow:   J Δθ + I Δq = 0,   Δq − Δθ = δ ± b   ⇒   Δθ = −(δ ± b) I/(I + J)
+//!   D(t) = θ(t+T) − 2θ(t) + θ(t−T)        by the motor alone 0 … τ T²/J, rotor alone;   e: excess of D beyond this range, minus two counts
+//!   during a slip all else is slow:   J Δθ + I Δq = 0,   Δq − Δθ = δ ± b   ⇒   Δθ = −(δ ± b) I/(I + J)
 //! ```
-//! The lighter rotor takes most of the step. Where the link is in its gap `b`, and whether it bounces to the other flank, is not known:
-//! sessions differ by it. Flanks that meet at a turn throw the rotor too, but less, and where the joint turns.
-//! A step that shows in one session only may as well be a knock from outside, and is not named. It is sought in the sessions that are
-//! trained on; its gain is by how much the largest throw of the held-out sessions is less without it. Where no session of its own is held
-//! out, nothing confirms it, and it is reported as unexplained.
+//! The lighter rotor takes most of the slip. The position of the link in its gap `b` is unknown, and whether it bounces to the other flank, so
+//! that sessions differ. Flanks that meet at a reversal move the rotor abruptly too, but less, and only where the joint reverses.
+//! A throw that shows in one session only may be a knock from outside and is not named. Throws are sought in the training sessions; the gain is
+//! the reduction of the largest throw of the held-out sessions without the slip. If no separate session is held out, nothing confirms the
+//! slip, and it is reported as unexplained.
 //! Sign: a positive `δ` puts the link ahead of the rotor, which is thrown back.
-//! Left out: steps that take longer than `T`.
+//! Left out: slips that take longer than `T`.
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, for rotor and link as two masses.
 
 use rayon::prelude::*;
@@ -29,57 +29,57 @@ use crate::timeseries::{Channel, Estimate, TimeSeries};
 
 /// `T` [s].
 const STEP: f64 = 8e-3;
-/// Counts of the encoder by which `D` may be off: three readings of half a count each.
+/// Possible error of `D` in encoder counts: three readings of half a count each.
 const BLUR: f64 = 2.0;
-/// Counts beyond that which a throw needs.
+/// Counts above this error that a throw needs.
 const LEAST: f64 = 3.0;
-/// How much more it needs than any other throw of its session; flanks that meet at turns of clean machines (tuning seeds 1000 to 1005)
-/// reach 1.2 mrad, steps of half a gap 3.3 (tuning seed 2900).
+/// Least ratio to any other throw of its session. Flanks that meet at reversals of clean machines (tuning seeds 1000 to 1005)
+/// reach 1.2 mrad, slips of half a gap 3.3 (tuning seed 2900).
 const STANDS_OUT: f64 = 3.0;
-/// [s] How far throws of one step may lie apart.
+/// [s] Largest distance between throws of one slip.
 const TOGETHER: f64 = 0.03;
-/// [s] Before and after a throw that belongs to it: rotor and controller swing.
+/// [s] Time before and after a throw that belongs to it: rotor and controller oscillate.
 const AROUND: [f64; 2] = [0.05, 0.5];
-/// Sessions that have to show it.
+/// Least number of sessions that show it.
 const FEWEST: usize = 2;
-/// [s] Before a throw: what its motion would have been.
+/// [s] Time before a throw from which its motion is extrapolated.
 const BEFORE: [f64; 2] = [0.08, 0.03];
-/// Part of the way of a throw at which its time is taken.
+/// Part of the distance of a throw at which its time is taken.
 const QUARTER: f64 = 0.25;
-/// [s] From the begin of a step to that, and how far it may be off (tuning seeds 2800 to 2803, 2900, 2901: 6 to 10 ms).
+/// [s] Time from the start of a slip to that point, and its error (tuning seeds 2800 to 2803, 2900, 2901: 6 to 10 ms).
 const ONSET: [f64; 2] = [0.007, 0.004];
-/// Part of a step by which a rotor that rebounds from a flank may be thrown too far (tuning seeds 2801, 2803: half of it).
+/// Part of a slip by which a rotor that rebounds from a flank may be thrown too far (tuning seeds 2801, 2803: half of it).
 const REBOUND: f64 = 0.3;
 
-/// A step of a link against its rotor.
+/// A step of a link against its rotor: its coupling slips once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Step {
     /// Index of the joint.
     pub joint: usize,
     /// `δ` [rad or m].
     pub jump: Estimate,
-    /// [s] since the start of the session.
+    /// [s] Time since the start of the session.
     pub time: Estimate,
-    /// Probability that throws of this many sessions do not meet by chance.
+    /// Probability that throws in this many sessions do not coincide by chance.
     pub probability: f64,
-    /// Probability that throws of this many sessions meet by chance.
+    /// Probability that throws in this many sessions coincide by chance.
     pub chance: f64,
-    /// Sessions that show it.
+    /// Number of sessions that show it.
     pub sessions: usize,
 }
 
-/// A throw of a rotor.
+/// A throw: an abrupt displacement of a rotor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Throw {
     session: usize,
     joint: usize,
-    /// [s] since the start of the session.
+    /// [s] Time since the start of the session.
     time: f64,
     /// `e` [rad or m].
     excess: f64,
 }
 
-/// Steps of a link against its rotor.
+/// The instrument for slips of a link against its rotor.
 pub struct Slip;
 
 impl Instrument<FittedRows<'_>> for Slip {
@@ -106,7 +106,7 @@ impl Instrument<FittedRows<'_>> for Slip {
     }
 }
 
-/// A step that nothing held out could confirm.
+/// Description of a slip that no held-out data can confirm.
 fn in_words(model: &Model, one: &Step) -> String {
     let joint = &model.joints[one.joint];
     let (unit, Step { jump, time, sessions, .. }) = (joint.kind.position_unit(), one);
@@ -116,9 +116,9 @@ fn in_words(model: &Model, one: &Step) -> String {
     )
 }
 
-/// Gain of the largest throw of held-out sessions when the step is left out; `None` where none is held out.
+/// Gain in the largest throw of the held-out sessions without the slip; `None` where no session is held out.
 ///
-/// Both throws are known to a count of the encoder, which gives the ends of the interval.
+/// Both throws are known to one count of the encoder, which gives the ends of the interval.
 fn gain(model: &Model, one: &Step, held_out: &[&TimeSeries]) -> Option<Gain> {
     let count = model.joints[one.joint].encoder_step();
     let largest = |session: &&TimeSeries, of_step: bool| {
@@ -133,12 +133,12 @@ fn gain(model: &Model, one: &Step, held_out: &[&TimeSeries]) -> Option<Gain> {
         let interval_percent = [percent(with - count, rest + count), percent(with + count, rest - count)];
         Gain { gain_percent: percent(with, rest), interval_percent, shown: interval_percent[0] > 0.0 }
     };
-    // Every session has to show it: the least gain counts.
+    // Every session has to show the slip: the smallest gain counts.
     held_out.iter().map(of_session).min_by(|a, b| a.gain_percent.total_cmp(&b.gain_percent))
 }
 
-/// Steps, the most violent of each joint first; `link` is the inertia of what each joint moves, its rotor left out.
-/// `parts` of the sessions are looked at, each from 0 to 1 of its length.
+/// Slips, the strongest of each joint first. `link` is the inertia that each joint moves, without its rotor.
+/// `parts` of the sessions are searched, each as a range from 0 to 1 of its length.
 fn steps(model: &Model, sessions: &[&TimeSeries], parts: &[[f64; 2]], link: &[f64]) -> Vec<Step> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
@@ -147,7 +147,7 @@ fn steps(model: &Model, sessions: &[&TimeSeries], parts: &[[f64; 2]], link: &[f6
         .flat_map_iter(|(session, joint)| of_place(model, *joint, *session, sessions, parts[*session]))
         .collect();
     let mut found = Vec::new();
-    // A step shakes other joints too: it is looked for where it is largest, and then left out everywhere.
+    // A slip shakes other joints too: take it where it is largest, then ignore it on all joints.
     while let Some((joint, members)) = strongest(model, &throws) {
         found.extend(measured(model, sessions, link, joint, &members));
         throws.retain(|throw| !belongs(throw, members[0].time));
@@ -159,7 +159,7 @@ fn belongs(throw: &Throw, time: f64) -> bool {
     throw.time > time - AROUND[0] && throw.time < time + AROUND[1]
 }
 
-/// Largest throws of one joint in a part of one session, apart from each other.
+/// Largest separate throws of one joint in a part of one session.
 fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries], [from, to]: [f64; 2]) -> Vec<Throw> {
     let recorded = sessions[session];
     let rotor = model.joints[joint].reflected_inertia();
@@ -203,7 +203,7 @@ fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries
     throws
 }
 
-/// Throws of most excess that meet in several sessions, each of which stands out in its own; the largest first.
+/// The largest throws that coincide in several sessions, where each exceeds the others of its session; the largest first.
 fn strongest(model: &Model, throws: &[Throw]) -> Option<(usize, Vec<Throw>)> {
     let stands_out = |throw: &&Throw| {
         let others = throws.iter().filter(|other| other.session == throw.session && other.joint == throw.joint);
@@ -231,7 +231,7 @@ fn strongest(model: &Model, throws: &[Throw]) -> Option<(usize, Vec<Throw>)> {
     Some((best[0].joint, best))
 }
 
-/// Size and time of a step; `None` where the throws disagree about its direction.
+/// Size and time of a slip; `None` where the throws disagree about its direction.
 fn measured(model: &Model, sessions: &[&TimeSeries], link: &[f64], joint: usize, members: &[Throw]) -> Option<Step> {
     let rotor = model.joints[joint].reflected_inertia();
     let begin = members.iter().map(|throw| throw.time).fold(f64::INFINITY, f64::min);
@@ -249,7 +249,7 @@ fn measured(model: &Model, sessions: &[&TimeSeries], link: &[f64], joint: usize,
     let of_members = seen.iter().filter(|(session, _)| shown(*session)).map(|(_, [_, by])| *by);
     let agreed = of_members.clone().all(|by| by * value < 0.0);
     let count = model.joints[joint].encoder_step();
-    // Any session's throw may meet that of another by chance within this part of its length.
+    // A throw of any session may coincide with that of another by chance within this part of its length.
     let duration = |session: &&TimeSeries| match (session.time.first(), session.time.last()) {
         (Some(first), Some(last)) => last - first,
         _ => 0.0,
@@ -266,7 +266,7 @@ fn measured(model: &Model, sessions: &[&TimeSeries], link: &[f64], joint: usize,
     })
 }
 
-/// When a rotor leaves its course near a time, and how far it gets [s, rad or m].
+/// Time at which a rotor leaves its path near a given time, and the distance that it moves [s, rad or m].
 fn thrown(model: &Model, joint: usize, session: &TimeSeries, near: f64) -> Option<[f64; 2]> {
     let q = session.joint(&model.joints[joint].name)?.get(Channel::Position)?;
     let start = *session.time.first()?;

@@ -1,17 +1,18 @@
-//! The torque balance of a recording under a nominal model that may be a good deal off:
+//! The torque balance of a recording under a nominal model with possibly large errors:
 //!
 //! ```text
 //!   τ = α I(q, v, a) + κ L(q, v, a) + γ G(q) + δ₁ G₁(q) + δ₂ G₂(q) + Σ μ_k P_k(q, v, a)
 //!     + F_C sgn v + F_V v + F_S sgn v exp(−|v|/v_S) + k q + c
 //! ```
-//! `I`: inertia of links and rotor with their velocity terms, the links with their slow acceleration; `L`: what the motor's full acceleration adds to the
-//! links. Within a gap, on a soft gear or on an eccentric encoder the motor accelerates and its link does not, so `κ` may be anything from none to all of it;
-//! the slow acceleration is common to both. `G`: weight; `G₁ G₂`: weight with gravity across its nominal direction, for a base that is not level;
-//! `P_k`: 1 kg at six points around the last body's centre of mass, for a payload; then friction with a falling part, a spring, an offset.
+//! `I`: inertia of links and rotor with their velocity terms, computed with the slow acceleration of the links. `L`: the additional torque of the
+//! links for the motor's full acceleration. In a gap, on a soft gear or with an eccentric encoder the motor accelerates and its link does not, so `κ`
+//! may be as small as 0; the slow acceleration is common to both. `G`: weight. `G₁ G₂`: weight with gravity perpendicular to its nominal direction,
+//! for a tilted base. `P_k`: 1 kg at six points around the last body's centre of mass, for a payload. Then friction with a falling part, a spring
+//! and an offset.
 //!
-//! Every coefficient has the bounds of what is physics: friction takes energy out of the motion (`F_C, F_V, F_S ≥ 0`), a spring pulls back,
-//! masses are positive and known within a factor. What the balance leaves under these bounds, as a share of the torque's square, is small
-//! where the data and the model are what they say they are, whatever effect is at work; an exchanged sign makes it one or more.
+//! Every coefficient has physical bounds: friction takes energy out of the motion (`F_C, F_V, F_S ≥ 0`), a spring pulls back, and
+//! masses are positive and known within a factor. Under these bounds the residual, as a share of the torque's square, is small
+//! if data and model are right, whichever effect is present; a wrong sign makes it one or more.
 
 #![allow(clippy::needless_range_loop, reason = "rows and columns of a matrix are visited by one index")]
 
@@ -23,56 +24,56 @@ use crate::robot::{Inertia, JointModel, Masses, Model, STANDARD_GRAVITY};
 
 use super::rows::{JointRows, Rows};
 
-/// Share of the squared torque above which changes are tried: what most sound balances stay below, so that most recordings cost no search.
+/// Share of the squared torque above which changes are tried. Most correct recordings stay below it, so they need no search.
 pub const SUSPICIOUS: f64 = 0.02;
 
-/// Share above which a balance is no sound one: half the torque in RMS.
+/// Share above which a balance is not valid: half the torque in RMS.
 pub const UNSOUND: f64 = 0.25;
 
 /// Number of columns.
 const COLUMNS: usize = 16;
 /// Columns of links, rotor and payload.
 const RIGID: usize = 11;
-/// Column of what only the motor's full acceleration shows.
+/// Column of the torque that only the motor's full acceleration shows.
 const FULL: usize = 10;
-/// Factor by which inertia and weight may differ from the model's: what accuracy (20 % of masses, 10 % of torque constants), effects and a
-/// kernel that is too wide leave of 1, with a margin of 2.
+/// Factor by which inertia and weight may differ from the model's. It allows for inaccuracy (20 % of masses, 10 % of torque constants), effects
+/// and a kernel that is too wide, with a margin of 2.
 pub const MODEL_FACTOR: f64 = 2.5;
-/// [1] Part of gravity across its nominal direction: a base that leans by 17°.
+/// [1] Largest part of gravity perpendicular to its nominal direction: a base tilted by 17°.
 const ACROSS: f64 = 0.3;
-/// Payload at each of its points at most, in masses of the machine.
+/// Largest payload at each of its points, in masses of the machine.
 const PAYLOAD: f64 = 0.1;
 /// [m] Distance of those points from the last body's centre of mass.
 const AWAY: f64 = 0.15;
-/// `v_S` in fastest speeds of the session: slow enough that friction falls, and rises again with viscous friction; in the range of
-/// measured speeds whatever their unit.
+/// `v_S` relative to the fastest speed of the session: low enough that friction falls and then rises again with viscous friction, and
+/// independent of the unit of the velocity.
 const SLOW: f64 = 0.1;
-/// Rows that a joint needs in each direction of motion.
+/// Least number of rows of a joint in each direction of motion.
 pub const FEWEST_ROWS: usize = 25;
-/// Sweeps of the coordinate descent.
+/// Iterations of the coordinate descent.
 const SWEEPS: usize = 400;
 
-/// What the balance of one joint leaves.
+/// Result of the balance of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Balance {
     /// `Σ residual² / Σ τ²`.
     pub left: f64,
-    /// Part of `Σ τ²` that inertia alone makes, and weight alone, at their nominal size.
+    /// Part of `Σ τ²` due to inertia alone, and due to weight alone, at their nominal size.
     pub parts: [f64; 2],
-    /// Factor of the torque that inertia and weight ask for, were their size free.
+    /// Estimated scale of inertia and weight without bounds.
     pub free: f64,
     /// `α γ δ₁ δ₂ μ₁ … μ₆ κ F_C F_V F_S k c`.
     pub coefficients: [f64; COLUMNS],
 }
 
 impl Balance {
-    /// How far the coefficients of inertia and weight are from one, `|ln α|` and `|ln γ|`, as far as these matter.
+    /// Distance of the coefficients of inertia and weight from one, `|ln α|` and `|ln γ|`, weighted by their part of the torque.
     pub fn oddness(&self) -> f64 {
         let of = |k: usize| self.coefficients[k].max(1e-9).ln().abs() * (10.0 * self.parts[k]).min(1.0);
         of(0) + of(1)
     }
 
-    /// Factor of the torque at which the model's rigid body would fit, where that lies outside of what its accuracy allows.
+    /// Factor of the torque at which the model's rigid body fits, if it is outside the accuracy of the model.
     pub fn needed_scale(&self) -> Option<f64> {
         (self.free > 0.0 && self.free.is_finite()).then(|| 1.0 / self.free).filter(|f| f.ln().abs() > MODEL_FACTOR.ln())
     }
@@ -82,9 +83,9 @@ impl Balance {
 struct Machine {
     links: Dynamics,
     weight: Dynamics,
-    /// Nominal gravity and two directions across it.
+    /// Nominal gravity, and two directions perpendicular to it.
     gravity: [Vector3<f64>; 3],
-    /// The ten numbers of 1 kg at each point of the payload.
+    /// The ten inertial parameters of 1 kg at each point of the payload.
     points: [[f64; 10]; 6],
     regressor: DMatrix<f64>,
     rotors: Vec<f64>,
@@ -117,7 +118,7 @@ impl Machine {
         }
     }
 
-    /// `I G G₁ G₂ P₁ … P₆ L` of every joint; `slow`: accelerations of the wide kernel.
+    /// `I G G₁ G₂ P₁ … P₆ L` of every joint; `slow`: accelerations from the wide kernel.
     fn columns(&mut self, q: &[f64], v: &[f64], [a, slow]: [&[f64]; 2], out: &mut [[f64; RIGID]]) {
         let mut tau = vec![0.0; q.len()];
         self.links.inverse(q, v, a, &mut tau);
@@ -168,7 +169,7 @@ impl Normal {
         self.rows[usize::from(forwards)] += 1;
     }
 
-    /// The same rows with their torque multiplied.
+    /// The same rows with their torque multiplied by a factor.
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
         scaled.b.iter_mut().for_each(|b| *b *= factor);
@@ -176,7 +177,7 @@ impl Normal {
         scaled
     }
 
-    /// Coefficients of least squares within bounds, one after the other.
+    /// Coefficients of least squares within bounds, by coordinate descent.
     fn minimum(&self, bounds: &[[f64; 2]; COLUMNS]) -> [f64; COLUMNS] {
         let mut x: [f64; COLUMNS] = std::array::from_fn(|i| 0.0_f64.clamp(bounds[i][0], bounds[i][1]));
         for _ in 0..SWEEPS {
@@ -190,7 +191,7 @@ impl Normal {
         x
     }
 
-    /// Scale of inertia and weight together where nothing bounds it: that of the one that matters more.
+    /// Common scale of inertia and weight without bounds: the scale of the larger of the two.
     fn free_scale(&self, bounds: &[[f64; 2]; COLUMNS]) -> f64 {
         let mut free = *bounds;
         free[..FULL].fill([0.0, 0.0]);
@@ -220,7 +221,7 @@ impl Normal {
     }
 }
 
-/// Which rows take part, by session, joint and row.
+/// Selects rows by session, joint and row.
 pub type Mask<'a> = dyn Fn(usize, usize, usize) -> bool + Sync + 'a;
 
 /// Columns of the balance by session, row and joint.
@@ -228,12 +229,12 @@ pub type Mask<'a> = dyn Fn(usize, usize, usize) -> bool + Sync + 'a;
 pub struct Columns {
     /// Number of joints.
     dof: usize,
-    /// Columns of each joint, session by session and row by row.
+    /// Columns of each joint, by session and row.
     of_sessions: Vec<Vec<Vec<[f64; RIGID]>>>,
 }
 
 impl Columns {
-    /// Those of a model along the motion of the rows.
+    /// The columns of a model along the motion of the rows.
     pub fn new(model: &Model, rows: &[Rows]) -> Self {
         let dof = model.joints.len();
         let of_session = |session: &Rows| {
@@ -271,24 +272,24 @@ impl Columns {
         normals
     }
 
-    /// `I + L + G` of one joint [N·m or N], session by session and row by row.
+    /// `I + L + G` of one joint [N·m or N], by session and row.
     pub fn rigid(&self, joint: usize) -> Vec<Vec<f64>> {
         let of_row = |columns: &Vec<[f64; RIGID]>| columns[joint][0] + columns[joint][FULL] + columns[joint][1];
         self.of_sessions.iter().map(|session| session.iter().map(of_row).collect()).collect()
     }
 }
 
-/// Balances of all joints; `None` where a joint has no torque or too few rows of motion.
+/// Balances of all joints; `None` for a joint without torque or with too few rows of motion.
 pub fn balances(model: &Model, rows: &[Rows], mask: &Mask<'_>) -> Vec<Option<Balance>> {
     let bounds = bounds(model);
     Columns::new(model, rows).normals(rows, mask).iter().map(|normal| normal.solve(&bounds)).collect()
 }
 
-/// What the coefficients may be.
+/// Bounds of the coefficients.
 pub fn bounds(model: &Model) -> [[f64; 2]; COLUMNS] {
     let factor = match model.masses {
         Masses::Known => [1.0 / MODEL_FACTOR, MODEL_FACTOR],
-        // A guess says the sign, and no more.
+        // Estimated masses give the sign only.
         Masses::Estimated => [0.0, f64::INFINITY],
     };
     let mass: f64 = model.robot.bodies.iter().map(|body| body.inertia.mass).sum();

@@ -1,10 +1,10 @@
-//! What could be wrong with data or model, as what undoes it.
+//! Possible mistakes in data or model, each with the change that corrects it.
 
 use super::balance;
 use super::rows::Rows;
 use crate::robot::Model;
 
-/// One thing that is undone.
+/// One mistake that can be corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
     /// The torque of a joint has the other sign.
@@ -19,19 +19,19 @@ pub enum Change {
     SwapMotion(usize, usize),
     /// All channels of two joints are exchanged.
     SwapJoints(usize, usize),
-    /// The torque of a joint, or of all, is to be multiplied.
+    /// The torque of a joint, or of all joints, has to be multiplied by a factor.
     TorqueScale(Option<usize>, f64),
-    /// Position and velocity of a joint, or of all, are to be multiplied.
+    /// Position and velocity of a joint, or of all joints, have to be multiplied by a factor.
     MotionScale(Option<usize>, f64),
-    /// Time is to be multiplied.
+    /// Time has to be multiplied by a factor.
     TimeScale(f64),
-    /// Gravity points the other way.
+    /// Gravity points in the opposite direction.
     Gravity,
-    /// The gear ratio of a joint is to be multiplied: torque from a current, and the rotor's inertia by its square.
+    /// The gear ratio of a joint has to be multiplied by a factor: the torque from a current with it, the rotor's inertia with its square.
     Ratio(usize, f64),
-    /// The torque of a joint, or of all, is to be read later [s].
+    /// The torque of a joint, or of all joints, has to be read later by a time [s].
     TorqueLag(Option<usize>, f64),
-    /// The torque of a joint, or of all, is a magnitude: its sign is taken to be that of what links, rotor and Coulomb friction need.
+    /// The torque of a joint, or of all joints, is a magnitude. It gets the sign of the torque that links, rotor and Coulomb friction need.
     Unsigned(Option<usize>),
 }
 
@@ -44,7 +44,7 @@ impl Change {
         }
     }
 
-    /// Whether model and motion stay as they are, so that only the torque of the balance changes.
+    /// Whether model and motion stay unchanged, so that only the torque of the balance changes.
     pub const fn of_torque(self) -> bool {
         matches!(
             self,
@@ -56,7 +56,7 @@ impl Change {
         )
     }
 
-    /// Model and rows with it undone.
+    /// Model and rows after the correction.
     pub fn undone(self, model: &Model, rows: &[Rows]) -> (Model, Vec<Rows>) {
         let (mut model, mut rows) = (model.clone(), rows.to_vec());
         let dof = model.joints.len();
@@ -114,7 +114,7 @@ fn scale_motion(rows: &mut [Rows], joints: &[usize], factors: [f64; 4]) {
     }
 }
 
-/// Exchanges motion, torque or both of two joints; a current of one that was read as that of the other passes the other's gear.
+/// Exchanges motion, torque or both of two joints. A current read for the wrong joint is converted with the gear of the other joint.
 fn swap(model: &Model, rows: &mut [Rows], [i, j]: [usize; 2], [motion, torque]: [bool; 2]) {
     let gain = model.joints[i].torque_per_ampere() / model.joints[j].torque_per_ampere();
     for session in rows {
@@ -140,10 +140,10 @@ fn swap(model: &Model, rows: &mut [Rows], [i, j]: [usize; 2], [motion, torque]: 
     }
 }
 
-/// Sizes of Coulomb friction that are tried, from none to the largest torque.
+/// Number of values of Coulomb friction that are tried, from zero to the largest torque.
 const FRICTIONS: usize = 40;
 
-/// Gives the torque of a joint the sign of `I + G + F_C sgn v`, with the `F_C` whose magnitude fits best.
+/// Gives the torque of a joint the sign of `I + G + F_C sgn v`, with the `F_C` for which the magnitudes fit best.
 fn sign(model: &Model, rows: &mut [Rows], joint: usize) {
     let rigid = balance::Columns::new(model, rows).rigid(joint);
     let largest =

@@ -1,17 +1,18 @@
-//! Channels that say nothing: constant, or frozen, while another channel of the same joint shows that it should not be.
+//! Dead channels: constant or frozen, while another channel of the same joint shows that they should change.
 //!
-//! Position: constant in a session in which the velocity channel moves the joint by more than it has ever been seen to. Velocity: constant while the
-//! position covers a way. Current or torque: constant while the joint moves both ways, so that friction alone would turn its sign; a joint that
-//! is switched off reads zero in part of a session, and swings, so only whole sessions count, or a value other than zero that stays to the end.
+//! Position: constant while the velocity channel moves the joint, in a whole session by a part of the joint's largest range, or from some sample
+//! on by more than that range. Velocity: constant while the position changes. Current or torque: constant while the joint moves in both
+//! directions, where friction alone changes the sign. A joint that is switched off reads zero in part of a session and swings; so only whole
+//! sessions count, or a nonzero value that stays to the end.
 
 use crate::robot::Model;
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
-/// Way in both directions, in shares of the joint's largest range, that a frozen torque would have had to answer to.
+/// Motion in both directions, relative to the joint's largest range, above which a constant torque counts as dead.
 const WAY: f64 = 0.1;
-/// [rad or m] Way of a velocity channel that a frozen position would have had to follow.
+/// [rad or m] Motion of the velocity channel above which a constant position counts as dead.
 const LEAST: f64 = 0.1;
-/// Samples that a channel has to be frozen for.
+/// Least number of samples for which a channel is frozen.
 const SAMPLES: usize = 50;
 
 /// A dead channel.
@@ -23,15 +24,15 @@ pub struct Dead {
     pub channel: &'static str,
     /// The session.
     pub session: String,
-    /// The value that it stays at.
+    /// The constant value.
     pub value: f64,
-    /// [s] since when.
+    /// [s] Time at which it starts.
     pub since: f64,
-    /// What moved meanwhile [rad or m].
+    /// [rad or m] Motion of the joint meanwhile.
     pub way: f64,
 }
 
-/// All of them.
+/// All dead channels.
 pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Dead> {
     let mut found = Vec::new();
     for (index, joint) in model.joints.iter().enumerate() {
@@ -66,7 +67,7 @@ const fn name(channel: Channel) -> &'static str {
     }
 }
 
-/// Channel, first frozen sample, and the way meanwhile.
+/// Channel, first frozen sample, and the motion meanwhile.
 fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Channel, usize, f64)> {
     let mut dead = Vec::new();
     let Some(position) = series.get(Channel::Position) else { return dead };
@@ -75,7 +76,7 @@ fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Cha
         let since = frozen_since(position);
         let path = path(&session.time[since..], &velocity[since..]);
         let way = range(&path);
-        // A joint that is held reads one value too, and its velocity hums: what stops in the middle must miss a large motion.
+        // A joint that is held also reads one value, and its velocity is noisy: a position that freezes during a session must miss a large motion.
         let least = if since == 0 { WAY * most } else { most };
         if end - since > SAMPLES && way > LEAST && way > least {
             dead.push((Channel::Position, since, way));
@@ -101,7 +102,7 @@ fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Cha
     dead
 }
 
-/// Integral of a velocity, less its mean slope: an offset is no motion.
+/// Integral of a velocity without its mean: an offset is no motion.
 fn path(time: &[f64], velocity: &[f64]) -> Vec<f64> {
     let mut path = vec![0.0; time.len()];
     for k in 1..time.len() {
@@ -122,7 +123,7 @@ fn range(values: &[f64]) -> f64 {
     if high > low { high - low } else { 0.0 }
 }
 
-/// Way upwards and downwards.
+/// Distances upwards and downwards.
 fn ways(position: &[f64]) -> (f64, f64) {
     position.windows(2).fold((0.0, 0.0), |(up, down), pair| {
         let step = pair[1] - pair[0];

@@ -1,9 +1,9 @@
-//! Steps of the position against the model's encoder: a count is `2π / (counts_per_turn · gear_ratio)` at the joint.
+//! Steps of the position against the model's encoder: one count is `2π / (counts_per_turn · gear_ratio)` at the joint.
 //!
-//! A recorded encoder moves by whole counts, so the size of a count can be read off the data to a share of a percent; a gear ratio of another
-//! stage, an angle of the motor or degrees change it by just that factor. A delay or a resampling reads between two samples, in parts of counts; there
-//! a reading that repeats still lies whole counts from the next one that does. Positions that were rounded to a decimal place or filtered have no such steps,
-//! or steps of a round size, and say nothing.
+//! A recorded encoder moves by whole counts, so the data give the size of a count with an error well below one percent. A gear ratio of another
+//! stage, an angle of the motor or degrees change it by exactly that factor. A delay or a resampling interpolates between two samples and gives
+//! parts of counts; repeated readings then still differ by whole counts. Positions that were rounded to a decimal place or filtered have no such
+//! steps, or steps of a round size, and are not judged.
 
 use std::f64::consts::PI;
 
@@ -11,20 +11,20 @@ use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::DEG;
 
-/// Steps that are looked at: up to so many counts, beyond which the error of one count adds up.
+/// Largest number of counts in a step that is used; beyond it the error of one count adds up.
 const MOST_COUNTS: f64 = 6.0;
-/// Part of a count by which a step may miss a whole number of them.
+/// Largest deviation of a step from a whole number of counts, in counts.
 const OFF: f64 = 0.12;
-/// Share of the steps that have to be whole counts.
+/// Least share of the steps that are whole counts.
 const WHOLE: f64 = 0.98;
-/// Steps needed.
+/// Least number of steps.
 const FEWEST: usize = 200;
-/// Steps between readings that repeat, which show that smaller ones are parts of counts: as many by chance have a probability below 2⁻²⁰.
+/// Least number of steps between repeated readings to show that smaller steps are parts of counts; the probability by chance is below 2⁻²⁰.
 const FEWEST_LEVELS: usize = 20;
-/// Relative difference of two sizes that are the same.
+/// Relative difference up to which two sizes count as equal.
 pub const SAME: f64 = 0.02;
 
-/// Size of a count in the data over that of the model; `None` where the data show no counts or the model has no encoder.
+/// Size of a count in the data relative to the model's; `None` where the data show no counts or the model has no encoder.
 pub fn count_ratio(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Option<f64> {
     let expected = model.joints[joint].encoder_step();
     if expected <= 0.0 {
@@ -35,7 +35,7 @@ pub fn count_ratio(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Opt
     let mut levels: Vec<f64> = Vec::new();
     for session in sessions {
         let position = session.joint(name)?.get(Channel::Position)?;
-        // The last digits of a number of that size are not steps.
+        // Differences in the last digits are rounding, not steps.
         let digits = 1e-12 * position.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
         steps.extend(position.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > digits));
         let repeated: Vec<f64> =
@@ -67,7 +67,7 @@ fn are_whole(steps: &[f64], count: f64) -> bool {
     whole as f64 >= WHOLE * steps.len() as f64
 }
 
-/// Whether a step is 1, 2 or 5 times a power of ten, in radians, degrees or parts of a turn in bits: a choice of who wrote the file.
+/// Whether a step is 1, 2 or 5 times a power of ten in radians or degrees, or a turn over a power of two: such steps come from the file format.
 fn is_round(step: f64) -> bool {
     let decimal = |step: f64| {
         let mantissa = step / 10.0_f64.powf(step.log10().floor());

@@ -1,33 +1,33 @@
-//! Position against velocity: over a stretch of time the position changes by the integral of the velocity, `Δq = b ∫ v dt`, `b = 1`.
+//! Position against velocity: over a time interval the position changes by the integral of the velocity, `Δq = b ∫ v dt`, `b = 1`.
 //!
-//! Low-pass, quantisation and noise of either channel leave `b` within some percent of one; a unit, a sign or a time base that is not what it is
-//! said to be makes it −1, π/180, π/30, the gear ratio or a power of ten: far away in logarithm. `b = √(Σ Δq² / Σ (∫ v dt)²)` with the sign of their
-//! correlation, so that noise of neither biases it alone. A channel that is late against the other has the peak of its correlation there.
+//! Low-pass filters, quantisation and noise of either channel keep `b` within some percent of one. A wrong unit, sign or time base
+//! makes it −1, π/180, π/30, the gear ratio or a power of ten, which is far away in logarithm. `b = √(Σ Δq² / Σ (∫ v dt)²)` with the sign of
+//! the correlation, so that noise of one channel does not bias it alone. If one channel is late, the correlation peaks at that lag.
 
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// Stretches of a session.
+/// Number of intervals of a session.
 const STRETCHES: usize = 200;
-/// Samples of a stretch at least.
+/// Least number of samples in an interval.
 const SHORTEST: usize = 10;
-/// Correlation of `Δq` and `∫ v dt` below which nothing is said about their ratio: they share 64 % of their squares.
+/// Correlation of `Δq` and `∫ v dt` below which their ratio is not judged: they share 64 % of their squares.
 const CORRELATED: f64 = 0.8;
-/// A ratio beyond this factor, or its inverse, is none that a filter makes.
+/// A ratio above this factor, or below its inverse, is not caused by a filter.
 pub const FAR: f64 = 1.5;
-/// [s] Lag of one channel against the other beyond which it is no filter and no transport delay: `sensor_delay` ends at 0.1 s.
+/// [s] Lag of one channel above which neither a filter nor a transport delay explains it: `sensor_delay` ends at 0.1 s.
 pub const LATE: f64 = 0.14;
-/// [s] Largest lag that is looked for.
+/// [s] Largest lag that is tried.
 const LONGEST: f64 = 0.5;
 
-/// What velocity and position of a joint say of each other.
+/// Ratio and lag between velocity and position of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratio {
     /// `b`, with its sign.
     pub ratio: f64,
-    /// [1] correlation of both, with its sign.
+    /// [1] Correlation of both, with its sign.
     pub correlation: f64,
-    /// [s] how late the velocity is against the position.
+    /// [s] Delay of the velocity relative to the position.
     pub lag: f64,
     /// Correlation at that lag.
     pub at_lag: f64,
@@ -40,7 +40,7 @@ impl Ratio {
     }
 }
 
-/// Ratio of a joint over all sessions, by a channel of velocity; `None` where they have nothing in common.
+/// Ratio of a joint over all sessions, for one velocity channel; `None` where the channels are not correlated.
 pub fn ratio(model: &Model, joint: usize, sessions: &[&TimeSeries], channel: Channel) -> Option<Ratio> {
     let name = &model.joints[joint].name;
     let stretches: Vec<Stretches> = sessions

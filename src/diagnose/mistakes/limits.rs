@@ -1,8 +1,8 @@
 //! Position against the range of the joint in the URDF.
 //!
-//! A joint covers its range at most, and a little more where the URDF is narrow; in degrees it covers 57 times as much, as an angle of the motor as
-//! many times as the gear turns. Silent where the torque balance confirms the scale by inertia or weight: the range in the URDF is wrong then, or the joint
-//! turns on and on.
+//! A joint covers at most its range, or a little more if the URDF is narrow. In degrees it covers 57 times as much, and as an angle of the motor
+//! as many times as the gear ratio. There is no report where the torque balance confirms the scale by inertia or weight: then the range in the
+//! URDF is wrong, or the joint turns continuously.
 
 use super::balance;
 use super::rows::Rows;
@@ -10,30 +10,30 @@ use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::{DEG, JointKind};
 
-/// Ranges that a position covers where its scale is in doubt: a narrow URDF is left by some tenths.
+/// Ranges covered above which the scale of a position is in doubt: a narrow URDF is exceeded by some tenths.
 const DOUBTFUL: f64 = 1.5;
-/// Ranges that it covers where nothing else is needed: above what any wrong URDF does, and below 57.
+/// Ranges covered above which no other evidence is needed: more than any wrong URDF causes, and less than 57.
 const RANGES: f64 = 5.0;
 /// Part of the range by which a position in the right unit may leave it.
 const MARGIN: f64 = 0.1;
-/// Share of the squared torque that inertia or weight have to make to confirm a scale.
+/// Least share of the squared torque due to inertia or weight that confirms a scale.
 const CONFIRMS: f64 = 0.02;
 
-/// A joint that covers several times its range, and the factors that would bring it inside, with their names.
+/// A joint that covers several times its range, and the factors that bring it back inside, with the names of the mistakes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outside {
     /// The joint's index in the model.
     pub joint: usize,
     /// [rad or m] lowest and highest position.
     pub extent: [f64; 2],
-    /// [1] its width in ranges of the joint.
+    /// [1] Its width relative to the range of the joint.
     pub ranges: f64,
     /// Factor and name of the mistake.
     pub units: Vec<(f64, &'static str)>,
 }
 
 impl Outside {
-    /// Whether a factor brings the joint inside of its range.
+    /// Whether a factor brings the joint back into its range.
     pub fn explained_by(&self, factor: f64) -> bool {
         self.units.iter().any(|(unit, _)| (unit / factor).ln().abs() < 1e-6)
     }
@@ -61,7 +61,7 @@ pub fn outside(model: &Model, sessions: &[&TimeSeries]) -> Vec<Outside> {
     (0..model.joints.len()).filter_map(of_joint).collect()
 }
 
-/// Those that the torque balance does not confirm: they are reported where it finds nothing itself.
+/// Joints whose scale the torque balance does not confirm. They are reported where the balance itself finds no mistake.
 pub fn unconfirmed<'o>(model: &Model, rows: &[Rows], outside: &'o [Outside]) -> Vec<&'o Outside> {
     if outside.is_empty() {
         return Vec::new();

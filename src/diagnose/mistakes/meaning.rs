@@ -1,4 +1,4 @@
-//! What a factor between position and velocity is called.
+//! Names of a factor between position and velocity.
 
 use std::f64::consts::PI;
 
@@ -6,23 +6,23 @@ use super::kinematics::FAR;
 use crate::robot::Model;
 use crate::units::{DEG, JointKind, RPM};
 
-/// Relative difference of two factors that are the same: low-pass and quantisation leave some percent.
+/// Relative difference up to which two factors count as equal: low-pass and quantisation cause some percent.
 pub const SAME: f64 = 0.1;
 
-/// What a factor between position and velocity is called.
+/// Meaning of a factor between position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Meaning {
-    /// One of the two has the other sign.
+    /// One of the two has the opposite sign.
     Sign,
     /// Position in this unit: `degrees_for_radians` and the like.
     Position(&'static str),
     /// Velocity in this unit.
     Velocity(&'static str),
-    /// No factor with a name.
+    /// A factor without a name.
     Unknown,
 }
 
-/// The name of a factor `b` of a joint.
+/// The meaning of a factor `b` of a joint.
 pub fn meaning(model: &Model, joint: usize, b: f64) -> Meaning {
     let (n, kind) = (model.joints[joint].gear_ratio, model.joints[joint].kind);
     if (b.abs() - 1.0).abs() < 1.0 - 1.0 / FAR && b < 0.0 {

@@ -1,21 +1,24 @@
-//! Mistakes in the data or in the model file that are likelier than physics, told before anything is fitted.
+//! Recordings and rows → mistakes in the data or in the model file that are likelier than physics, reported before anything is fitted.
 //!
 //! ```text
 //!   sessions ─ time_base ─ dead ─ kinematics ─ encoder ─┬─▶ mistakes
 //!      rows ─▶ balance ─▶ search ─ limits ─ overload ───┘
 //! ```
-//! The first instrument that finds something ends the search: what follows would see its consequences.
+//! The first check that finds a mistake ends the search, because later checks would see its consequences.
 //!
 //! | module | compares | right | mistaken |
 //! |---|---|---|---|
-//! | `time_base` | sample interval, velocity | below 0.1 s, `Δq = ∫ v dt` on all joints | one factor on all joints |
+//! | `time_base` | sample interval, velocity | below 0.1 s, `Δq = ∫ v dt` on all joints | one common factor on all joints |
 //! | `dead` | a channel with the others of its joint | moves as they do | constant |
 //! | `kinematics` | `Δq` with `∫ v dt` | 1, no lag | −1, π/180, π/30, gear ratio; late |
 //! | `encoder` | steps of the position with a count | 1 | gear ratio, 180/π |
-//! | `balance`, `search` | torque with inertia, weight and friction | leaves some percent of the squares | a single change of data or model halves the RMS that is left, to that of sound data |
+//! | `balance`, `search` | torque with inertia, weight, friction | leaves a few percent of the squares | one change halves the RMS residual |
 //! | `limits` | position with the joint's range | inside | several times its range |
 //! | `overload` | torque with the limits of the drive | below | ten times that or more |
-//! | `remaining` | error of the finished diagnosis with the torque | below half | above |
+//! | `remaining` | error of the finished diagnosis with the torque | below half | above half |
+//!
+//! `rows` makes the rows of the balance, `change` has the changes that the search tries, `velocity` and `meaning` interpret the ratio of
+//! position and velocity, and `words` writes name, evidence and remedy of a mistake.
 
 mod balance;
 mod change;
@@ -38,7 +41,7 @@ use crate::diagnose::result::{Diagnosis, Method, Parts};
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 
-/// Mistakes that are likelier than physics; empty where data and model are what they say they are, as far as the data show.
+/// Mistakes that are likelier than physics; empty where the data show no contradiction to what data and model claim to be.
 pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     if model.joints.is_empty() {
         return Vec::new();
@@ -63,7 +66,7 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     let overloads = overload::found(model, &rows);
     let timed = velocity::confirms_time(model, sessions);
     let found = match model.masses {
-        // The balance of a guess knows no scale.
+        // With estimated masses the balance does not determine a scale.
         Masses::Estimated if !limits::unconfirmed(model, &rows, &outside).is_empty() => Vec::new(),
         _ => search::found(model, &rows, timed, &search::Limits { outside: &outside, overloads: &overloads }),
     };
@@ -77,12 +80,12 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     merged(found.iter().map(|one| words::balance(model, &rows, one)).collect())
 }
 
-/// Mistakes as warnings, one sentence or two each.
+/// Mistakes as warnings of one or two sentences each.
 pub fn warnings(mistakes: &[Mistake]) -> Vec<String> {
     mistakes.iter().map(Mistake::sentence).collect()
 }
 
-/// The diagnosis that ends with a suspicion: nothing is fitted, and the model stays as it was given.
+/// The diagnosis that ends with a suspected mistake: nothing is fitted, and the model stays unchanged.
 pub fn diagnosis(model: &Model, mistakes: Vec<Mistake>, compared: bool, options: &Options) -> Diagnosis {
     let none = || "not used: a mistake is suspected, and nothing was fitted".to_owned();
     let method = Method { filter: none(), half_width: [0.0; 2], zones: none(), baseline: none(), held_out: none() };
@@ -90,7 +93,7 @@ pub fn diagnosis(model: &Model, mistakes: Vec<Mistake>, compared: bool, options:
     Parts { mistakes, changes: compared.then(Vec::new), ..parts }.assembled()
 }
 
-/// Mistakes of one name and remedy as one.
+/// Merges mistakes of the same name and remedy.
 fn merged(mistakes: Vec<Mistake>) -> Vec<Mistake> {
     let mut merged: Vec<Mistake> = Vec::new();
     for mistake in mistakes {

@@ -1,19 +1,19 @@
-//! Torque against what the drive can give: the effort limit of the URDF and the current limit of the model file.
+//! Torque against the limits of the drive: the effort limit of the URDF and the current limit of the model file.
 //!
-//! A drive gives its limit at most, and a little more where the file quotes a continuous one; milliamperes read as amperes make it a thousand times as
-//! much, a joint torque read as a current `ratio · K_t` times.
+//! A drive gives its limit at most, or somewhat more if the file quotes a continuous one. Milliamperes read as amperes give a thousand times
+//! as much, and a joint torque read as a current gives `ratio · K_t` times as much.
 
 use super::rows::Rows;
 use crate::robot::Model;
 
-/// Times the limit at which the scale of a torque is in doubt: peak torque of a drive is up to three times the continuous one.
+/// Multiple of the limit above which the scale of a torque is in doubt: the peak torque of a drive is up to three times the continuous one.
 const DOUBTFUL: f64 = 3.0;
-/// Times the limit that nothing but a wrong scale makes.
+/// Multiple of the limit that only a wrong scale reaches.
 pub const IMPOSSIBLE: f64 = 10.0;
-/// Part of the samples that may lie above: spikes are no torque.
+/// Part of the samples that may lie above: spikes do not count as torque.
 const SPIKES: f64 = 0.01;
 
-/// A joint whose torque is above what its drive can give.
+/// A joint whose torque is above the limit of its drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overload {
     /// The joint's index in the model.
@@ -25,12 +25,12 @@ pub struct Overload {
 }
 
 impl Overload {
-    /// How many times the limit.
+    /// Torque relative to the limit.
     pub fn times(&self) -> f64 {
         self.torque / self.limit
     }
 
-    /// Whether a factor brings the torque to what the drive can give.
+    /// Whether a factor brings the torque back within the limits of the drive.
     pub fn explained_by(&self, factor: f64) -> bool {
         factor.abs() * self.times() < DOUBTFUL
     }
@@ -42,7 +42,7 @@ pub fn found(model: &Model, rows: &[Rows]) -> Vec<Overload> {
         let own = &model.joints[joint];
         let drive = own.torque_per_ampere() * own.amplifier.current_limit;
         let effort = model.robot.bodies[joint].joint.limits.effort;
-        // The larger of those that are given: the smaller may be a continuous one.
+        // The larger of the given limits: the smaller one may be a continuous limit.
         let given = [drive, effort].into_iter().filter(|limit| limit.is_finite() && *limit > 0.0);
         let limit = given.fold(0.0, f64::max);
         let mut torques: Vec<f64> =

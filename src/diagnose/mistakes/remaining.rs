@@ -1,8 +1,8 @@
-//! The last of the mistakes: more than half of the torque is left over when every effect has been tried.
+//! The last check for a mistake: more than half of the torque remains after every effect has been tried.
 //!
-//! An effect, a tilted base for instance, may be most of what a nominal model lacks; so this is judged at the end. Two things have to say the same: the
-//! error of the finished diagnosis on data held out is above half of the torque and well above the sensor's floor, and the torque balance, which is free to
-//! take masses, a tilt, a payload and a spring as it likes, leaves more than a quarter of the squares.
+//! A single effect, such as a tilted base, can be most of what a nominal model lacks; so this check runs at the end. Two conditions are needed. The
+//! error of the finished diagnosis on held-out data is above half of the torque and well above the sensor's floor. And the torque balance, with
+//! free masses, tilt, payload and spring, leaves more than a quarter of the squares.
 
 use super::balance;
 use super::balance::UNSOUND;
@@ -14,10 +14,10 @@ use crate::timeseries::TimeSeries;
 
 /// [%] of the RMS torque.
 const HALF: f64 = 50.0;
-/// Errors below this many floors are the sensor's.
+/// Errors below this multiple of the floor are due to the sensors.
 const FLOORS: f64 = 3.0;
 
-/// The joints of whose torque more than half is left over; empty where there are none.
+/// The joints with more than half of the torque unexplained; empty where there are none.
 pub fn found(model: &Model, sessions: &[&TimeSeries], errors: &[FitError]) -> Vec<Mistake> {
     let large = |name: &str| {
         errors.iter().find(|fit| {

@@ -1,7 +1,7 @@
-//! Smooth motion and torque of every joint at evenly spaced rows: what the torque balance of a suspicion is made of.
+//! Smooth motion and torque of every joint in evenly spaced rows, for the torque balance.
 //!
-//! The kernel is one width for all, coarser than that of a diagnosis: a mistake changes a sign or a factor, not a tenth. A second, wider one smooths
-//! the acceleration that the link shares with its motor whatever the gear does.
+//! All rows have one kernel width, larger than in a diagnosis: a mistake changes a sign or a factor, not ten percent. A second, wider kernel smooths
+//! the acceleration; the result is common to motor and link, whatever the gear does.
 
 use std::sync::Arc;
 
@@ -10,20 +10,20 @@ use crate::diagnose::rows::observe::motor_torque;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// [s] Half width of the kernel: a coarse encoder (0.6 mrad at 1 kHz) passes it as 0.03 rad/s² of acceleration.
+/// [s] Half width of the kernel: with a coarse encoder (0.6 mrad at 1 kHz) the noise of the acceleration is 0.03 rad/s².
 const HALF_WIDTH: f64 = 0.06;
-/// Half width of the wide kernel in narrow ones. A motor that crosses a gap `g` is seen to accelerate by up to `1.44 g/w²` while its link does not: for
-/// a wide gap of 0.01 rad 4 rad/s² at `w` = 0.06 s, which is more than slow motion needs, and 0.1 rad/s² at six times that.
+/// Half width of the wide kernel relative to the narrow one. A motor that crosses a gap `g` accelerates by up to `1.44 g/w²` in the rows while its
+/// link does not. For a wide gap of 0.01 rad that is 4 rad/s² at `w` = 0.06 s, more than slow motion needs, and 0.1 rad/s² at six times that width.
 const WIDE: usize = 6;
-/// [s] Shortest distance of rows.
+/// [s] Smallest distance of rows.
 const SPACING: f64 = 0.02;
-/// Rows of all sessions together, about.
+/// Approximate number of rows of all sessions together.
 const MOST_ROWS: f64 = 900.0;
-/// A joint moves in a session in which it covers this share of the most that it covers in one.
+/// A joint moves in a session if it covers at least this share of its largest motion in any session.
 const MOVES: f64 = 0.02;
 /// A joint rests below this share of its fastest speed in the session.
 const REST: f64 = 0.04;
-/// [1] Counts in the kernel's width below which the direction of motion is not known.
+/// [1] Number of counts in the kernel's width below which the direction of motion is unknown.
 const FEW_COUNTS: f64 = 3.0;
 
 /// Rows of one session.
@@ -31,12 +31,12 @@ const FEW_COUNTS: f64 = 3.0;
 pub struct Rows {
     /// Name of the session.
     pub session: String,
-    /// One a joint of the model.
+    /// Rows of each joint of the model.
     pub joints: Vec<JointRows>,
     /// Sample in the middle of each row.
     centres: Vec<usize>,
     kernel: Kernel,
-    /// Torque of each joint as it was sampled.
+    /// Torque of each joint as sampled.
     torque: Arc<Vec<Vec<f64>>>,
     /// [s]
     interval: f64,
@@ -44,7 +44,7 @@ pub struct Rows {
     pub from_current: bool,
 }
 
-/// Rows of one joint; empty torque where none was recorded.
+/// Rows of one joint; empty torque where no torque was recorded.
 #[derive(Debug, Clone, Default)]
 pub struct JointRows {
     /// [rad or m]
@@ -53,7 +53,7 @@ pub struct JointRows {
     pub v: Vec<f64>,
     /// [rad/s² or m/s²]
     pub a: Vec<f64>,
-    /// [rad/s² or m/s²] of the wide kernel: what the link follows across a gap too.
+    /// [rad/s² or m/s²] From the wide kernel: the acceleration that the link follows across a gap too.
     pub slow: Vec<f64>,
     /// [N·m or N] motor torque on the joint side.
     pub tau: Vec<f64>,
@@ -67,7 +67,7 @@ impl Rows {
         self.centres.len()
     }
 
-    /// Torque of a joint read `lag` [s] later [N·m or N]; held at the ends.
+    /// Torque of a joint read `lag` [s] later [N·m or N]; constant beyond the ends.
     pub fn torque_after(&self, joint: usize, lag: f64) -> Vec<f64> {
         let torque = &self.torque[joint];
         let (first, last) = (self.kernel.reach, torque.len().saturating_sub(self.kernel.reach + 1));
@@ -80,7 +80,7 @@ impl Rows {
     }
 }
 
-/// Rows of every session in which each joint of the model has a position and at least one a torque; sessions that are too short are left out.
+/// Rows of every session in which all joints of the model have a position and at least one has a torque; sessions that are too short are left out.
 pub fn rows(model: &Model, sessions: &[&TimeSeries]) -> Vec<Rows> {
     let total: f64 = sessions.iter().filter_map(|s| Some(s.time.last()? - s.time.first()?)).sum();
     let spacing = SPACING.max(total / MOST_ROWS);
@@ -138,12 +138,12 @@ fn of_session(model: &Model, session: &TimeSeries, spacing: f64) -> Option<Rows>
 fn grid(time: &[f64], interval: f64) -> Option<Vec<f64>> {
     let (first, last) = (*time.first()?, *time.last()?);
     let count = (last - first) / interval;
-    // A session of which most samples are missing is no signal.
+    // A session with most samples missing is not used.
     (count.is_finite() && count < 4.0 * time.len() as f64)
         .then(|| (0..=count as usize).map(|k| first + k as f64 * interval).collect())
 }
 
-/// A signal at other times, straight between its samples.
+/// A signal at other times, by linear interpolation.
 fn resampled(time: &[f64], values: &[f64], grid: &[f64]) -> Vec<f64> {
     let mut next = 1;
     let at = |t: &f64| {

@@ -1,10 +1,10 @@
-//! Mistakes that the torque balance shows: which single change of data or model makes it add up.
+//! Mistakes that the torque balance shows: the single change of data or model that makes it fit.
 //!
-//! The share `u` of the squared torque that the balance leaves (see [`balance`](super::balance)) is 0.000 to 0.06 on sound recordings, and up to 0.25 on
-//! simulated machines with an effect of twice its full strength; with a sign exchanged it is 0.1 to 1. Where some joint leaves more than [`SUSPICIOUS`],
-//! every change is undone in turn: on sound data each makes the balance worse, or leaves it as it is, and none halves the RMS. One is named where the RMS of a
-//! joint falls by half at least, `Σ ln(u_before/u_after)` over all joints exceeds `ln` [`FACTOR`] too, and what is left of that joint is what sound
-//! data leave; what does nearly as well is named beside it. Then the next one is looked for, with this one undone.
+//! The balance leaves the share `u` of the squared torque (see [`balance`](super::balance)). It is 0.000 to 0.06 on correct recordings, up to 0.25 on
+//! simulated machines with an effect of twice its full strength, and 0.1 to 1 with a wrong sign. If a joint leaves more than [`SUSPICIOUS`],
+//! every change is tried in turn. On correct data each change makes the balance worse or leaves it unchanged, and none halves the RMS. A change is
+//! named if the RMS of a joint falls to half or less, `Σ ln(u_before/u_after)` over all joints also exceeds `ln` [`FACTOR`], and the residual of that
+//! joint is as small as on correct data. Changes that are nearly as good are named as alternatives. The search then repeats with the change applied.
 
 use rayon::prelude::*;
 
@@ -17,37 +17,37 @@ use super::rows::Rows;
 use crate::robot::{Masses, Model};
 use crate::units::{DEG, JointKind};
 
-/// Share below which a joint is explained, and less tells nothing more: 7 % in RMS.
+/// Share below which a joint counts as explained: 7 % in RMS.
 const FLOOR: f64 = 0.005;
-/// Factor by which undoing a mistake lowers what is left of one joint, and of all with their factors multiplied: half in RMS. A wrong sign or unit
-/// makes an error of the order of the torque. On 430 sound machines, with one or two effects of up to twice their full strength each, no change lowers
-/// it more than 1.9 times.
+/// Factor by which a change has to lower the residual share of one joint, and the product of the shares of all joints: half in RMS. A wrong
+/// sign or unit causes an error of the order of the torque. On 430 correct machines, with one or two effects of up to twice their full
+/// strength each, no change lowers the residual more than 1.9 times.
 const FACTOR: f64 = 4.0;
-/// Share that the joint of a mistake leaves at most, once it is undone: 32 % in RMS. Sound recordings leave up to 24 %.
+/// Largest share of the mistaken joint after the change: 32 % in RMS. Correct recordings leave up to 24 %.
 const EXPLAINED: f64 = 0.1;
-/// Factor by which an alternative may be worse.
+/// Factor by which an alternative may be worse than the best change.
 const NEARLY: f64 = 1.5;
-/// [1] Weight of a coefficient that is not one, in the score of a change.
+/// [1] Weight of a coefficient's deviation from one, in the score of a change.
 const UNLIKELY: f64 = 0.5;
-/// [s] Lags that are tried: more than a sensor or a filter has, see `sensor_delay`.
+/// [s] Lags that are tried: larger than those of a sensor or a filter, see `sensor_delay`.
 const LAGS: [f64; 8] = [-0.4, -0.3, -0.2, -0.15, 0.15, 0.2, 0.3, 0.4];
 
-/// A change that makes the balance add up.
+/// A change that makes the balance fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Culprit {
-    /// The best.
+    /// The best change.
     pub change: Change,
-    /// Others that do nearly as well.
+    /// Other changes that are nearly as good.
     pub alternatives: Vec<Change>,
-    /// RMS that the balance leaves of the torque of the worst of its joints before [%].
+    /// [%] RMS residual relative to the torque, of the joint that improves most, before the change.
     pub before: f64,
-    /// The same joint after [%].
+    /// [%] The same after the change.
     pub after: f64,
     /// That joint.
     pub joint: usize,
 }
 
-/// One change tried.
+/// The result of one change.
 struct TriedChange {
     change: Change,
     score: f64,
@@ -56,7 +56,7 @@ struct TriedChange {
 }
 
 /// All changes that are needed, the strongest first. `timed`: whether a velocity channel confirms the time base.
-/// `limits`: what leaves the limits of the model, which speaks for a factor that brings it back.
+/// `limits`: quantities outside the limits of the model; they support a factor that brings them back.
 pub fn found(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Vec<Culprit> {
     let (mut model, mut rows) = (model.clone(), rows.to_vec());
     let mut found: Vec<Culprit> = Vec::new();
@@ -104,7 +104,7 @@ fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Optio
     Some(Culprit { change: first.change, alternatives, before: percent(was), after: percent(is), joint })
 }
 
-/// What leaves the limits of the model.
+/// Quantities outside the limits of the model.
 #[derive(Debug)]
 pub struct Limits<'a> {
     /// Positions.
@@ -124,7 +124,7 @@ fn brought_back(model: &Model, change: Change, limits: &Limits<'_>) -> f64 {
             limits.outside.iter().filter(|one| one_of(which, one.joint) && one.explained_by(factor)).count()
         }
         Change::TorqueScale(which, factor) => torque(which, factor),
-        // The limit of the drive is the ratio's too.
+        // The limit of the drive scales with the ratio too.
         Change::Ratio(joint, factor) if model.robot.bodies[joint].joint.limits.effort.is_finite() => {
             torque(Some(joint), factor)
         }
@@ -133,7 +133,7 @@ fn brought_back(model: &Model, change: Change, limits: &Limits<'_>) -> f64 {
     count as f64
 }
 
-/// The joint that a change helps most.
+/// The joint that a change improves most.
 fn worst(trial: &TriedChange) -> Option<usize> {
     let gain = |joint: &usize| match (trial.before[*joint], trial.after[*joint]) {
         (Some(before), Some(after)) => before.left.max(FLOOR).ln() - after.left.max(FLOOR).ln(),
@@ -156,7 +156,7 @@ fn trial(
         _ => None,
     };
     if let Some((which, factor)) = scale {
-        // The motion is as it was.
+        // The motion is unchanged.
         let of_joint = |(joint, normal): (usize, &Normal)| match which {
             Some(only) if only != joint => before[joint],
             _ => normal.scaled(factor).solve(&bounds),
@@ -179,7 +179,7 @@ fn trial(
     TriedChange { change, score: score(&before, &after), before, after }
 }
 
-/// `Σ ln(u_before/u_after)`, less what makes the coefficients after it unlikely.
+/// `Σ ln(u_before/u_after)`, minus a penalty for unlikely coefficients after the change.
 fn score(before: &[Option<Balance>], after: &[Option<Balance>]) -> f64 {
     let of_joint = |(before, after): (&Option<Balance>, &Option<Balance>)| match (before, after) {
         (Some(before), Some(after)) => {
@@ -191,7 +191,7 @@ fn score(before: &[Option<Balance>], after: &[Option<Balance>]) -> f64 {
     before.iter().zip(after).map(of_joint).sum()
 }
 
-/// Everything that is tried.
+/// All changes to try.
 fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<Balance>], timed: bool) -> Vec<Change> {
     let dof = model.joints.len();
     let mut changes = Vec::new();
@@ -203,7 +203,7 @@ fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<
         changes.extend(LAGS.map(|lag| Change::TorqueLag(Some(i), lag)));
     }
     if model.masses == Masses::Estimated {
-        // Friction has a sign of its own; the rest of the balance is as good as the guess.
+        // Friction determines the sign; the rest of the balance is only as good as the estimated masses.
         changes.retain(|change| matches!(change, Change::TorqueSign(_) | Change::MotionSign(_) | Change::Unsigned(_)));
     }
     if dof > 1 && (0..dof).all(|joint| never_negative(rows, joint)) {
@@ -237,7 +237,7 @@ fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<
     changes
 }
 
-/// Whether the torque of a joint lies nowhere further below zero than an offset of a hundredth of its largest does.
+/// Whether the torque of a joint is never below zero by more than one percent of its largest value.
 pub fn never_negative(rows: &[Rows], joint: usize) -> bool {
     rows.iter().all(|session| {
         let torque = &session.joints[joint].tau;
@@ -246,7 +246,7 @@ pub fn never_negative(rows: &[Rows], joint: usize) -> bool {
     })
 }
 
-/// Factors of one joint with a name.
+/// Factors of one joint that have a name.
 fn scales(model: &Model, rows: &[Rows], i: usize) -> Vec<Change> {
     let joint = &model.joints[i];
     let (n, constant) = (joint.gear_ratio, joint.motor.torque_constant);

@@ -1,4 +1,4 @@
-//! Time in another unit: a sample interval that no controller has, and motion that is right once time is scaled.
+//! Time in another unit: a sample interval that no controller has, and motion that is correct after scaling the time.
 
 use super::balance;
 use super::balance::UNSOUND;
@@ -27,7 +27,7 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Option<Mistake> {
         UNITS.into_iter().find(|(factor, _)| (INTERVALS[0]..=INTERVALS[1]).contains(&(interval * factor)))?;
     let scaled: Vec<TimeSeries> = sessions.iter().map(|session| in_seconds(session, factor)).collect();
     let scaled: Vec<&TimeSeries> = scaled.iter().collect();
-    // A velocity decides; without one, the torque balance has to add up in the other unit.
+    // A velocity channel decides; without one, the torque balance has to fit in the other unit.
     let ratios = (0..model.joints.len()).filter_map(|joint| velocity::of(model, joint, &scaled));
     let agree: Vec<bool> = ratios.map(|(_, ratio): (Channel, kinematics::Ratio)| ratio.agrees()).collect();
     let right = if agree.is_empty() {

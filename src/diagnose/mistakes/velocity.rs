@@ -1,4 +1,4 @@
-//! What the ratio of position and velocity means: a unit, a sign, an angle of the motor, a time base, a late channel.
+//! Meaning of the ratio of position and velocity: a unit, a sign, an angle of the motor, a time base, or a late channel.
 
 use super::balance;
 use super::change::Change;
@@ -10,17 +10,17 @@ use crate::diagnose::result::Mistake;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// A late channel explains this much of what is left without the lag.
+/// A late channel explains at least this share of what remains without the lag.
 const BETTER: f64 = 0.5;
 
-/// The velocity to judge by: as measured, or the reference, which a controlled joint follows.
+/// The velocity to compare with: the measured one, or the reference, which a controlled joint follows.
 pub fn of(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Option<(Channel, Ratio)> {
     [Channel::Velocity, Channel::ReferenceVelocity]
         .into_iter()
         .find_map(|channel| Some((channel, kinematics::ratio(model, joint, sessions, channel)?)))
 }
 
-/// Whether a velocity channel agrees with the position on some joint, so that time is what it says.
+/// Whether a velocity channel agrees with the position on some joint, so that the time base is right.
 pub fn confirms_time(model: &Model, sessions: &[&TimeSeries]) -> bool {
     (0..model.joints.len()).any(|joint| of(model, joint, sessions).is_some_and(|(_, ratio)| ratio.agrees()))
 }
@@ -44,14 +44,14 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     wrong.iter().map(|one| of_joint(model, sessions, *one)).collect()
 }
 
-/// The factor of time, where all joints have one and it is no unit of all their channels.
+/// The factor of the time base, where all joints have the same one and it is not a unit of their channels.
 fn of_time(model: &Model, sessions: &[&TimeSeries], ratios: &[Option<(Channel, Ratio)>]) -> Option<f64> {
     let all: Vec<(usize, f64)> =
         ratios.iter().enumerate().filter_map(|(joint, found)| Some((joint, found.as_ref()?.1.ratio))).collect();
     let first = all.first()?.1;
     let alike = first > 0.0 && all.iter().all(|(_, ratio)| *ratio > 0.0 && (ratio / first).ln().abs() < SAME);
     let named = all.iter().all(|(joint, ratio)| meaning(model, *joint, *ratio) != Meaning::Unknown);
-    // One joint and one velocity: the reference says whether it is the velocity's own factor.
+    // With one joint and one velocity, the reference velocity decides whether the factor is one of the velocity channel.
     let reference = |joint: usize| kinematics::ratio(model, joint, sessions, Channel::ReferenceVelocity);
     let by_reference = all.iter().all(|(joint, ratio)| {
         reference(*joint).is_none_or(|other| other.ratio > 0.0 && (other.ratio / ratio).ln().abs() < 2.0 * SAME)
@@ -74,7 +74,7 @@ fn of_joint(model: &Model, sessions: &[&TimeSeries], (joint, channel, ratio): (u
     words::velocity(model, joint, channel, &ratio, meaning, turned)
 }
 
-/// Channels that come late.
+/// Channels that are late.
 fn late(model: &Model, _sessions: &[&TimeSeries], ratios: &[Option<(Channel, Ratio)>]) -> Vec<Mistake> {
     let of_joint = |(joint, found): (usize, &Option<(Channel, Ratio)>)| {
         let (channel, ratio) = (*found)?;

@@ -1,4 +1,4 @@
-//! What is said of a mistake: its name, what was measured, what to change.
+//! The report of a mistake: its name, what was measured, and what to change.
 
 use super::change::Change;
 use super::dead::Dead;
@@ -15,7 +15,7 @@ use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::DEG;
 
-/// A number of three digits.
+/// A number with three digits.
 fn figure(value: f64) -> String {
     let magnitude = value.abs();
     if magnitude >= 1e5 || (magnitude < 1e-3 && magnitude > 0.0) {
@@ -45,7 +45,7 @@ fn plain(mistake: &'static str, joints: Vec<String>, evidence: String, remedy: S
     Mistake { mistake, joints, factor: None, evidence, remedy, alternatives: Vec::new() }
 }
 
-/// Dead channels, one mistake a joint and channel.
+/// Dead channels, one mistake per joint and channel.
 pub fn dead(model: &Model, found: &[Dead]) -> Vec<Mistake> {
     let mut mistakes: Vec<Mistake> = Vec::new();
     for one in found {
@@ -209,7 +209,7 @@ pub fn counts(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     let off = |ratio: &f64| ratio.ln().abs() > SAME;
     let ratios: Vec<Option<f64>> = (0..dof).map(|joint| count_ratio(model, joint, sessions).filter(off)).collect();
     let step = |joint: usize| model.joints[joint].encoder_step();
-    // Each has the counts of the other.
+    // Each of the two joints has the counts of the other.
     let exchanged = |i: usize, j: usize| match (ratios[i], ratios[j]) {
         (Some(one), Some(other)) => {
             let expected = step(j) / step(i);
@@ -385,13 +385,13 @@ fn scale(model: &Model, which: Option<usize>, factor: f64, from_current: bool) -
     }
 }
 
-/// A change that makes the torque balance add up.
+/// A change that makes the torque balance fit.
 pub fn balance(model: &Model, rows: &[Rows], found: &Culprit) -> Mistake {
     let (mistake, joints, factor) = named(model, rows, found.change);
     let mut alternatives: Vec<&'static str> =
         found.alternatives.iter().map(|other| named(model, rows, *other).0).collect();
     alternatives.retain(|other| *other != mistake);
-    // A torque that is never negative may have lost its sign instead.
+    // A torque that is never negative may be a magnitude instead.
     if let Change::TorqueSign(joint) | Change::MotionSign(joint) = found.change
         && search::never_negative(rows, joint)
     {

@@ -1,4 +1,4 @@
-//! What a residual may depend on: the value of each axis in each row, and the bins that it is averaged in.
+//! Quantities on which a residual may depend: the value of each axis in each row, and the bins for the mean residual.
 
 use crate::diagnose::rows::reversals::{AFTER_REVERSAL, BEFORE_REVERSAL, since_reversal};
 use std::f64::consts::TAU;
@@ -10,7 +10,7 @@ use crate::diagnose::result::Axis;
 const BINS: usize = 40;
 /// Part of the rows that may lie beyond either end of an axis.
 const OUTSIDE: f64 = 0.005;
-/// [s] Shortest bin of time: drift is what outlasts many strokes, not what each stroke does.
+/// [s] Shortest bin of time: a drift lasts over many strokes, and a stroke is not a drift.
 const TIME_BIN: f64 = 20.0;
 
 /// Rows of one joint in bins of one axis.
@@ -23,7 +23,7 @@ pub struct Binned {
     pub centre: Vec<f64>,
 }
 
-/// The rows on which an axis is judged: the rigid zone; for what a reversal does, all rows in motion.
+/// The rows in which an axis is evaluated: the rigid zone; for the time since a reversal, all rows in motion.
 fn judged(problem: &Problem, joint: usize, axis: Axis) -> Vec<usize> {
     let judged = |row: &usize| match axis {
         Axis::ReversalPhase => problem.motion.joints[joint].direction[*row] != 0.0,
@@ -32,11 +32,11 @@ fn judged(problem: &Problem, joint: usize, axis: Axis) -> Vec<usize> {
     (0..problem.motion.rows()).filter(judged).collect()
 }
 
-/// Sorts the rows of a joint into the bins of an axis.
+/// Assigns the rows of a joint to the bins of an axis.
 pub fn binned(problem: &Problem, joint: usize, axis: Axis) -> Binned {
     let value = values(problem, joint, axis);
     let rows: Vec<usize> = judged(problem, joint, axis).into_iter().filter(|row| value[*row].is_finite()).collect();
-    // Single rows far out would make the bins of all others wide; they stand in the bins at the ends.
+    // A few extreme rows would make all bins wide: they go into the bins at the ends.
     let ends = |share: f64| {
         let mut sorted: Vec<f64> = rows.iter().map(|row| value[*row]).collect();
         sorted.sort_by(f64::total_cmp);
@@ -59,7 +59,7 @@ pub fn binned(problem: &Problem, joint: usize, axis: Axis) -> Binned {
     Binned { rows, bin, centre: (0..count).map(|bin| low + (bin as f64 + 0.5) * width).collect() }
 }
 
-/// Value of an axis in each row; NaN where there is none.
+/// Value of an axis in each row; NaN where it has no value.
 fn values(problem: &Problem, joint: usize, axis: Axis) -> Vec<f64> {
     let motion = &problem.motion;
     let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);

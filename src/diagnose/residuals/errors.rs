@@ -1,4 +1,4 @@
-//! Residuals before and after: error figures, and sample by sample. Maps, shares and spectra of them have files of their own.
+//! Residuals before and after: error figures, and residuals per sample. Maps, shares and spectra are in their own files.
 
 use super::Residual;
 use super::gains;
@@ -14,7 +14,7 @@ fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-/// RMS errors over the rigid zone, trained and held out.
+/// RMS errors over the rigid zone, for training data and held-out data.
 pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> Vec<FitError> {
     let mut errors = Vec::new();
     for (joint, residual) in residuals.iter().enumerate() {
@@ -46,13 +46,13 @@ pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>])
     errors
 }
 
-/// What the extended model gains over rows of one joint.
+/// The gain of the extended model over rows of one joint.
 pub fn gain(problem: &Problem, rows: &[usize], residual: &Residual) -> Gain {
     let pick = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
     gains::of_rows(&problem.motion, rows, [&pick(&residual.before), &pick(&residual.after)])
 }
 
-/// Residuals sample by sample.
+/// Residuals per sample.
 pub fn series(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Residual]) -> Vec<ResidualSeries> {
     let zones: Vec<_> = (0..residuals.len()).map(|joint| shares::zones(problem, joint)).collect();
     let mut all = Vec::new();

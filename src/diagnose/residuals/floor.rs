@@ -1,8 +1,8 @@
-//! The error that sensors alone would leave in a row: current noise and resolution, and quantisation of the encoder through acceleration.
+//! The floor: the error that the sensors alone cause in a row, by current noise and resolution and by quantisation of the encoder.
 //!
 //! `σ² = (ratio K_t)² (σ_i² + δ_i²/12) g₀ + (H + J)² (δ²/12) g₂ · max(Δt, δ/|v|)/Δt`, `g₀ = Σ value²`, `g₂ = Σ curvature²` of the row's kernel:
-//! independent current samples, and encoder errors that are independent once a count has passed.
-//! Where the model file gives no current sensor its noise is taken from the recording: the median of third differences.
+//! Current samples are independent; encoder errors are independent once a count has passed.
+//! If the model file gives no current sensor, its noise is taken from the recording: the median of third differences.
 
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::kernel::Kernel;
@@ -12,7 +12,7 @@ use crate::timeseries::TimeSeries;
 /// RMS error of each row, `floor[joint][row]`.
 pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Vec<Vec<f64>> {
     let motion = &problem.motion;
-    // The interval of a session is the median over all of its samples: asked for once, not in every row.
+    // The interval of a session is the median over all its samples: compute it once, not in every row.
     let interval: Vec<f64> = sessions.iter().map(|session| session.sample_interval()).collect();
     let mut floors = Vec::new();
     for (joint, model) in motion.model.joints.iter().enumerate() {
@@ -52,13 +52,13 @@ pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Ve
     floors
 }
 
-/// White noise of a signal: third differences of it have a variance of 20 times its own; the median resists what moves.
+/// White noise of a signal: its third differences have 20 times the variance of the noise; the median is robust against motion.
 fn third_difference_noise(signal: &[f64]) -> f64 {
     let mut differences: Vec<f64> = signal.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
     if differences.is_empty() {
         return 0.0;
     }
     let middle = differences.len() / 2;
-    // The median of |x| of a normal variable is 0.6745 of its standard deviation.
+    // The median of |x| of a normal variable is 0.6745 standard deviations.
     *differences.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 / 20.0_f64.sqrt()
 }

@@ -1,18 +1,18 @@
-//! By how much a term lowers the error on data held out, and whether that is more than chance, on this motion.
+//! By how much a term lowers the error on held-out data, and whether that is significant, on the given motion.
 //!
 //! ```text
 //!   e_before = e_after + d = β d + r          d: what the term predicts;  β = Σ d e_before / Σ d²,  1 where the prediction is right
 //!   g(β) = 1 − √((R + (1 − β)² D)/(R + β² D))          R = Σ r²,  D = Σ d²
 //! ```
-//! The term lowers the error where `β > ½`, whatever else the model lacks. The motion and with it `d` are given; what is left to chance is `r`, the
-//! part of the error that the term does not move. The variance of `β` comes from the sums `z_k = Σ_k d r` over blocks that are longer than their
-//! correlation, and the ends of the gain's interval are `g` at the ends of the interval of `β`:
+//! The term lowers the error where `β > ½`, whatever else the model lacks. The motion, and with it `d`, are given; the random part is `r`, the
+//! part of the error that the term does not change. The variance of `β` comes from the sums `z_k = Σ_k d r` over blocks that are longer than their
+//! correlation. The ends of the gain's interval are `g` at the ends of the interval of `β`:
 //!
 //! ```text
 //!   V = Σ z_k²/(1 − h_k) / D²,  h_k = D_k/D          β ± t_{0.975, f} √V,  1/f = Σ h_k² + (Σ q_k)² − Σ q_k²,  q_k = h_k²/(1 − h_k)
 //! ```
-//! so that a term whose prediction is right counts as shown even if it acts in few of the blocks, and one that acts in a single block never.
-//! Left out: what differs between motions.
+//! A term with a correct prediction therefore counts as significant even if it acts in few of the blocks, but never if it acts in a single block.
+//! Left out: differences between motions.
 //! References: H. White (1980), A heteroskedasticity-consistent covariance matrix estimator; R. M. Bell, D. F. McCaffrey (2002), Bias
 //! reduction in standard errors for linear regression with multi-stage samples (`V` and `f`, for one column).
 
@@ -23,11 +23,11 @@ use crate::replay::{Gain, Pairs};
 const SHORTEST_BLOCK: f64 = 0.5;
 /// [s] Longest block: half a minute of held-out motion still has six.
 const LONGEST_BLOCK: f64 = 5.0;
-/// [1] Length of a block in correlation times of `d r`: the halves of neighbouring blocks that touch then share `e^−2.5`.
+/// [1] Length of a block in correlation times of `d r`: the adjacent halves of two blocks then have a correlation of `e^−2.5`.
 const TIMES: f64 = 5.0;
-/// Fewer blocks show nothing: their sums say too little of how they scatter.
+/// Least number of blocks: fewer do not show how their sums scatter.
 const FEWEST_BLOCKS: usize = 4;
-/// Part of its value at no lag below which a correlation counts as none: that of some thousand rows scatters by 2 to 3 %.
+/// Value relative to lag zero below which a correlation counts as zero: that of some thousand rows scatters by 2 to 3 %.
 const FORGOTTEN: f64 = 0.05;
 
 /// Sums of one block.
@@ -39,7 +39,7 @@ struct Block {
     score: f64,
 }
 
-/// The gain of a term from the errors without it (`before`) and with it (`after`), sign and all.
+/// The gain of a term from the signed errors without it (`before`) and with it (`after`).
 pub fn gain(sessions: &[Pairs]) -> Gain {
     let rows = || sessions.iter().flat_map(|pairs| pairs.before.iter().zip(pairs.after));
     let (mut d_d, mut d_e, mut before, mut after) = (0.0, 0.0, 0.0, 0.0);
@@ -62,7 +62,7 @@ pub fn gain(sessions: &[Pairs]) -> Gain {
         return Gain { gain_percent, interval_percent: [gain_percent.min(0.0), gain_percent.max(0.0)], shown: false };
     };
     let ends = [beta - wide, beta + wide];
-    // The largest gain of all coefficients, where the interval holds it, is the upper end.
+    // If the interval contains the coefficient of the largest gain, that gain is the upper end.
     let best = 0.5 + (0.25 + left / d_d).sqrt();
     let top = best.clamp(ends[0], ends[1]);
     let low = percent(ends[0]).min(percent(ends[1]));
@@ -117,7 +117,7 @@ fn blocks(sessions: &[Pairs], beta: f64) -> Vec<Block> {
     blocks
 }
 
-/// [s] `∫ ρ(τ) dτ` over both sides of the correlation of `d r`, up to where it is forgotten.
+/// [s] `∫ ρ(τ) dτ` over both sides of the correlation of `d r`, up to the lag at which it counts as zero.
 fn correlation_time(sessions: &[Pairs], scores: &[Vec<f64>]) -> f64 {
     let power: f64 = scores.iter().flatten().map(|score| score * score).sum();
     let count: usize = scores.iter().map(Vec::len).sum();
@@ -127,7 +127,7 @@ fn correlation_time(sessions: &[Pairs], scores: &[Vec<f64>]) -> f64 {
         return 0.0;
     }
     let middle = steps.len() / 2;
-    // Rows that were left out leave longer steps; the usual one is that of neighbours.
+    // Left-out rows make longer steps; the median is the step between neighbours.
     let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
     let longest = ((LONGEST_BLOCK / TIMES / step) as usize).min(count);
     let mut sum = 1.0;

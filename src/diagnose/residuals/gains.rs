@@ -1,18 +1,18 @@
-//! What effects gain on data held out.
+//! The gains of effects on held-out data.
 //!
 //! ```text
 //!   own gain of effect k:  the fall of the error from all effects but k to all of them
 //!   steps:  gain_k = (E_{k−1} − E_k)/E_0      E_k: RMS torque error with effects 1 … k, the strongest first;  E_0: of the nominal model
 //! ```
-//! An effect is judged by its own gain: by what the model would lose without it. The steps of one joint's effects add up to the joint's
-//! gain. Where several joints are judged together, the error of each is taken relative to its RMS torque.
+//! An effect is judged by its own gain, that is by the loss of the model without it. The steps of one joint's effects add up to the joint's
+//! gain. For several joints together, the error of each is taken relative to its RMS torque.
 //!
-//! The own gain is of the rows that are fitted, each with the weight `√w` of the fit's robust loss:
+//! The own gain uses the rows of the fit, each with the weight `√w` of the fit's robust loss:
 //!
 //! ```text
 //!   w = (ν + 1)/(ν + (e/s)²),   e: the smaller of both errors of the row,  s: their robust standard deviation
 //! ```
-//! so that rows that neither model explains (a link that floats, a knock) say little for either. The interval is that of [`gain_interval`].
+//! so that rows that neither model explains (a floating link, a knock) have little weight. The interval is that of [`gain_interval`].
 
 use std::collections::BTreeMap;
 
@@ -23,13 +23,13 @@ use crate::diagnose::result::EffectGain;
 use crate::effects::Motion;
 use crate::replay::{Gain, Pairs};
 
-/// What the gains of torque are of.
+/// The quantity in which the gains of torque are given.
 pub const TORQUE: &str = "torque";
 
 /// Residuals of one stage: `residuals[joint][row]`.
 pub type Residuals = Vec<Vec<f64>>;
 
-/// Judges residuals on held-out rows against those of the nominal model.
+/// Compares residuals on held-out rows with those of the nominal model.
 pub struct Judge<'p, 'm> {
     problem: &'p Problem<'m>,
     nominal: &'p Residuals,
@@ -38,7 +38,7 @@ pub struct Judge<'p, 'm> {
 }
 
 impl<'p, 'm> Judge<'p, 'm> {
-    /// Against these residuals of the nominal model.
+    /// A judge with these residuals of the nominal model.
     pub fn new(problem: &'p Problem<'m>, nominal: &'p Residuals) -> Self {
         let of_joint = |joint: usize| {
             let rows = problem.rows(joint, Part::HeldOut);
@@ -49,12 +49,12 @@ impl<'p, 'm> Judge<'p, 'm> {
         Self { problem, nominal, torque: (0..problem.baseline.len()).map(of_joint).collect() }
     }
 
-    /// The gain of an effect: its own, and its step.
+    /// The gain of an effect: its own gain, and its step.
     pub fn effect(&self, joints: &[usize], own: [&Residuals; 2], step: [&Residuals; 2]) -> EffectGain {
         EffectGain { gain_by_joint: self.steps(joints, step), ..EffectGain::of(self.compared(joints, own), TORQUE) }
     }
 
-    /// [%] Fall of the error of each of these joints from one set of residuals to the next, in parts of the error of the nominal model.
+    /// [%] Fall of the error of each of these joints from one set of residuals to the next, relative to the error of the nominal model.
     fn steps(&self, joints: &[usize], [before, after]: [&Residuals; 2]) -> BTreeMap<String, f64> {
         let of_joint = |joint: &usize| {
             let error = |residuals: &Residuals| self.error(*joint, residuals);
@@ -91,13 +91,13 @@ fn weights(rows: &[usize], before: &[f64], after: &[f64]) -> Vec<f64> {
     let smaller: Vec<f64> = rows.iter().map(|row| before[*row].abs().min(after[*row].abs())).collect();
     let mut sorted = smaller.clone();
     let middle = sorted.len() / 2;
-    // Of a normal variable the median of the magnitude is 0.6745 of the standard deviation.
+    // For a normal variable the median of the magnitude is 0.6745 standard deviations.
     let median = if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(middle, f64::total_cmp).1 };
     let s = (median / 0.6745).max(1e-300);
     smaller.iter().map(|e| ((NU + 1.0) / (NU + (e / s).powi(2))).sqrt()).collect()
 }
 
-/// The gain over rows of a motion, from the errors without and with an effect, one each a row.
+/// The gain over rows of a motion, from the errors without and with an effect, one value per row.
 pub fn of_rows(motion: &Motion, rows: &[usize], errors: [&[f64]; 2]) -> Gain {
     gain(&by_session(motion, rows, errors))
 }
@@ -114,7 +114,7 @@ fn by_session(motion: &Motion, rows: &[usize], [before, after]: [&[f64]; 2]) -> 
     sessions
 }
 
-/// The gain of sessions of time, error before and error after.
+/// The gain over sessions, each with time, error before and error after.
 pub fn gain(sessions: &[[Vec<f64>; 3]]) -> Gain {
     let pairs: Vec<Pairs> = sessions.iter().map(|[time, before, after]| Pairs { time, before, after }).collect();
     gain_interval::gain(&pairs)

@@ -1,6 +1,6 @@
-//! Maps of the residual: its mean in bins of what may explain it, both directions of motion together and apart.
+//! Maps of the residual: its mean in bins of quantities that may explain it, with both directions of motion together and separate.
 //!
-//! With `p`, `n` the means of a bin over motion in the positive and in the negative direction, half the sum `(p + n)/2` does not care about
+//! With the means `p`, `n` of a bin over motion in the positive and in the negative direction, half the sum `(p + n)/2` is independent of the
 //! direction (gravity, cables, offsets, cogging), and half the difference `(p − n)/2` resists or helps motion (friction).
 
 use super::Residual;
@@ -19,7 +19,7 @@ const AXES: [Axis; 8] = [
     Axis::MotorAngle,
     Axis::ReversalPhase,
 ];
-/// Rows that a direction needs in a bin.
+/// Least number of rows per direction in a bin.
 const FEWEST: usize = 3;
 
 /// The maps of all joints; `floor[joint][row]` as [`floor`](super::floor::floor) gives it.

@@ -1,4 +1,12 @@
-//! Rows and a fit → what is left: errors, gains, maps, shares, spectra, and the floor of the sensors.
+//! Rows and a fit → the residual: errors, gains, maps, shares, spectra, and the floor of the sensors.
+//!
+//! Takes the rows and a finished fit. Gives the figures, maps and spectra of a report.
+//! - `errors`: error figures, and the residual per sample
+//! - `gains`: gains on held-out data; `gain_interval`: their confidence interval
+//! - `maps`: mean residual in bins; `axes`: the quantities and their bins
+//! - `shares`: share of the squared error per zone and per quantity
+//! - `spectra`: spectra against order and frequency
+//! - `floor`: the error due to the sensors alone
 
 pub mod axes;
 pub mod errors;
@@ -11,8 +19,8 @@ pub mod spectra;
 
 /// Residuals of all rows of one joint.
 pub struct Residual {
-    /// Without effects, fitted by plain least squares.
+    /// Residual of the nominal model, fitted by plain least squares.
     pub before: Vec<f64>,
-    /// With the effects.
+    /// Residual with the effects.
     pub after: Vec<f64>,
 }

@@ -1,15 +1,15 @@
-//! How much of the squared error of the nominal model lies where, and how much of it one quantity alone would explain.
+//! Shares of the squared error of the nominal model: per zone, and the share that each single quantity explains.
 //!
-//! The share of an axis is what its binned mean predicts on rows that it was not made from, beyond chance therefore:
+//! The share of an axis is the part that its binned mean predicts on other rows than it was computed from, so it excludes chance:
 //!
 //! ```text
 //!   share = 1 − Σ (e − m̂(x))²/Σ e²          m̂: mean of e in the bin of x, over the other half of the data (blocks of 5 s in turn)
 //! ```
-//! `alike`: one mean for both directions of motion; `opposed`: `m̂ · sgn v`; `share`: both directions apart. Shares of several axes do not add
-//! up (single rows far out are clipped to four standard deviations of their session first): along a given motion position, load and time may say the same thing. A constant error is explained by every axis, so that the
-//! simplest axis within a few points of the best is the one to believe.
+//! `alike`: one mean for both directions of motion; `opposed`: `m̂ · sgn v`; `share`: both directions separate. Rows are clipped to four standard
+//! deviations of their session first. Shares of several axes do not add up: along a given motion, position, load and time may explain the
+//! same error. A constant error is explained by every axis, so the simplest axis within a few points of the best is the most plausible.
 //! The share of frequency is that of its strongest single line, see [`spectra`](super::spectra).
-//! In which zone the error lies is a question to a simulation that knows of gaps: it is answered when the nominal model has been replayed.
+//! The shares of the zones need a simulation with gaps: they are given once the nominal model has been replayed.
 
 use super::Residual;
 use super::axes::{Binned, binned};
@@ -19,7 +19,7 @@ use crate::diagnose::result::{Axis, AxisShare, JointShares, Zone};
 use crate::diagnose::rows::reversals::since_reversal;
 use crate::units::JointKind;
 
-/// Axes in the order of their simplicity.
+/// Axes, simplest first.
 const AXES: [Axis; 9] = [
     Axis::Constant,
     Axis::Direction,
@@ -33,11 +33,11 @@ const AXES: [Axis; 9] = [
 ];
 /// [s] Length of a block; shorter where the data hold fewer than [`WANTED_BLOCKS`].
 const BLOCK: f64 = 5.0;
-/// Blocks to divide short data into.
+/// Number of blocks in short data.
 const WANTED_BLOCKS: f64 = 8.0;
-/// Robust standard deviations at which errors are clipped: no wave reaches that.
+/// Robust standard deviations at which errors are clipped; no sine wave reaches that.
 const CLIPPED: f64 = 4.0;
-/// [s] After a reversal: the zone in which the link crosses its gap.
+/// [s] Time after a reversal that belongs to its zone, in which the link crosses its gap.
 const REVERSAL_ZONE: f64 = 0.4;
 
 /// The shares of all joints; `floor[joint][row]` as [`floor`](super::floor::floor) gives it.
@@ -85,8 +85,8 @@ pub fn zones(problem: &Problem, joint: usize) -> Vec<Zone> {
     (0..motion.rows()).map(zone).collect()
 }
 
-/// The error without the excess of single rows: a flank that turned unseen weighs as much as a hundred other rows. Each session has its
-/// own scale: beside a slow one the whole error of a fast one would be excess.
+/// The error, clipped: a change of flank that is not detected has as much weight as a hundred other rows. Each session has its own scale;
+/// with a common scale, the whole error of a fast session could be clipped.
 fn clipped(problem: &Problem, joint: usize, error: &[f64]) -> Vec<f64> {
     let (motion, zone) = (&problem.motion, &problem.judged[joint]);
     let most = |session: usize| {
@@ -96,14 +96,14 @@ fn clipped(problem: &Problem, joint: usize, error: &[f64]) -> Vec<f64> {
             return f64::INFINITY;
         }
         let middle = sizes.len() / 2;
-        // The median of |x| of a normal variable is 0.6745 of its standard deviation.
+        // The median of |x| of a normal variable is 0.6745 standard deviations.
         CLIPPED * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
     };
     let most: Vec<f64> = (0..motion.sessions).map(most).collect();
     error.iter().zip(&motion.session).map(|(e, session)| e.clamp(-most[*session], most[*session])).collect()
 }
 
-/// Half of the data that each row belongs to.
+/// The half of the data to which each row belongs.
 fn folds(problem: &Problem) -> Vec<bool> {
     let motion = &problem.motion;
     let span = match (motion.time.first(), motion.time.last()) {
@@ -131,7 +131,7 @@ fn of_axis(problem: &Problem, joint: usize, axis: Axis, before: &[f64], fold: &[
     AxisShare { axis, share_percent, alike_percent: apart.then_some(alike), opposed_percent: opposed, frequency: None }
 }
 
-/// An error, and where it stands.
+/// An error with its bin, direction and half of the data.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     bin: usize,
@@ -141,14 +141,14 @@ struct Sample {
     e: f64,
 }
 
-/// What is the same in both directions.
+/// What both directions of motion have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Law {
     /// The error.
     Alike,
     /// The error times the direction.
     Opposed,
-    /// Nothing: each direction for itself.
+    /// Nothing: separate values for each direction.
     Apart,
 }
 
@@ -179,7 +179,7 @@ fn explained(samples: &[Sample], bins: usize, law: Law) -> f64 {
 mod tests {
     use super::*;
 
-    /// A joint that goes to and fro `strokes` times over 40 bins, one row a bin.
+    /// A joint that moves back and forth `strokes` times over 40 bins, one row per bin.
     fn to_and_fro(strokes: usize, e: impl Fn(usize, f64, usize) -> f64) -> Vec<Sample> {
         let sample = |k: usize| {
             let (stroke, step) = (k / 40, k % 40);
@@ -196,7 +196,7 @@ mod tests {
             (Law::Alike, Law::Opposed, to_and_fro(30, |bin, _, _| wave(bin))),
             (Law::Opposed, Law::Alike, to_and_fro(30, |bin, side, _| side * (1.5 + wave(bin)))),
         ] {
-            // The mean of equal values is that value, up to rounding; its negative on the way back cancels it.
+            // The mean of equal values is that value, up to rounding; with the opposite sign on the way back it is zero.
             assert!((explained(&samples, 40, law) - 1.0).abs() < 1e-12);
             assert!((explained(&samples, 40, Law::Apart) - 1.0).abs() < 1e-12);
             assert!(explained(&samples, 40, other) < 1e-12);
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn property_noise_has_no_share() {
-        // A permutation of residues without relation to the bin: 6000 values, 40 to 80 means of 75 or 37 in each half.
+        // Pseudo-random values without relation to the bin: 6000 values, 40 to 80 means of 75 or 37 in each half.
         let noise = |k: usize| ((k * 7919 + k * k * 31) % 10_007) as f64 / 10_007.0 - 0.5;
         for law in [Law::Alike, Law::Opposed, Law::Apart] {
             // Means of 37 values predict worse than zero by 1/37, with a standard deviation of the share of √(2/6000).

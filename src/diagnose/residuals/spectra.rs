@@ -1,8 +1,8 @@
 //! Spectra of the residual of the rigid zone: against the order of the motor angle, and against frequency in time.
 //!
 //! Frequency: Hann windows of 4 s, overlapping by half, `A(f) = 2 |Σ w e e^{−2πift}|/Σ w` over the rows of the rigid zone, mean square of
-//! all windows. A line of amplitude `a` at `f_k` stands there as `a`, and as `a/2` in both neighbours, so that `⅔ Σ A²/2` of the three is its power.
-//! The floor is what noise of the row floor's size, spread evenly over the band, would show.
+//! all windows. A line of amplitude `a` at `f_k` gives `a` there and `a/2` in both neighbours, so that `⅔ Σ A²/2` of the three is its power.
+//! The floor is the amplitude of noise with the size of the row floor, spread evenly over the band.
 
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -15,13 +15,13 @@ use crate::diagnose::result::{FrequencySpectrum, OrderSpectrum};
 const ORDERS: usize = 48;
 /// [s] Length of a window.
 const WINDOW: f64 = 4.0;
-/// Most frequencies.
+/// Largest number of frequencies.
 const FREQUENCIES: usize = 200;
-/// Part of a window that has to lie in the rigid zone.
+/// Least part of a window in the rigid zone.
 const LEAST_RIGID: f64 = 0.3;
-/// Frequencies to either side of a line that tell what lies below it.
+/// Number of frequencies on either side of a line from which its background is taken.
 const AROUND: usize = 8;
-/// Part of the strongest line of a joint's velocity from which on a frequency is one of the motion, and says nothing by itself.
+/// Amplitude relative to the strongest line of a joint's velocity from which on a frequency belongs to the motion and is not reported.
 const OF_MOTION: f64 = 0.02;
 /// Noise bandwidth of the Hann window, in frequency steps.
 const HANN_BANDWIDTH: f64 = 1.5;
@@ -57,7 +57,7 @@ pub fn by_order(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -
     residuals.iter().enumerate().map(spectrum).collect()
 }
 
-/// Amplitude of a harmonic fitted by least squares.
+/// Amplitude of a harmonic, fitted by least squares.
 fn amplitude(rows: &[usize], cos: &[f64], sin: &[f64], values: &[f64]) -> f64 {
     let sums = rows.iter().fold([0.0; 5], |mut s, row| {
         let (c, d, e) = (cos[*row], sin[*row], values[*row]);
@@ -94,7 +94,7 @@ pub fn by_frequency(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>
     residuals.par_iter().enumerate().map(spectrum).collect()
 }
 
-/// Frequency [Hz] of the strongest line that is not one of the motion, and its share in the squared residual, 0 to 1.
+/// Frequency [Hz] of the strongest line that does not belong to the motion, and its share in the squared residual, 0 to 1.
 pub fn strongest_line(problem: &Problem, joint: usize, values: &[f64]) -> Option<(f64, f64)> {
     let (frequency, amplitude) = spectrum(problem, joint, values);
     let total = mean_square(rigid_rows(problem, joint).iter().map(|row| values[*row]));
@@ -147,7 +147,7 @@ fn spectrum(problem: &Problem, joint: usize, values: &[f64]) -> (Vec<f64>, Vec<f
     (frequency, powers.iter().map(|power| (power / f64::max(windows, 1.0)).sqrt()).collect())
 }
 
-/// Amplitudes of one window; `None` where too little of it is rigid.
+/// Amplitudes of one window; `None` where too little of it is in the rigid zone.
 fn window(
     problem: &Problem,
     joint: usize,
@@ -169,7 +169,7 @@ fn window(
             continue;
         }
         weights += weight;
-        // One rotation from frequency to frequency instead of a sine each.
+        // Rotate from one frequency to the next instead of computing a sine each time.
         let (sin, cos) = (TAU * t / WINDOW).sin_cos();
         let (mut re, mut im) = (weight * values[row], 0.0);
         for sum in &mut sums {

@@ -1,4 +1,4 @@
-//! Effects as a diagnosis reports them: named, or withdrawn.
+//! Effects in the result of a diagnosis: named, or withdrawn.
 
 use std::collections::BTreeMap;
 
@@ -11,19 +11,19 @@ use crate::replay::Gain;
 /// An effect that the evidence supports.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FoundEffect {
-    /// Name of the catalogue.
+    /// Its name in the catalogue.
     pub effect: String,
-    /// Joints it acts on; all for an effect of the machine.
+    /// Joints on which it acts; all joints for an effect of the machine.
     pub joints: Vec<String>,
-    /// Machine or measurement.
+    /// Whether it belongs to the machine or to the measurement.
     pub kind: Kind,
     /// Its parameters by name.
     pub parameters: BTreeMap<String, Measured>,
-    /// Probability that it is what is named, 0 to 1.
+    /// Probability that this effect is the true one, 0 to 1.
     pub probability: f64,
-    /// [nats] Evidence for it in the training data.
+    /// [nats] Its evidence in the training data.
     pub evidence_nats: f64,
-    /// What it gains on data held out, above zero by more than chance.
+    /// Its gain on held-out data, significantly above zero.
     #[serde(flatten)]
     pub gain: EffectGain,
     /// Effects that explain the data almost as well.
@@ -32,19 +32,19 @@ pub struct FoundEffect {
     pub separate_by: String,
 }
 
-/// How sure an effect is, and what it gains.
+/// Probability, evidence and gain of an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Standing {
-    /// Probability that it is what is named, 0 to 1.
+    /// Probability that this effect is the true one, 0 to 1.
     pub probability: f64,
-    /// [nats] Evidence for it in the training data.
+    /// [nats] Its evidence in the training data.
     pub evidence_nats: f64,
-    /// What it gains on data held out.
+    /// Its gain on held-out data.
     pub gain: EffectGain,
 }
 
 impl FoundEffect {
-    /// An effect on these joints, beside which no other explains the data.
+    /// An effect on these joints, without rivals.
     pub fn new(about: &About, joints: Vec<String>, parameters: BTreeMap<String, Measured>, standing: Standing) -> Self {
         let Standing { probability, evidence_nats, gain } = standing;
         Self {
@@ -60,7 +60,7 @@ impl FoundEffect {
         }
     }
 
-    /// With the effects that explain the data almost as well; the experiment is then named as that against them.
+    /// The effect with its rivals, which explain the data almost as well; the proposed experiment then separates it from them.
     pub fn beside(mut self, rivals: Vec<String>) -> Self {
         if !rivals.is_empty() {
             self.separate_by = format!("against {}: {}", rivals.join(", "), self.separate_by);
@@ -70,22 +70,23 @@ impl FoundEffect {
     }
 }
 
-/// By how much an effect lowers an error on data held out.
+/// By how much an effect lowers an error on held-out data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectGain {
-    /// [%] by which the RMS error is lower with all effects than without this one.
+    /// [%] By how much the RMS error with all effects is lower than without this one.
     pub gain_percent: f64,
-    /// [%] ends of its 95 % interval.
+    /// [%] Ends of its 95 % interval.
     pub gain_interval_percent: [f64; 2],
-    /// Which error: `torque` along the measured motion, or that in which the effect is seen.
+    /// Which error: `torque` along the measured motion, or the error in which the effect shows.
     pub gain_of: String,
-    /// [%] of each joint's nominal RMS torque error that goes when the effect is added to the stronger ones: these add up to the gain of the joint.
+    /// [%] Fall of each joint's RMS torque error when the effect is added to the stronger ones, relative to the nominal error.
+    /// The sum over all effects is the gain of the joint.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub gain_by_joint: BTreeMap<String, f64>,
 }
 
 impl EffectGain {
-    /// A gain of an error that is not the torque along the measured motion.
+    /// The gain in an error other than the torque along the measured motion.
     pub fn of(gain: Gain, error: &str) -> Self {
         Self {
             gain_percent: gain.gain_percent,
@@ -101,13 +102,13 @@ impl EffectGain {
     }
 }
 
-/// An effect that the training data support and that is not named all the same.
+/// An effect that the training data support and that is not named.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Withdrawn {
-    /// Name of the catalogue.
+    /// Its name in the catalogue.
     pub effect: String,
-    /// Joints it was sought on.
+    /// Joints on which it was tried.
     pub joints: Vec<String>,
-    /// Why it is not named: its gain on data held out, or the parameter that lies outside its range.
+    /// Why it is not named: its gain on held-out data, or a parameter outside its range.
     pub reason: String,
 }

@@ -1,11 +1,11 @@
-//! What a stage has found.
+//! The findings of a stage.
 
 use super::{FoundEffect, Unexplained, Withdrawn};
 
-/// What was named, what was not for want of a gain, and what no effect explains.
+/// Effects that are named, effects that are withdrawn, and what no effect explains.
 #[derive(Debug, Clone, Default)]
 pub struct Findings {
-    /// Effects with a gain.
+    /// Effects with a gain on held-out data.
     pub effects: Vec<FoundEffect>,
     /// Effects without a gain, or with a parameter outside its range.
     pub withdrawn: Vec<Withdrawn>,
@@ -14,8 +14,8 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Adds what an instrument sees more directly than the torque along the motion does. An effect that both see on the same joint is one,
-    /// with the instrument's parameters first. Several of one reading (lines of one joint) stay apart.
+    /// Adds the findings of an instrument, which measures more directly than the torque along the motion. An effect that both find on the same
+    /// joint becomes one entry, with the instrument's parameters first. Several findings of one instrument (lines of one joint) stay separate.
     pub fn merge(&mut self, seen: Self) {
         let mut known_before = self.effects.len();
         for mut effect in seen.effects {

@@ -9,14 +9,14 @@ pub struct Mistake {
     pub mistake: &'static str,
     /// Joints that it concerns.
     pub joints: Vec<String>,
-    /// By what the channel or the number of the model file has to be multiplied, where it is a factor.
+    /// Factor by which the channel or the number of the model file has to be multiplied, where the mistake is a factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
     /// What was measured.
     pub evidence: String,
-    /// What to change, in which file.
+    /// What to change, and in which file.
     pub remedy: String,
-    /// Other mistakes that these data cannot tell from it.
+    /// Other mistakes that these data cannot distinguish from it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<&'static str>,
 }

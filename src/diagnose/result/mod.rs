@@ -1,4 +1,10 @@
-//! What a diagnosis returns: the content of `report.json`, the extended model, and the series that a plot needs.
+//! The result of a diagnosis: the content of `report.json`, the extended model, and the series for plots.
+//!
+//! Takes the findings of all stages and gives one `Diagnosis`.
+//! - `effects`: named and withdrawn effects, with their gains
+//! - `findings`: what a stage has found
+//! - `mistake`: a suspected mistake in the data or in the model file
+//! - `parts`: the parts of a diagnosis, and the one place that assembles them
 
 use std::collections::BTreeMap;
 
@@ -20,54 +26,54 @@ use crate::robot::Model;
 use crate::timeseries::Estimate;
 use crate::units::JointKind;
 
-/// What the simulation gets wrong, and why.
+/// The result of a diagnosis: what the simulation gets wrong, and why.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
     /// Always [`SCHEMA`](Self::SCHEMA).
     pub schema: &'static str,
-    /// Versions of what made it.
+    /// Versions of the software that made it.
     pub versions: BTreeMap<&'static str, &'static str>,
-    /// The answer in one word.
+    /// The verdict in one word.
     pub verdict: Verdict,
-    /// Errors of data or model file that are likelier than physics; no effect is named then.
+    /// Errors of data or model file that are likelier than physics; if there are any, no effect is named.
     pub mistakes: Vec<Mistake>,
-    /// What was found, strongest first.
+    /// Effects that were found, strongest first.
     pub effects: Vec<FoundEffect>,
-    /// What is another size than it was, where two recordings are compared: `effects` are then those that were not there before.
+    /// Quantities that differ between two recordings, where two are compared. `effects` then lists the effects that are new or changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub changes: Option<Vec<Change>>,
-    /// Torque errors before and after, per joint and part of the data.
+    /// Torque errors of the nominal and the extended model, per joint and part of the data.
     pub fit: Vec<FitError>,
-    /// Errors of simulations beside the data, per joint and channel; empty until they have been replayed.
+    /// Errors of simulations against the data, per joint and channel; empty until the models have been replayed.
     pub replay: Vec<ReplayError>,
-    /// Free parameters of the nominal model as fitted, by joint.
+    /// Fitted free parameters of the nominal model, by joint.
     pub baseline: BTreeMap<String, BaselineEstimate>,
-    /// What second encoders behind the gears say; empty where there are none.
+    /// Results of second encoders behind the gears; empty where there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub two_encoders: Vec<TwoEncoders>,
-    /// Structure that remains and no effect of the catalogue explains.
+    /// Structure that remains in the residual and that no effect of the catalogue explains.
     pub unexplained: Vec<Unexplained>,
-    /// Effects that the training data support, without a gain on data held out or outside the range of a parameter.
+    /// Effects that the training data support, but that have no gain on held-out data or a parameter outside its range.
     pub withdrawn: Vec<Withdrawn>,
-    /// Every candidate that was tried, and what became of it.
+    /// Every candidate that was tried, with its outcome.
     pub candidates: Vec<CandidateRecord>,
-    /// How the data were read: filter, zones, held-out part.
+    /// How the data were processed: filter, zones, held-out part.
     pub method: Method,
-    /// Where the error of the nominal model lies, and what it depends on, per joint.
+    /// Where the error of the nominal model lies and on which quantities it depends, per joint.
     pub shares: Vec<JointShares>,
-    /// Maps of the residual against what may explain it, per joint.
+    /// Maps of the residual against quantities that may explain it, per joint.
     pub maps: Vec<ResidualMap>,
     /// Amplitude of the residual against the order of the motor angle, per joint.
     pub order_spectrum: Vec<OrderSpectrum>,
     /// Amplitude of the residual against frequency, per joint.
     pub frequency_spectrum: Vec<FrequencySpectrum>,
-    /// The nominal model with the fitted baseline and the effects found: every command accepts it.
+    /// The nominal model with the fitted baseline and the effects that were found. Every command accepts it.
     #[serde(skip)]
     pub extended_model: Model,
-    /// The nominal model with the fitted baseline alone.
+    /// The nominal model with the fitted baseline only.
     #[serde(skip)]
     pub baseline_model: Model,
-    /// The effects that could be named.
+    /// The catalogue of effects that could be named.
     #[serde(skip)]
     pub catalogue: Catalogue,
     /// Residuals sample by sample, one for each session and joint.
@@ -80,7 +86,7 @@ impl Diagnosis {
     pub const SCHEMA: &'static str = "lostmotion/diagnosis/1";
 }
 
-/// The answer in one word.
+/// The verdict in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -88,14 +94,14 @@ pub enum Verdict {
     EffectsFound,
     /// The nominal model explains the data.
     NothingFound,
-    /// Structure remains, and no effect of the catalogue explains it.
+    /// Structure remains in the residual, and no effect of the catalogue explains it.
     Unexplained,
-    /// Data or model file hold a mistake that is likelier than physics.
+    /// Data or model file contain a mistake that is likelier than physics.
     MistakeSuspected,
 }
 
 impl Verdict {
-    /// The verdict where something was named, or something remains.
+    /// The verdict from whether an effect is named and whether structure remains.
     pub fn of(named: bool, remains: bool) -> Self {
         match (named, remains) {
             (true, _) => Self::EffectsFound,
@@ -108,9 +114,9 @@ impl Verdict {
 /// A value with its uncertainty and unit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
-    /// Estimate, SI.
+    /// Estimate [SI].
     pub value: f64,
-    /// Standard error, same unit, the autocorrelation of the residual counted.
+    /// Standard error in the same unit, including the autocorrelation of the residual.
     pub std_error: f64,
     /// Unit.
     pub unit: &'static str,
@@ -123,20 +129,20 @@ impl Measured {
     }
 }
 
-/// A quantity of the machine that is not what it was.
+/// A quantity of the machine that differs between two recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Change {
     /// `viscous`, `coulomb`, `breakaway`, `stribeck_velocity`, `rotor_inertia`, `torque_offset`, `backlash`.
     pub quantity: String,
     /// The joint.
     pub joint: String,
-    /// What it was.
+    /// Value in the reference.
     pub reference: Measured,
-    /// What it is.
+    /// Value now.
     pub now: Measured,
-    /// [%] of what it was, positive where there is more of it; what both sides get wrong alike is not in its standard error.
+    /// [%] Change relative to the reference value, positive for an increase. Errors common to both sides are not part of its standard error.
     pub change_percent: Measured,
-    /// [standard errors] by which it has changed, what is natural from day to day counted as error.
+    /// [standard errors] Size of the change; the natural variation from day to day counts as error.
     pub standing: f64,
     /// Probability that it has changed, 0 to 1.
     pub probability: f64,
@@ -148,11 +154,11 @@ pub struct Change {
 pub enum Split {
     /// Used for the fit.
     Train,
-    /// Kept away from it.
+    /// Held out from the fit.
     HeldOut,
 }
 
-/// RMS torque error of one joint over its rigid zone, or RMS error of its link's position where a second encoder shows it.
+/// RMS torque error of one joint over its rigid zone; or RMS error of its link's position, where a second encoder measures it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitError {
     /// The joint.
@@ -169,21 +175,21 @@ pub struct FitError {
     pub after: f64,
     /// RMS error that sensor noise and quantisation alone would leave.
     pub floor: f64,
-    /// [%] `before` relative to the RMS of the measured torque; of the difference of the two encoders for `link_position`.
+    /// [%] `before` relative to the RMS of the measured torque; for `link_position`, relative to the difference of the two encoders.
     pub before_percent: f64,
-    /// [%] `after` relative to the same.
+    /// [%] `after` relative to the same quantity.
     pub after_percent: f64,
-    /// By how much `after` is below `before`, and whether that is more than chance.
+    /// By how much `after` is below `before`, and whether that is significant.
     #[serde(flatten)]
     pub gain: Gain,
 }
 
-/// Error of a simulation in closed loop beside the data.
+/// Error of a closed-loop simulation against the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReplayError {
     /// The joint.
     pub joint: String,
-    /// The channel: `position`, `velocity`, `torque` (`force` of a joint that slides).
+    /// The channel: `position`, `velocity`, `torque` (`force` for a sliding joint).
     pub quantity: &'static str,
     /// Unit of the errors.
     pub unit: &'static str,
@@ -193,7 +199,7 @@ pub struct ReplayError {
     pub before: f64,
     /// RMS error of the extended model.
     pub after: f64,
-    /// By how much `after` is below `before`, and whether that is more than chance.
+    /// By how much `after` is below `before`, and whether that is significant.
     #[serde(flatten)]
     pub gain: Gain,
 }
@@ -203,39 +209,39 @@ pub struct ReplayError {
 pub struct BaselineEstimate {
     /// `coulomb`, `breakaway`, `stribeck_velocity`, `viscous`.
     pub friction: BTreeMap<&'static str, Measured>,
-    /// Total gap at the joint; `None` where the data could not tell.
+    /// Total gap at the joint; `None` where the data do not determine it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash: Option<Measured>,
-    /// Why no gap was measured, where something that was found stands against it.
+    /// Why no gap was measured, where another finding prevents it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash_left_out: Option<String>,
-    /// Constant of the torque channel per session, where a torque rather than a current was recorded.
+    /// Constant offset of the torque channel per session, where a torque was recorded and no current.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub torque_offset: BTreeMap<String, Measured>,
 }
 
-/// What the encoders before and behind a gear say together.
+/// Result of comparing the encoders before and behind a gear.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TwoEncoders {
     /// The joint.
     pub joint: String,
-    /// How late the second encoder is recorded, from this joint alone; negative where the first one is.
+    /// Delay of the second encoder, from this joint alone; negative where the first encoder is late.
     pub link_delay: Measured,
-    /// [%] of the square of their difference, a constant aside, that a delay alone explains.
+    /// [%] of the squared difference of the encoders, without its constant part, that a delay alone explains.
     pub explained_by_delay_percent: f64,
     /// Wind-up per torque through the gear.
     pub wind_up: Measured,
-    /// Its inverse, where the wind-up is more than twice its standard error.
+    /// Inverse of the wind-up, where the wind-up is more than twice its standard error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Measured>,
-    /// Total gap after the delay, unconstrained: less than 0 is noise. `None` where the load stays on one flank.
+    /// Total gap after the correction of the delay, unconstrained: a negative value is noise. `None` where the load stays on one flank.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash: Option<Measured>,
-    /// What the encoders differ more after a turn of the motion than friction before the gear makes them, where masses are estimated: a gap
-    /// shows in it as far as the link follows the direction of motion and not the load.
+    /// Increase of the encoder difference after a turn of the motion, beyond what friction before the gear causes; given where masses are
+    /// estimated. It contains the gap only as far as the link follows the direction of motion and not the load.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lost_motion: Option<Measured>,
-    /// The gap that a fit without a delay would report.
+    /// The gap that a fit without a delay gives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash_without_delay: Option<Measured>,
 }
@@ -245,43 +251,43 @@ pub struct TwoEncoders {
 pub struct Unexplained {
     /// The joint.
     pub joint: String,
-    /// Its shape in words and numbers.
+    /// Description of its shape in words and numbers.
     pub pattern: String,
 }
 
-/// What became of a candidate.
+/// The outcome of a candidate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CandidateRecord {
-    /// Name of the catalogue.
+    /// Its name in the catalogue.
     pub effect: String,
-    /// Joints it was tried on.
+    /// Joints on which it was tried.
     pub joints: Vec<String>,
-    /// [%] by which it alone lowers the squared residual of the baseline, cross-validated.
+    /// [%] by which it alone lowers the error scale of the baseline.
     pub gain_percent: f64,
-    /// The gain at which clean data would name it once in a hundred [%].
+    /// [%] Gain that an effect needs to be named.
     pub threshold_percent: f64,
     /// Whether it was named.
     pub named: bool,
-    /// Why, in words.
+    /// The reason in words.
     pub reason: String,
 }
 
-/// How the data were read.
+/// How the data were processed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Method {
-    /// The kernel that torque and motion pass.
+    /// The kernel that smooths torque and motion.
     pub filter: String,
-    /// [s] smallest and largest half width of the kernel.
+    /// [s] Smallest and largest half width of the kernel.
     pub half_width: [f64; 2],
-    /// What of each session was left out, and why.
+    /// Which parts of each session were left out, and why.
     pub zones: String,
-    /// What the baseline frees.
+    /// Which parameters of the nominal model are fitted.
     pub baseline: String,
-    /// What was held out.
+    /// Which part was held out.
     pub held_out: String,
 }
 
-/// What the simulation gets wrong on one joint, before any cause is looked for: the nominal model with its free parameters fitted.
+/// The error of one joint before any effect is fitted: the nominal model with its free parameters fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointShares {
     /// The joint.
@@ -290,27 +296,27 @@ pub struct JointShares {
     pub quantity: &'static str,
     /// Unit of the errors.
     pub unit: &'static str,
-    /// RMS error over the rigid zone of what is held out.
+    /// RMS error over the rigid zone of the held-out data.
     pub rms: f64,
-    /// [%] the same relative to the RMS of the measured torque.
+    /// [%] The same, relative to the RMS of the measured torque.
     pub torque_percent: f64,
     /// RMS error that sensor noise and quantisation alone would leave there.
     pub floor: f64,
-    /// Where the squared torque error of the nominal model in simulation lies; `None` until it has been replayed.
+    /// Shares of the zones in the squared torque error of the simulated nominal model; `None` until it has been replayed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zones: Option<ZoneShares>,
-    /// What one quantity alone explains of the squared error over the rigid zone of all data, the simplest first.
+    /// Share of the squared error over the rigid zone of all data that each single quantity explains, simplest quantity first.
     pub axes: Vec<AxisShare>,
 }
 
-/// What a joint does in a row.
+/// Zone of a row of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zone {
     /// The link is known to follow the rotor.
     Rigid,
     /// From shortly before to 0.4 s after a reversal.
     Reversal,
-    /// A change of flank, a reversal of another joint, standstill.
+    /// A change of flank, a reversal of another joint, or standstill.
     Rest,
 }
 
@@ -327,29 +333,29 @@ pub struct ZoneShares {
     pub time_percent: [f64; 3],
 }
 
-/// What one quantity alone explains of the squared error, beyond chance: its binned mean on data that it was not made from.
+/// Share of the squared error that one quantity explains beyond chance: by its binned mean, tested on other data than it was computed from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AxisShare {
     /// The quantity.
     pub axis: Axis,
-    /// [%] explained, both directions of motion apart.
+    /// [%] explained, with separate means for the two directions of motion.
     pub share_percent: f64,
-    /// [%] explained by what does not care about direction.
+    /// [%] explained by the part that is equal in both directions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alike_percent: Option<f64>,
-    /// [%] explained by what changes its sign with direction.
+    /// [%] explained by the part that changes its sign with the direction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opposed_percent: Option<f64>,
-    /// [Hz] of the strongest line.
+    /// [Hz] Frequency of the strongest line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency: Option<f64>,
 }
 
-/// What a residual may depend on.
+/// A quantity on which a residual may depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
-    /// Nothing: the same everywhere.
+    /// No dependence: a constant.
     Constant,
     /// Sign of the velocity: −1 or 1.
     Direction,
@@ -376,7 +382,7 @@ pub enum Axis {
 pub struct ResidualMap {
     /// The joint.
     pub joint: String,
-    /// What the bins are of.
+    /// The quantity of the bins.
     pub axis: Axis,
     /// Centre of each bin; bins without samples are left out.
     #[serde(serialize_with = "rounded")]
@@ -389,10 +395,10 @@ pub struct ResidualMap {
     /// Mean residual of the extended model.
     #[serde(serialize_with = "rounded")]
     pub after: Vec<f64>,
-    /// Nominal model: half the sum of the means of both directions of motion; NaN (`null`) where one of them is missing.
+    /// Nominal model: half the sum of the mean residuals of both directions of motion; NaN (`null`) where one of them is missing.
     #[serde(serialize_with = "rounded", skip_serializing_if = "Vec::is_empty")]
     pub alike: Vec<f64>,
-    /// Half their difference, positive less negative direction.
+    /// Half their difference, positive minus negative direction.
     #[serde(serialize_with = "rounded", skip_serializing_if = "Vec::is_empty")]
     pub opposed: Vec<f64>,
     /// RMS that sensor noise and quantisation alone would leave in a sample of the bin.
@@ -434,25 +440,25 @@ pub struct FrequencySpectrum {
     pub floor: f64,
 }
 
-/// Five significant digits: what a plot can show, in half the bytes. NaN becomes `null`.
+/// Rounds to five significant digits, enough for a plot, which halves the size of the file. NaN becomes `null`.
 fn rounded<S: serde::Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(values.iter().map(|value| format!("{value:.4e}").parse::<f64>().unwrap_or(f64::NAN)))
 }
 
-/// Residual of one joint in one session, one value a row.
+/// Residual of one joint in one session, one value per row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResidualSeries {
     /// Name of the session.
     pub session: String,
     /// The joint.
     pub joint: String,
-    /// Turning or sliding.
+    /// Rotary or sliding joint.
     pub kind: JointKind,
     /// Part of the data.
     pub split: Split,
     /// [s]
     pub time: Vec<f64>,
-    /// [rad or m] smooth motor position on the joint side.
+    /// [rad or m] Smoothed motor position on the joint side.
     pub position: Vec<f64>,
     /// [rad/s or m/s]
     pub velocity: Vec<f64>,
@@ -460,13 +466,13 @@ pub struct ResidualSeries {
     pub motor_angle: Vec<f64>,
     /// [N·m or N] torque through the gear.
     pub load: Vec<f64>,
-    /// [N·m or N] measured motor torque, smooth.
+    /// [N·m or N] Smoothed measured motor torque.
     pub torque: Vec<f64>,
-    /// [N·m or N] measured minus nominal.
+    /// [N·m or N] Measured minus nominal torque.
     pub before: Vec<f64>,
-    /// [N·m or N] measured minus extended.
+    /// [N·m or N] Measured minus extended torque.
     pub after: Vec<f64>,
-    /// Whether the row lies in the rigid zone, where the errors are judged.
+    /// Whether the row lies in the rigid zone, over which the errors are computed.
     pub rigid: Vec<bool>,
     /// The zone of the row.
     pub zone: Vec<Zone>,

@@ -1,4 +1,4 @@
-//! What a diagnosis is assembled from, and the one place that assembles it.
+//! The parts of a diagnosis, and the one place that assembles them.
 
 use std::collections::BTreeMap;
 
@@ -9,23 +9,23 @@ use super::{
 use crate::effects::Catalogue;
 use crate::robot::Model;
 
-/// The parts of a diagnosis; fields as those of [`Diagnosis`].
+/// The parts of a diagnosis; the fields correspond to those of [`Diagnosis`].
 pub struct Parts {
-    /// Mistakes that end it.
+    /// Suspected mistakes, which end the diagnosis.
     pub mistakes: Vec<Mistake>,
-    /// What was named, withdrawn, or left without an explanation.
+    /// What is named, withdrawn, or unexplained.
     pub findings: Findings,
-    /// Quantities that differ, where two recordings are compared.
+    /// Quantities that differ between two recordings, where two are compared.
     pub changes: Option<Vec<Change>>,
-    /// Errors before and after.
+    /// Errors of the nominal and the extended model.
     pub fit: Vec<FitError>,
     /// Free parameters of the nominal model.
     pub baseline: BTreeMap<String, BaselineEstimate>,
-    /// What second encoders say.
+    /// Results of second encoders.
     pub two_encoders: Vec<TwoEncoders>,
     /// Every candidate.
     pub candidates: Vec<CandidateRecord>,
-    /// How the data were read.
+    /// How the data were processed.
     pub method: Method,
     /// Where the error of the nominal model lies.
     pub shares: Vec<JointShares>,
@@ -39,14 +39,14 @@ pub struct Parts {
     pub extended_model: Model,
     /// The nominal model with the baseline.
     pub baseline_model: Model,
-    /// The effects that could be named.
+    /// The catalogue of effects that could be named.
     pub catalogue: Catalogue,
     /// Residuals sample by sample.
     pub series: Vec<ResidualSeries>,
 }
 
 impl Parts {
-    /// Of a model as it was given: nothing fitted, nothing found.
+    /// The parts for an unchanged model: nothing fitted, nothing found.
     pub fn new(model: &Model, method: Method, catalogue: &Catalogue) -> Self {
         Self {
             mistakes: Vec::new(),
@@ -68,7 +68,7 @@ impl Parts {
         }
     }
 
-    /// The diagnosis. Where a mistake is suspected no effect is named, and the extended model is the baseline's.
+    /// Assembles the diagnosis. If a mistake is suspected, no effect is named and the extended model equals the baseline model.
     pub fn assembled(mut self) -> Diagnosis {
         let suspected = !self.mistakes.is_empty();
         if suspected {

@@ -1,38 +1,38 @@
-//! Which part of the recordings is trained on, and which is held out.
+//! Division of the recordings into training data and held-out data.
 //!
-//! What is held out takes no part in the choice of effects, delays, shapes or scales. It is read once, for the gain of what was chosen.
+//! Held-out data take no part in the choice of effects, delays, shapes or scales. They are read once, for the gain of the chosen effects.
 
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;
 
-/// Sessions of their own are held out, or where there are none, the end of every session.
+/// Either separate sessions are held out, or the end of every session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Division {
-    /// Sessions that are trained on; they come first.
+    /// Number of sessions for training; they come first.
     trained: usize,
-    /// All sessions.
+    /// Number of all sessions.
     sessions: usize,
-    /// [1] Part at the end of each session that is held out where no session is.
+    /// [1] Part at the end of each session that is held out when no session is held out.
     share: f64,
 }
 
 impl Division {
-    /// The first `trained` of `sessions` are trained on; if these are all, each but its last `share` (0 to 1).
+    /// The first `trained` of `sessions` are for training; if these are all sessions, the last `share` (0 to 1) of each is held out.
     pub fn new(trained: usize, sessions: usize, share: f64) -> Self {
         Self { trained, sessions, share }
     }
 
-    /// Whether sessions of their own are held out.
+    /// Whether separate sessions are held out.
     pub fn by_session(&self) -> bool {
         self.trained < self.sessions
     }
 
-    /// Number of sessions that are trained on, wholly or but for their end.
+    /// Number of sessions for training, in full or without their end.
     pub fn trained(&self) -> usize {
         self.trained
     }
 
-    /// Parts of a session, each from 0 to 1 of its length, and whether it is held out.
+    /// Parts of a session, each as a range from 0 to 1 of its length, and whether the part is held out.
     pub fn parts(&self, session: usize) -> Vec<([f64; 2], bool)> {
         if self.by_session() {
             return vec![([0.0, 1.0], session >= self.trained)];
@@ -41,12 +41,12 @@ impl Division {
         vec![([0.0, cut], false), ([cut, 1.0], true)]
     }
 
-    /// The part of a session that is trained on, from 0 to 1 of its length; `None` where there is none.
+    /// The training part of a session, as a range from 0 to 1 of its length; `None` if all of it is held out.
     pub fn training(&self, session: usize) -> Option<[f64; 2]> {
         self.parts(session).into_iter().find_map(|(part, held_out)| (!held_out).then_some(part))
     }
 
-    /// [s] Time after which a session is held out: infinite where all of it is trained on, and minus infinity where none is.
+    /// [s] Time after which a session is held out: infinite if all of it is for training, minus infinity if all of it is held out.
     pub fn held_out_after(&self, number: usize, session: &TimeSeries) -> f64 {
         match self.training(number) {
             None => f64::NEG_INFINITY,

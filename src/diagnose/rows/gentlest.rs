@@ -1,20 +1,20 @@
-//! The sessions in which a joint turns around most gently: their reversals show the gap best.
+//! The sessions in which a joint reverses most gently: their reversals show the gap best.
 
 use crate::identify::backlash;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// [s] Stretch before a turn over which the deceleration is taken.
+/// [s] Time before a reversal over which the deceleration is computed.
 const BRAKING: f64 = 0.1;
 
-/// Reversals that a session is judged by: as many as its gap is taken from.
+/// Number of reversals by which a session is judged: as many as the estimate of its gap uses.
 const GENTLEST: usize = 12;
 
-/// Factor on the deceleration of the gentlest session up to which another counts as gentle too.
+/// Factor on the deceleration of the gentlest session up to which other sessions count as gentle too.
 const AS_GENTLE: f64 = 2.0;
 
-/// The sessions in which a joint turns around most gently. Where a motor brakes harder than the link's own friction does, the link
-/// leaves its flank and crosses the gap by itself: such turns agree well with a gap that is none, or twice as wide.
+/// The sessions in which a joint reverses most gently. If the motor brakes harder than the link's own friction does, the link leaves its
+/// flank and crosses the gap before the reversal. Such reversals fit a gap of zero, or a gap of twice the true width.
 pub fn gentlest<'s>(model: &Model, joint: usize, sessions: &[&'s TimeSeries]) -> Vec<&'s TimeSeries> {
     let braking: Vec<f64> = sessions.iter().map(|session| braking(model, joint, session)).collect();
     let least = braking.iter().copied().fold(f64::INFINITY, f64::min);
@@ -22,7 +22,7 @@ pub fn gentlest<'s>(model: &Model, joint: usize, sessions: &[&'s TimeSeries]) ->
     gentle.map(|(session, _)| *session).collect()
 }
 
-/// [rad/s² or m/s²] Median deceleration of a session's gentlest turns; infinite where there are too few.
+/// [rad/s² or m/s²] Median deceleration of the gentlest reversals of a session; infinite if there are too few.
 fn braking(model: &Model, joint: usize, session: &TimeSeries) -> f64 {
     let model = &model.joints[joint];
     let position = session.joint(&model.name).and_then(|series| series.get(Channel::Position));

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::dynamics::Dynamics;
 use crate::robot::Model;
 
-/// Inertia of each joint with its rotor at q = 0: the scale that turns noise of acceleration into torque.
+/// Inertia of each joint with its rotor at q = 0: it converts noise of the acceleration into torque.
 pub fn typical_inertia(model: &Model) -> Vec<f64> {
     let dof = model.joints.len();
     let mut mass = DMatrix::zeros(dof, dof);

@@ -1,12 +1,12 @@
-//! The kernel that torque and motion pass alike: `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`, without phase shift.
+//! The smoothing kernel of torque and motion: `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`, without phase shift.
 //!
-//! Its derivatives give rates of the same average: position, velocity, acceleration and torque of a row belong together, whatever `w`.
-//! The second derivative weighs like the curvature of a parabola fitted over the window (Savitzky and Golay 1964).
+//! Its derivatives give the rates of the same average, so position, velocity, acceleration and torque of a row are consistent for any `w`.
+//! The second derivative weights samples like the curvature of a parabola fitted over the window (Savitzky and Golay 1964).
 
-/// Weights of one half width, for sampled signals.
+/// Weights for sampled signals at one half width.
 #[derive(Debug, Clone)]
 pub struct Kernel {
-    /// Samples to either side.
+    /// Samples on either side.
     pub reach: usize,
     /// `w` [s]
     pub half_width: f64,
@@ -20,14 +20,14 @@ pub struct Kernel {
 pub struct Averages {
     /// The mean.
     pub value: f64,
-    /// Of its first derivative.
+    /// Average of the first derivative.
     pub rate: f64,
-    /// Of its second derivative.
+    /// Average of the second derivative.
     pub curvature: f64,
 }
 
 impl Kernel {
-    /// A kernel that reaches `reach ≥ 2` samples of `dt` [s] to either side.
+    /// A kernel of `reach ≥ 2` samples on either side, with the sample interval `dt` [s].
     pub fn new(reach: usize, dt: f64) -> Self {
         let offset = |index: usize| index as f64 - reach as f64;
         let count = 2 * reach + 1;
@@ -47,11 +47,11 @@ impl Kernel {
         Self { reach, half_width: span * dt, value, rate, curvature }
     }
 
-    /// Averages around a sample that lies at least `reach` away from both ends.
+    /// Averages around a sample that is at least `reach` samples away from both ends.
     pub fn averages(&self, signal: &[f64], centre: usize) -> Averages {
         let window = &signal[centre - self.reach..=centre + self.reach];
         let mut averages = Averages::default();
-        // Measured from the centre, so that a large constant costs no digits.
+        // Subtract the value at the centre, so that a large constant costs no precision.
         let origin = signal[centre];
         for (index, sample) in window.iter().enumerate() {
             let x = sample - origin;
@@ -63,7 +63,7 @@ impl Kernel {
         averages
     }
 
-    /// `Σ weight²` of value and of curvature: how independent noise passes.
+    /// `Σ weight²` of value and of curvature: the gain for the variance of independent noise.
     pub fn noise_gain(&self) -> (f64, f64) {
         let squares = |weights: &[f64]| weights.iter().map(|weight| weight * weight).sum();
         (squares(&self.value), squares(&self.curvature))

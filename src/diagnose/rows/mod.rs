@@ -1,4 +1,15 @@
 //! Recordings → rows of smooth motion and torque, and which of them are fitted.
+//!
+//! Takes the recordings and the nominal model. Gives motion and torque averaged by a kernel, in rows at even distances, with the
+//! zone of each row and the division into training and held-out data.
+//! - `observe`: makes the rows; `kernel`: the smoothing kernel
+//! - `division`: training data and held-out data
+//! - `zones`: the rigid zone, in which the links follow the rotors
+//! - `reversals`: times since reversals, and durations of rests
+//! - `standstill`: currents before the first motion
+//! - `gentlest`: the sessions with the gentlest reversals
+//! - `inertia`: a typical inertia of each joint
+//! - `side_by_side`: parallel work on joints within a memory limit
 
 pub mod division;
 pub mod gentlest;

@@ -1,8 +1,8 @@
 //! From recordings to rows of smooth motion and torque.
 //!
-//! The kernel of a row is as narrow as the encoder allows: quantisation of step `δ` passes into acceleration as
-//! `σ_a ≈ 6.7/w² · δ/√12 · √(max(Δt, δ/|v|)/(2 w))`, and with the inertia into torque; `w` is chosen so that this noise stays at a
-//! fixed share of the torque itself, between 6 ms and 200 ms. With a fine encoder the kernel is narrow, at low speed it is wide.
+//! The kernel of a row is as narrow as the encoder allows. Quantisation of step `δ` causes the acceleration noise
+//! `σ_a ≈ 6.7/w² · δ/√12 · √(max(Δt, δ/|v|)/(2 w))`, which the inertia turns into torque. `w` is chosen so that this noise is a fixed share
+//! of the torque, between 6 ms and 200 ms. The kernel is narrow with a fine encoder and wide at low speed.
 
 use super::kernel::{Kernel, share_before};
 use crate::drive::Sensing;
@@ -15,11 +15,11 @@ use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory};
 const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
 /// Neighbouring half widths differ by this factor.
 const WIDTH_STEP: f64 = 1.3;
-/// Noise of the acceleration may make this share of the RMS torque.
+/// [1] Noise of the acceleration as a share of the RMS torque.
 pub const NOISE_SHARE: f64 = 0.015;
-/// Rows are this share of the narrowest half width apart.
+/// [1] Distance of rows as a share of the narrowest half width.
 const ROW_SPACING: f64 = 0.6;
-/// Rows that a recording is reduced to at most, so that time grows slowly with length.
+/// Largest number of rows of a recording, so that the computing time grows slowly with its length.
 const MOST_ROWS: usize = 24_000;
 
 /// Motor torque [N·m or N, joint side] of a joint, and whether it comes from a current.
@@ -43,7 +43,7 @@ pub fn motor_torque(
     Some((torque, true))
 }
 
-/// A session's signals, one entry a joint of the model.
+/// A session's signals, one entry per joint of the model.
 struct Signals<'a> {
     position: Vec<&'a [f64]>,
     torque: Vec<Vec<f64>>,
@@ -69,7 +69,7 @@ fn signals<'a>(model: &Model, session: &'a TimeSeries) -> Result<Signals<'a>> {
     Ok(signals)
 }
 
-/// [s] Half width that a joint's encoder asks for at a speed.
+/// [s] Half width that a joint's encoder needs at a given speed.
 fn wanted_half_width(step: f64, speed: f64, inertia: f64, torque_noise: f64, dt: f64) -> f64 {
     if step <= 0.0 || torque_noise <= 0.0 {
         return HALF_WIDTHS[0];
@@ -78,7 +78,7 @@ fn wanted_half_width(step: f64, speed: f64, inertia: f64, torque_noise: f64, dt:
     (6.7 * inertia * step / 12.0_f64.sqrt() / torque_noise * (0.5 * between_counts).sqrt()).powf(0.4)
 }
 
-/// [rad/s or m/s] Speed below which a joint counts as resting: less than a count in a wide window.
+/// [rad/s or m/s] Speed below which a joint counts as at rest: less than one count in a wide window.
 pub fn rest_speed(model: &Model, joint: usize, fastest: f64) -> f64 {
     (model.joints[joint].encoder_step() / 0.3).max(1e-3 * fastest)
 }
@@ -88,8 +88,8 @@ pub fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Reads sessions into rows; `noise_share` is the share of the RMS torque that noise of the acceleration may make, [`NOISE_SHARE`]
-/// where a row has to speak for itself; `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
+/// Converts sessions to rows. `noise_share` is the share of the RMS torque that noise of the acceleration may make: [`NOISE_SHARE`]
+/// where single rows have to be accurate. `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
 ///
 /// # Errors
 /// A session lacks a channel of a joint, or is too short.
@@ -113,7 +113,7 @@ pub fn observe<'a>(
     for (number, session) in sessions.iter().enumerate() {
         let signals = signals(model, session)?;
         let dt = session.sample_interval();
-        // A coarse recording has few samples in a kernel, but never less than a kernel asks for.
+        // A coarse recording has few samples in a kernel, but never fewer than a kernel needs.
         let widest = reach(HALF_WIDTHS[1], dt);
         if dt.is_nan() || dt <= 0.0 || session.len() < 4 * widest {
             return Err(Error::TooLittleData {
@@ -145,7 +145,7 @@ pub fn observe<'a>(
     Ok(motion)
 }
 
-/// Samples to either side of a kernel of a half width [s]; three at least, for a curvature.
+/// Samples on either side for a half width [s]; at least three, for a curvature.
 fn reach(width: f64, dt: f64) -> usize {
     ((width / dt).round() as usize).max(3)
 }
@@ -210,7 +210,7 @@ fn append(
     }
 }
 
-/// Mean of `sgn v` over the kernel, with the velocity running linearly through it.
+/// Mean of `sgn v` over the kernel, for a velocity that changes linearly within it.
 fn direction(v: f64, a: f64, half_width: f64, rest: f64) -> f64 {
     let change = a * half_width;
     if v.abs() < rest && change.abs() < rest {

@@ -3,13 +3,13 @@
 use super::observe::rest_speed;
 use crate::effects::Motion;
 
-/// [s] After a reversal: what is looked at.
+/// [s] Time after a reversal that is examined.
 pub const AFTER_REVERSAL: f64 = 2.0;
 
-/// [s] Before a reversal: where its zone begins.
+/// [s] Time before a reversal at which its zone begins.
 pub const BEFORE_REVERSAL: f64 = 0.1;
 
-/// [s] Time since the last reversal of a joint, negative within [`BEFORE_REVERSAL`] of the next one; NaN far from any.
+/// [s] Time since the last reversal of a joint, negative within [`BEFORE_REVERSAL`] of the next one; NaN elsewhere.
 pub fn since_reversal(motion: &Motion, joint: usize) -> Vec<f64> {
     let m = &motion.joints[joint];
     let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -38,14 +38,14 @@ pub fn since_reversal(motion: &Motion, joint: usize) -> Vec<f64> {
     since
 }
 
-/// The rows up to `end` (excluded) that lie shortly before a reversal at `turned`: they belong to it, not to the one before.
+/// Assigns the rows up to `end` (excluded) that lie shortly before a reversal at `turned` to this reversal, not to the previous one.
 fn mark_before(time: &[f64], end: usize, turned: f64, since: &mut [f64]) {
     for row in (0..end).rev().take_while(|row| turned - time[*row] <= BEFORE_REVERSAL && time[*row] <= turned) {
         since[row] = time[row] - turned;
     }
 }
 
-/// [s] How long the rotor of a joint rested before each of its starts.
+/// [s] Duration of each rest of a joint's rotor before it starts to move.
 pub fn rests(motion: &Motion, joint: usize) -> Vec<f64> {
     let m = &motion.joints[joint];
     let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));

@@ -1,14 +1,14 @@
-//! Work on joints side by side, as far as what it holds meanwhile fits in memory.
+//! Parallel work on joints, within a memory limit.
 
 use rayon::prelude::*;
 
 use crate::timeseries::give_back_memory;
 
-/// [bytes] that are held at a time: what is left of 1 GB beside two recordings of half an hour of six joints at 1 kHz, 0.75 GB of what a
-/// comparison reads, half for this and half for all else.
+/// [bytes] Memory that may be in use at a time. A comparison of two recordings (half an hour, six joints, 1 kHz) reads 0.75 GB; of the rest
+/// of 1 GB, half is for this and half for everything else.
 const HELD: usize = 120_000_000;
 
-/// What `of` makes of each item, in their order; `bytes` is what it holds of one meanwhile. Short recordings are worked on all at once.
+/// The results of `of` for all items, in their order; `bytes` is the memory that one item needs. Short recordings run all in parallel.
 pub fn side_by_side<T: Sync, R: Send>(items: &[T], bytes: usize, of: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let together = (HELD / bytes.max(1)).max(1);
     give_back_memory();

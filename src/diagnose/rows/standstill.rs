@@ -1,7 +1,7 @@
-//! What the current sensor reads before a joint has moved for the first time in a session, while its drive has nothing to do.
+//! Readings of the current sensor before the first motion of a joint in a session, while its drive is idle.
 //!
-//! An offset of the sensor is there already; friction asks for nothing yet. A drive that holds a load reads anything:
-//! so the evidence is that of a mixture, `0.9 N(ī; i0, σ²) + 0.1 U`, and stays within a few nats.
+//! An offset of the sensor shows there already, and friction needs no current yet. A drive that holds a load may read any current.
+//! The evidence is therefore that of a mixture, `0.9 N(ī; i0, σ²) + 0.1 U`, and is limited to a few nats.
 
 use crate::effects::Motion;
 use crate::timeseries::{Channel, TimeSeries};
@@ -9,23 +9,23 @@ use crate::timeseries::{Channel, TimeSeries};
 /// Mean reading of one joint before its first motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standstill {
-    /// [A] mean.
+    /// [A] Mean.
     pub mean: f64,
-    /// [A] its standard error.
+    /// [A] Standard error of the mean.
     pub std_error: f64,
 }
 
-/// [A] Smallest standard error: drives are never quite at rest.
+/// [A] Smallest standard error: drives are never completely idle.
 const LEAST_ERROR: f64 = 0.02;
-/// Relative error of an offset that was estimated from the motion.
+/// Relative error of an offset that is estimated from the motion.
 const RELATIVE_ERROR: f64 = 0.1;
-/// Samples that are read at most: [s].
+/// [s] Longest time that is read.
 const LONGEST: f64 = 1.0;
-/// Share of drives that hold something at first.
+/// Share of drives that hold a load at first.
 const HOLDING: f64 = 0.1;
 
 impl Standstill {
-    /// Readings of every joint in all sessions together; `None` where it moves from the start or has no signed current.
+    /// Readings of every joint, all sessions combined; `None` where the joint moves from the start or has no signed current.
     pub fn of(motion: &Motion, sessions: &[&TimeSeries]) -> Vec<Option<Self>> {
         let readings = |joint: usize| {
             let name = &motion.model.joints[joint].name;
@@ -41,7 +41,7 @@ impl Standstill {
         (0..motion.joints.len()).map(readings).collect()
     }
 
-    /// [nats] for a sensor that reads `offset` [A] at no current, against one that reads zero; `span` [A] is what a drive may hold.
+    /// [nats] Evidence for a sensor that reads `offset` [A] at zero current, against zero; `span` [A] is the range of holding currents.
     pub fn evidence(&self, offset: f64, span: f64) -> f64 {
         let likelihood = |expected: f64| {
             let sigma = self.std_error.hypot(RELATIVE_ERROR * offset);

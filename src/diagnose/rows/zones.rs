@@ -1,16 +1,16 @@
-//! Where the links are known to follow the rotors: the rigid zone.
+//! The rigid zone: rows in which the links are known to follow the rotors.
 //!
-//! Around reversals, and where the torque through the gear changes its sign, links float in their gaps; what one link does there,
-//! the others feel. Rows from 0.1 s before to 0.2 s after a reversal and 0.1 s before to 0.15 s after a change of flank are left out,
-//! on all joints, each with the half width of its kernel besides. Which flank carries is not measured: with a link torque `T`
-//! (inertia, gravity) and friction of `0.15` to `0.35` of Coulomb friction behind the gear the flank is in doubt while
-//! `−0.35 < T sgn v / F_C < −0.15`; more or less friction there changes the flank within the times that are left out around it anyway.
-//! What else presses on a link, a contact, is not in `T`: where rigid body and friction leave more of the torque than
-//! friction can be wrong about, that is added. A machine without gaps is rigid everywhere.
+//! Around reversals, and where the torque through the gear changes its sign, a link floats in its gap. The other joints feel its motion.
+//! Rows from 0.1 s before to 0.2 s after a reversal, and from 0.1 s before to 0.15 s after a change of flank, are left out on all joints,
+//! each extended by the half width of its kernel. The flank in contact is not measured: with a link torque `T` (inertia, gravity) and
+//! friction of `0.15` to `0.35` of Coulomb friction behind the gear, the flank is in doubt while
+//! `−0.35 < T sgn v / F_C < −0.15`. Another share of friction moves the change of flank only within the times that are left out anyway.
+//! Other loads on a link, such as a contact, are not in `T`. Where rigid body and friction leave more torque than an error of friction
+//! can explain, that torque is added to `T`. A machine without gaps is rigid everywhere.
 //!
-//! Two things make that less. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, `a` being the RMS acceleration of the
-//! joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
-//! than [`FELT`] of the RMS torque of `i`: in an arm of six joints some wrist is always turning around.
+//! Two rules reduce what is left out. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, with the RMS acceleration `a` of
+//! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
+//! than [`FELT`] of the RMS torque of `i`, because in an arm of six joints some wrist joint reverses almost all the time.
 
 use nalgebra::DMatrix;
 
@@ -18,38 +18,38 @@ use super::observe::{NOISE_SHARE, rest_speed, root_mean_square};
 use crate::dynamics::Dynamics;
 use crate::effects::Motion;
 
-// Left out for longer, and in doubt from −0.6 to −0.08, a fast run kept one row in twenty to eighty: a contact that a joint pressed on
-// for seconds was gone, of four rotors 25 % or 12 % off one was named. As it stands all four are, and one row in six is left
-// (tuning seeds 3800 to 3802, 5600 to 5701, 6501 of `benches/blind`).
-/// For a diagnosis: nothing that floats may be taken for an effect. Robust fits bear the rows that float nevertheless.
+// With longer margins and doubt from −0.6 to −0.08, a fast run kept one row in twenty to eighty. A contact that pressed on a joint for
+// seconds was lost, and of four rotors with inertias 25 % or 12 % off one was named. With these margins all four are named, and one row
+// in six is kept (tuning seeds 3800 to 3802, 5600 to 5701, 6501 of `benches/blind`).
+/// For the fit: a floating link must not be taken for an effect. Robust fits tolerate the floating rows that remain.
 pub const RIGID: Margins = Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15] };
-/// For its error figures, which are plain RMS: single rows that float would make most of them.
+/// For error figures, which are plain RMS: a few floating rows would dominate them.
 pub const JUDGED: Margins = Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], doubt: [-0.6, -0.08] };
-/// [1] Part of Coulomb friction that a torque has to exceed which neither rigid body nor friction explains, for it to be a load:
-/// what friction of another law can be wrong about is less.
+/// [1] Part of Coulomb friction from which on a torque that neither rigid body nor friction explains counts as a load. Smaller torques can
+/// come from friction of another law.
 const LOADED: f64 = 0.6;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
 const SETTLING: f64 = 0.1;
-/// [1] Times that a gap takes to be crossed, until the link has come to rest on the other flank: the 0.2 s of a gap that is not known are
-/// those of 8 mrad at 4 rad/s².
+/// [1] Multiple of the crossing time of a gap after which the link rests on the other flank. For an unknown gap 0.2 s are left out, which
+/// corresponds to 8 mrad at 4 rad/s².
 const CROSSINGS: f64 = 3.0;
-/// [1] Part of a joint's RMS torque that it may miss unnoticed: as much as noise of the acceleration makes in a row.
+/// [1] Part of a joint's RMS torque that may be neglected: as much as noise of the acceleration makes in a row.
 const FELT: f64 = NOISE_SHARE;
-/// Poses that the coupling of the joints is averaged over.
+/// Number of poses over which the coupling of the joints is averaged.
 const POSES: usize = 16;
 
-/// What is left out.
+/// Times and torques that are left out.
 #[derive(Debug, Clone, Copy)]
 pub struct Margins {
     /// [s] Before and after a reversal.
     pub reversal: [f64; 2],
     /// [s] Before and after a change of flank.
     pub flank: [f64; 2],
-    /// `T sgn v / F_C` between which the flank is in doubt.
+    /// Range of `T sgn v / F_C` in which the flank is in doubt.
     pub doubt: [f64; 2],
 }
 
-/// What a joint does in a row.
+/// State of a joint in a row.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     Rest,
@@ -58,8 +58,8 @@ enum State {
     InDoubt(bool),
 }
 
-/// Whether each row of each joint is rigid: `zones[joint][row]`, with the Coulomb friction `F_C` found so far, and the torque of all
-/// rows that rigid body and friction left over (none before there is a fit). Held-out rows have zones, but no say in what a joint feels.
+/// Whether each row of each joint is rigid: `zones[joint][row]`. Inputs are the current estimate of the Coulomb friction `F_C` and, after a
+/// first fit, the torque that rigid body and friction leave in all rows. Held-out rows have zones, but do not decide what a joint feels.
 pub fn rigid_zone(
     motion: &Motion,
     coulomb: &[f64],
@@ -82,7 +82,7 @@ pub fn rigid_zone(
     zones
 }
 
-/// Whether joint `i` feels what the link of joint `j` does in its gap: `felt[i][j]`.
+/// Whether joint `i` feels the motion of the link of joint `j` in its gap: `felt[i][j]`.
 fn felt(motion: &Motion, held_out: &[bool]) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
     let mut dynamics = Dynamics::new(&motion.model.robot);
@@ -103,13 +103,13 @@ fn felt(motion: &Motion, held_out: &[bool]) -> Vec<Vec<bool>> {
     (0..dof).map(|i| (0..dof).map(|j| i == j || misses(i, j) > FELT * torque[i]).collect()).collect()
 }
 
-/// [s] The longest that the link of a joint takes through its gap; infinite where the gap is not known.
+/// [s] Longest time that the link of a joint takes through its gap; infinite where the gap is unknown.
 fn longest(motion: &Motion, joint: usize) -> f64 {
     let Some(gap) = motion.model.joints[joint].backlash else { return f64::INFINITY };
     CROSSINGS * (2.0 * gap / root_mean_square(&motion.joints[joint].a).max(1e-9)).sqrt()
 }
 
-/// Torque through the gear as far as it is known: of the nominal link, and of what presses on it.
+/// Known torque through the gear: that of the nominal link, and that of loads on it.
 fn load(motion: &Motion, joint: usize, coulomb: f64, left_over: Option<&[f64]>) -> Vec<f64> {
     let mut load = settled(motion, &motion.joints[joint].link_torque);
     if let Some(left_over) = left_over {
@@ -142,7 +142,7 @@ fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64], doubt: [f64
         .collect()
 }
 
-/// Running mean, so that noise of the acceleration does not turn flanks.
+/// Running mean, so that noise of the acceleration does not change flanks.
 fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
     let (mut first, mut last, mut sum) = (0, 0, 0.0);
     let near = |a: usize, b: usize| {
@@ -163,7 +163,7 @@ fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Rows in which the flank of a joint is known; nothing is left out for longer than `longest` [s] but the width of the kernels.
+/// Rows in which the flank of a joint is known; nothing is left out for longer than `longest` [s], apart from the width of the kernels.
 fn known(motion: &Motion, states: &[State], margins: &Margins, longest: f64) -> Vec<bool> {
     let mut known: Vec<bool> = states.iter().map(|state| !matches!(state, State::InDoubt(_))).collect();
     for row in 1..states.len() {

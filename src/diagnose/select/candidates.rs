@@ -1,4 +1,4 @@
-//! Candidates: each effect of the catalogue where it could act, with the shape that suits it best and the evidence for it.
+//! Candidates: each effect of the catalogue where it can act, with its best shape and its evidence.
 
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction};
 use crate::diagnose::fit::cause::Cause;
@@ -10,13 +10,13 @@ use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::{Block, Score};
 use crate::effects::Scope;
 
-/// Shapes that are fitted in full after a scan of many.
+/// Number of shapes that are fitted in full after a scan.
 const SHORTLIST: usize = 3;
-/// More shapes than these are scanned by their score first.
+/// Above this many shapes, pre-select by the score test.
 const MANY_SHAPES: usize = 6;
-/// [nats, rows taken as independent] Training gain below which nothing more is asked.
+/// [nats, rows taken as independent] Training gain below which a candidate is not cross-validated.
 const LEAST_GAIN: f64 = 10.0;
-/// Rows that a scan of many shapes looks at, about.
+/// Approximate number of rows for a scan of many shapes.
 const SCANNED_ROWS: usize = 2500;
 /// Steps of the golden section that refines a shape.
 const REFINEMENTS: usize = 12;
@@ -24,11 +24,11 @@ const REFINEMENTS: usize = 12;
 /// An effect on one or several joints, with its evidence.
 #[derive(Clone)]
 pub struct Candidate {
-    /// One term for each joint of a joint's effect, one in all for the machine's.
+    /// One term per joint for an effect of a joint, one term in all for an effect of the machine.
     pub terms: Vec<Term>,
     /// Evidence on each joint of the model.
     pub evidence: Vec<Evidence>,
-    /// Whether its parameters make sense.
+    /// Whether its parameters lie in their ranges.
     pub sensible: bool,
 }
 
@@ -53,18 +53,18 @@ impl Candidate {
         self.terms.iter().flat_map(|term| term.joints.clone()).collect()
     }
 
-    /// Whether the rules let it be taken.
+    /// Whether the rules accept it.
     pub fn is_accepted(&self, rules: &Rules) -> bool {
         self.sensible && rules.support(self.total(), self.log_scale())
     }
 
-    /// Best relative improvement of a joint.
+    /// Largest fall of the error's logarithm on a joint.
     pub fn log_scale(&self) -> f64 {
         self.joints().iter().map(|joint| self.evidence[*joint].log_scale).fold(f64::NEG_INFINITY, f64::max)
     }
 }
 
-/// Search for the best term of one effect at one place.
+/// Search for the best term of one effect on given joints.
 struct Search<'p, 'm> {
     problem: &'p Problem<'m>,
     terms: Vec<&'p Term>,
@@ -73,7 +73,7 @@ struct Search<'p, 'm> {
 }
 
 impl Search<'_, '_> {
-    /// The fit with a further term, of the joints where that changes anything.
+    /// The fit with one more term, for the joints where that changes anything.
     fn with(&self, term: &Term) -> Option<Fitted> {
         let mut terms = self.terms.clone();
         terms.push(term);
@@ -81,7 +81,7 @@ impl Search<'_, '_> {
         self.problem.fit_near(&joints, &terms, Part::Train, self.fitted)
     }
 
-    /// Training gain [nats] of a term; not finite where it cannot be fitted or makes no sense.
+    /// Training gain [nats] of a term; not finite where it cannot be fitted.
     fn gain(&self, term: &Term) -> f64 {
         let Some(fitted) = self.with(term) else { return f64::NEG_INFINITY };
         let after = &fitted.solution.log_likelihood;
@@ -96,7 +96,7 @@ impl Search<'_, '_> {
         let rows = self.problem.rows(joint, Part::Train);
         let (system, _, _) = self.problem.system_of(joints, &self.terms, Part::Train, true);
         let solution = &self.fitted.solution;
-        // A scan only has to find the peaks: some thousand rows show them.
+        // A scan only has to find the peaks, and some thousand rows are enough for that.
         let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
         let thin = |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride).copied().collect() };
         let block = &system.blocks[joint];
@@ -116,7 +116,7 @@ impl Search<'_, '_> {
         peaks.into_iter().map(|index| shapes[index].clone()).collect()
     }
 
-    /// The best term of an effect on these joints, and its training gain.
+    /// The best term of an effect on these joints, its training gain, and the number of shapes.
     fn best(&self, effect: Cause, joints: &[usize]) -> Option<(Term, f64, usize)> {
         let motion = &self.problem.motion;
         let mut shapes = effect.shapes(motion, joints[0]);
@@ -161,8 +161,8 @@ impl Search<'_, '_> {
     }
 }
 
-/// First parameters of the shapes next to one of those that were scanned, where nothing else of the shape differs: between them the best lies.
-/// A scan may go by factors: near its far end neighbours are many first steps apart.
+/// First parameters of the scanned shapes next to a given one, where nothing else of the shape differs: the best value lies between them.
+/// A scan may use constant factors, so that near its upper end the neighbours are many first steps apart.
 fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
     let at = shapes.iter().position(|other| other == shape)?;
     let own = *shape.first()?;
@@ -175,8 +175,8 @@ fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
     (low < high).then_some((low, high))
 }
 
-/// All candidates beside the terms of the model, each with its best shapes, by falling evidence.
-/// Joint effects are gathered over the joints where `enough` holds.
+/// All candidates beside the terms of the model, each with its best shapes, by decreasing evidence.
+/// An effect of a joint is combined over the joints where `enough` holds.
 pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence) -> bool + Sync)) -> Vec<Candidate> {
     let own: Vec<&Term> = terms.iter().collect();
     let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
@@ -191,7 +191,7 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
         let joint = candidate.terms[0].joints[0];
         let partner = gathered.iter_mut().find(|other| other.effect() == effect);
         match partner {
-            // Joints of one effect belong together where each has enough evidence of its own.
+            // Combine the joints of one effect where each has enough evidence of its own.
             Some(other) if candidate.sensible && enough(&candidate.evidence[joint]) => {
                 let first = other.terms[0].joints[0];
                 if other.sensible && enough(&other.evidence[first]) {
@@ -214,7 +214,7 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
     gathered
 }
 
-/// Effects with the joints where they could act and are not in the model yet.
+/// Effects with the joints where they can act and are not yet in the model.
 fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
     let dof = problem.baseline.len();
     let mut places: Vec<(Cause, Vec<usize>)> = Vec::new();
@@ -224,7 +224,7 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
         match effect.about().scope {
             Scope::Machine if (0..dof).any(applies) && !present(0) => places.push((effect, (0..dof).collect())),
             Scope::Machine => {}
-            // Another harmonic is another effect of the same name.
+            // An effect with another order is a further candidate of the same name.
             Scope::Joint => places.extend(
                 (0..dof)
                     .filter(|joint| {
@@ -248,7 +248,7 @@ fn assess(search: &Search, before: &Prediction, effect: Cause, joints: &[usize])
     let at = *fitted.term_at.last()?;
     let coefficients: Vec<f64> = (0..term.coefficients()).map(|k| fitted.solution.coefficients[at + k]).collect();
     let sensible = is_sensible(search.problem, &term, &coefficients);
-    // What gains nothing where it was fitted needs no cross-validation.
+    // A term that gains nothing on the rows of the fit needs no cross-validation.
     if training_gain > LEAST_GAIN {
         evidence = prediction(search.problem, &terms, &fitted)?.against(before);
         evidence[joints[0]].nats -= (shapes as f64).ln();
@@ -257,7 +257,7 @@ fn assess(search: &Search, before: &Prediction, effect: Cause, joints: &[usize])
     Some(Candidate { terms: vec![term], evidence, sensible })
 }
 
-/// [nats] What the current before the first motion says of an effect on one joint.
+/// [nats] Evidence for an effect on one joint from the current before the first motion.
 fn at_rest(problem: &Problem, term: &Term, coefficients: &[f64]) -> f64 {
     let joint = term.joints[0];
     let offset = term.effect.reading_at_rest(coefficients);

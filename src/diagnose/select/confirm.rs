@@ -1,7 +1,8 @@
-//! Which of the chosen effects are named: those whose parameters lie in their ranges and that gain on data held out.
+//! Confirmation of the chosen effects: an effect is named if its parameters lie in their ranges and it gains on held-out data.
 //!
-//! The effects are chosen on the training data alone. Here the data held out are read, once, for the gain of each. What gains no more than
-//! chance is withdrawn, the least first, and the rest is fitted again; so is what a later fit has carried outside the range of a parameter.
+//! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
+//! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. So is an effect with a parameter that a later fit
+//! moves out of its range.
 
 use super::own_gains;
 use super::selection::{Selection, evidence_beside, resettle};
@@ -9,7 +10,7 @@ use crate::diagnose::fit::problem::{Problem, Term};
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
 use crate::effects::{About, Catalogue};
 
-/// What is named, and what is not.
+/// What is named, and what is withdrawn.
 pub struct Confirmed {
     /// Gain of each term of the selection.
     pub gains: Vec<EffectGain>,
@@ -19,7 +20,7 @@ pub struct Confirmed {
     pub withdrawn: Vec<Withdrawn>,
 }
 
-/// Withdraws terms until all that are left gain on data held out; `None` where the rest cannot be fitted.
+/// Withdraws terms until all remaining ones gain on held-out data; `None` where the rest cannot be fitted.
 ///
 /// The first `given` terms belong to the nominal model; of the others those are judged for which `is_effect` holds.
 pub fn confirm(
@@ -49,7 +50,7 @@ pub fn confirm(
     }
 }
 
-/// Parts effects that are seen otherwise than by torque along the motion into those that gain, within their ranges, and the others.
+/// Divides effects that are seen in other data than torque along the motion: those with a gain and parameters in range, and the others.
 pub fn part(effects: Vec<FoundEffect>, catalogue: &Catalogue) -> Findings {
     let mut findings = Findings::default();
     for found in effects {
@@ -87,7 +88,7 @@ fn of_gain(gain: &EffectGain) -> String {
     format!("no gain on data held out: {:.1} % ({low:.1} to {high:.1})", gain.gain_percent)
 }
 
-/// The first parameter of a term that lies outside its range, in words.
+/// The first parameter of a term that lies outside its range, with a description.
 fn outside_of_range(problem: &Problem, term: &Term, selection: &Selection, index: usize) -> Option<String> {
     let at = selection.fitted.term_at[index];
     let coefficients = &selection.fitted.solution.coefficients.as_slice()[at..at + term.coefficients()];
@@ -110,7 +111,7 @@ fn names(problem: &Problem, term: &Term) -> Vec<String> {
     term.joints.iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect()
 }
 
-/// Removes one term, counted over all effects.
+/// Removes one term; `index` counts the terms of all effects.
 fn remove(selection: &mut Selection, index: usize) {
     let mut position = 0;
     for taken in &mut selection.taken {

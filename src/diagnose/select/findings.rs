@@ -1,4 +1,4 @@
-//! From the terms of a selection to what is reported: parameters, probability, rivals.
+//! From the terms of a selection to the entries of a report: parameters, probability, rivals.
 
 use super::candidates::Candidate;
 use super::confirm::Confirmed;
@@ -11,7 +11,7 @@ use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::options::{MODEL_ERROR, Options};
 use crate::diagnose::result::{FoundEffect, Standing};
 
-/// One entry for each term, strongest first.
+/// One entry per term, strongest first.
 pub fn found(
     problem: &Problem,
     selection: &Selection,
@@ -37,18 +37,18 @@ pub fn found(
     entries
 }
 
-/// Share of the evidence at which a rival cannot be rejected.
+/// Share of the evidence above which a rival cannot be rejected.
 const CLOSE: f64 = 0.85;
 
-/// Share of the evidence below which a rival is rejected whatever it leaves.
+/// Share of the evidence below which a rival is rejected even if its error is as small.
 const FAR: f64 = 0.3;
 
-/// Effects whose evidence came close, and the probability that the right one was taken.
+/// Effects with nearly as much evidence, and the probability that the chosen effect is the right one.
 fn rivals(taken: &Taken, options: &Options) -> (Vec<String>, f64) {
     let total: f64 = taken.evidence.iter().map(|evidence| evidence.nats).sum();
     let joints: Vec<usize> = taken.terms.iter().flat_map(|term| term.joints.clone()).collect();
     let own: usize = taken.terms.iter().map(|term| term.coefficients() + term.shape.len()).sum();
-    // A law that is not quite right costs evidence in proportion to the rows; what it leaves of the error costs the same whatever their number.
+    // An inaccurate law costs evidence in proportion to the number of rows; the error that it leaves does not depend on that number.
     let worse = |rival: &Candidate| {
         let on = |joint: &usize| taken.evidence[*joint].log_scale - rival.evidence[*joint].log_scale;
         joints.iter().map(on).fold(f64::NEG_INFINITY, f64::max)
@@ -62,9 +62,9 @@ fn rivals(taken: &Taken, options: &Options) -> (Vec<String>, f64) {
     (names, probability)
 }
 
-/// Probability that an effect of this evidence is what is named: the evidence is that of a model which is never quite right, so that
-/// differences count relative to it; a rival pays for parameters that it needs beyond those of the effect. Nothing is a rival too, with
-/// as much as laws that are not quite right leave behind.
+/// Probability that an effect with this evidence is the true one. Every model is somewhat inaccurate, so differences of evidence count relative
+/// to the evidence. A rival is penalised if it has more parameters than the effect. No effect at all is a rival too, with as much evidence
+/// as inaccurate laws leave behind.
 pub fn probability<'c>(total: f64, own: usize, options: &Options, rivals: impl Iterator<Item = &'c Candidate>) -> f64 {
     let unit = 0.02 * total + 3.0;
     let odds = |difference: f64| (difference / unit).exp();

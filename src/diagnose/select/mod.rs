@@ -1,4 +1,11 @@
-//! Candidates → the effects that evidence and gain support.
+//! Candidates → the effects that evidence and held-out gain support.
+//!
+//! Takes a regression problem and the catalogue. Gives the effects that are named, with gains, rivals and probability, and those withdrawn.
+//! - `candidates`: the best term of each effect on each joint, with its evidence
+//! - `selection`: takes effects by evidence, one after the other
+//! - `substitutes`: withdraws names that a pattern describes better
+//! - `confirm`: withdraws effects without a gain on held-out data; `own_gains`: these gains
+//! - `findings`: from the remaining terms to the entries of a report
 
 pub mod candidates;
 pub mod confirm;

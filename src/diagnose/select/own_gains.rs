@@ -1,4 +1,4 @@
-//! The gain of each effect of a selection on data held out, see [`gains`](crate::diagnose::residuals::gains).
+//! The gain of each effect of a selection on held-out data, see [`gains`](crate::diagnose::residuals::gains).
 
 use super::selection::Selection;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
@@ -7,7 +7,7 @@ use crate::diagnose::residuals::gains::{Judge, Residuals, TORQUE};
 use crate::diagnose::result::EffectGain;
 use crate::replay::Gain;
 
-/// Gains of the terms of a selection, in the order of [`Selection::terms`]; `strength` puts them in order, and the first `given` of them
+/// Gains of the terms of a selection, in the order of [`Selection::terms`]. `strength` ranks them, and the first `given` terms
 /// belong to the nominal model. `None` where a part of the terms cannot be fitted.
 pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength: &[f64]) -> Option<Vec<EffectGain>> {
     let terms = selection.terms();

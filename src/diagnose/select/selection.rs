@@ -1,9 +1,9 @@
-//! Which effects the evidence supports: the strongest candidate is taken, the baseline settles, the rest is tried again; what
-//! a later effect has made superfluous is dropped, and what another effect does better in its place, beside the rest, is exchanged.
+//! Selection of effects by evidence: the strongest candidate is taken, the baseline is fitted again, and the rest is tried again. An effect
+//! that later ones make superfluous is dropped, and an effect is exchanged for another that predicts better in its place.
 //!
-//! An effect has to gain [`Rules::nats`] of likelihood on training rows that it was not fitted on, and lower the scale of the error by
-//! [`Rules::log_scale`]; beside another effect [`Rules::further`], unless the fall is large. Of effects within [`Rules::tie`] the one with fewer parameters is taken.
-//! What is held out takes no part.
+//! An effect has to gain [`Rules::nats`] of likelihood on training rows that were not used for its fit, and lower the error scale by
+//! [`Rules::log_scale`]; beside another effect it needs [`Rules::further`], unless the fall is large. Of effects within [`Rules::tie`] the one with
+//! fewer parameters is taken. Held-out data are not used.
 
 use super::candidates::{Candidate, candidates};
 use crate::diagnose::evidence::prediction::{Evidence, predict};
@@ -15,11 +15,11 @@ use crate::effects::{Kind, SymmetricFriction};
 /// An effect that was taken.
 #[derive(Clone)]
 pub struct Taken {
-    /// Its terms, with the shapes of the end.
+    /// Its terms, with their final shapes.
     pub terms: Vec<Term>,
     /// Evidence per joint when it was taken.
     pub evidence: Vec<Evidence>,
-    /// Other candidates of that round, by falling evidence.
+    /// Other candidates of that round, by decreasing evidence.
     pub rivals: Vec<Candidate>,
 }
 
@@ -31,10 +31,10 @@ impl Taken {
     }
 }
 
-/// Times that effects are gathered and exchanged at most.
+/// Largest number of passes of adding and exchanging effects.
 const PASSES: usize = 3;
 
-/// What a selection ends with.
+/// Result of a selection.
 pub struct Selection {
     /// Effects in the order in which they were taken.
     pub taken: Vec<Taken>,
@@ -44,12 +44,12 @@ pub struct Selection {
     pub fitted: Fitted,
     /// The nominal model before any effect was tried.
     pub nominal: Nominal,
-    /// Residuals of the nominal model on the recordings as they are: those of [`nominal`](Self::nominal), unless something was corrected
-    /// before.
+    /// Residuals of the nominal model on the original recordings: those of [`nominal`](Self::nominal), unless the recordings were corrected
+    /// before the selection.
     pub as_recorded: Vec<Vec<f64>>,
 }
 
-/// The nominal model with its free parameters fitted by plain least squares, which is the best that it can do in RMS.
+/// The nominal model with its free parameters fitted by plain least squares, which gives its smallest RMS error.
 #[derive(Debug, Clone)]
 pub struct Nominal {
     /// Residual of every row: `residuals[joint][row]` [N·m or N].
@@ -59,7 +59,7 @@ pub struct Nominal {
 }
 
 impl Nominal {
-    /// Of a problem whose Stribeck velocities suit the baseline alone; `None` where it cannot be fitted.
+    /// For a problem with Stribeck velocities fitted to the baseline alone; `None` where it cannot be fitted.
     pub fn new(problem: &Problem) -> Option<Self> {
         let fitted = problem.fit(&[], Part::Train, f64::INFINITY)?;
         let coefficients = fitted.solution.coefficients.as_slice();
@@ -79,13 +79,13 @@ impl Selection {
     }
 }
 
-/// Selects effects; `progress` hears what is tried and how far the work is.
+/// Selects effects; `progress` receives the current step and the finished share.
 pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&str, f64)) -> Option<Selection> {
     let mut taken: Vec<Taken> = Vec::new();
     let mut first_round = Vec::new();
     let mut fitted = problem.settle(&[])?;
     let nominal = Nominal::new(problem)?;
-    // Forward, then what a further effect lets another do better in the place of an earlier one; again where that changed something.
+    // Add effects, then exchange earlier ones that a later effect made worse than a rival; repeat if that changed anything.
     for pass in 0..PASSES {
         while taken.len() <= rules.most {
             progress("trying effects", (pass + taken.len()).min(rules.most) as f64 / (rules.most + 1) as f64);
@@ -105,7 +105,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
         }
         fitted = resettle(problem, &mut taken)?;
     }
-    // What is weak beside another is let in on the way, because the fit settles with it, but does not stay.
+    // Weak effects beside another are accepted during the passes, because they affect the fit, but are removed at the end.
     prune(problem, &rules.beside_another(), &mut taken);
     drop_residues(problem, rules, &mut taken)?;
     let fitted = resettle(problem, &mut taken)?;
@@ -114,8 +114,8 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     Some(Selection { taken, first_round, fitted, nominal, as_recorded })
 }
 
-/// Puts another effect in the place of one that was taken, where that predicts better beside the others; whether it did.
-/// What stays learns its rivals in that place.
+/// Replaces a taken effect by another one that predicts better beside the others, and returns whether it did.
+/// Effects that stay get their rivals updated.
 fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option<bool> {
     for index in 0..taken.len() {
         let effect = taken[index].terms[0].effect;
@@ -143,8 +143,8 @@ fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option
     Some(false)
 }
 
-/// The strongest acceptable candidate, or a simpler one that is as good: as much evidence, and no more error left than laws of the catalogue
-/// get wrong themselves. Of few independent rows evidence alone does not tell an effect from one that explains half as much.
+/// The strongest accepted candidate, or a simpler one that is as good: nearly as much evidence, and an error that is larger by no more than the
+/// inaccuracy of the catalogue's laws. With few independent rows, evidence alone cannot separate an effect from one that explains half as much.
 pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
     let strongest = found.iter().find(|candidate| candidate.is_accepted(rules))?;
     let as_good = |other: &&Candidate| {
@@ -153,7 +153,7 @@ pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate
     found.iter().filter(|other| other.is_accepted(rules)).filter(as_good).min_by_key(|other| other.complexity())
 }
 
-/// Settles the baseline with the terms, whose columns may build on the baseline's friction.
+/// Fits the baseline again with the terms, whose columns may depend on the baseline's friction.
 pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
     let mut fitted = None;
     for _ in 0..2 {
@@ -197,7 +197,7 @@ fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
     (0..taken.len()).map(moved).collect()
 }
 
-/// Drops terms that move little torque, in itself or beside the strongest effect of their joint.
+/// Drops terms that move little torque, in absolute terms or relative to the strongest effect of their joint.
 fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<()> {
     if taken.is_empty() {
         return Some(());
@@ -222,7 +222,7 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
     resettle(problem, taken).map(|_| ())
 }
 
-/// Drops what the others have made superfluous, the weakest first.
+/// Drops effects that the others make superfluous, the weakest first.
 fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
     while taken.len() > 1 {
         let weakest = (0..taken.len())

@@ -1,18 +1,18 @@
-//! Names that stand in for something that the catalogue lacks.
+//! Substitutes: names given to something that the catalogue does not contain.
 //!
-//! Where what is wrong has no name, the effect that comes nearest to it gains evidence as well. It is told from a cause by what a shape
-//! without any physics does in its place: the columns of an effect that is there are those of the torque that it makes, and none of the
-//! [patterns](crate::diagnose::evidence::patterns) describes that torque better. Where one does, on rows that it was not fitted on and by more than
-//! [`CLEARLY`], the name is withdrawn, and what remains is unexplained.
+//! If the true cause is not in the catalogue, the effect nearest to it gains evidence too. A substitute is recognised by comparison with
+//! shapes without physics: the columns of a true effect match its torque, so no
+//! [pattern](crate::diagnose::evidence::patterns) describes that torque better. If a pattern does, on rows that were not used for its fit and by more
+//! than [`CLEARLY`], the name is withdrawn and the structure is reported as unexplained.
 
 use super::selection::{Selection, Taken, resettle};
 use crate::diagnose::evidence::pattern_search::likeliest;
 use crate::diagnose::evidence::prediction::{Prediction, predict};
 use crate::diagnose::fit::problem::{Part, Problem, Term};
 
-/// [1] Logarithm by which a pattern has to lower the scale of the error on one joint of the effect at least: what the law of an effect does
-/// not get right stays below it. Where a pattern in the place of a cause gained evidence at all, it did so by at most 0.04 (30 tuning
-/// machines, seeds 1404 to 7000 of `benches/blind`); in that of stand-ins for an effect taken out of the catalogue by 0.09 to 2.
+/// [1] Logarithm by which a pattern has to lower the error scale on one joint of the effect: more than the inaccuracy of an effect's law.
+/// Patterns in the place of a true effect lowered it by at most 0.04, where they gained evidence at all (30 tuning machines, seeds 1404 to
+/// 7000 of `benches/blind`); in the place of a substitute for an effect removed from the catalogue by 0.09 to 2.
 const CLEARLY: f64 = 0.1;
 
 /// Withdraws the names that a pattern describes better; `None` where the rest cannot be fitted.
@@ -29,7 +29,7 @@ pub fn withdraw(problem: &mut Problem, selection: &mut Selection) -> Option<()> 
     Some(())
 }
 
-/// Whether patterns on the joints of an effect predict better than it does, beside the others.
+/// Whether patterns on the joints of an effect predict better than the effect, beside the others.
 fn stands_in(problem: &Problem, taken: &[Taken], index: usize) -> bool {
     let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
     let mut others: Vec<&Term> =
@@ -46,7 +46,7 @@ fn stands_in(problem: &Problem, taken: &[Taken], index: usize) -> bool {
     is_clearly_better(&with_patterns, &with_name, &joints, price)
 }
 
-/// Whether one model predicts better than another by more than the price [nats] of choosing it.
+/// Whether one model predicts better than another by more than the penalty [nats] for its choice.
 fn is_clearly_better(one: &Prediction, other: &Prediction, joints: &[usize], price: f64) -> bool {
     let evidence = one.against(other);
     let nats: f64 = joints.iter().map(|joint| evidence[*joint].nats).sum();

@@ -1,13 +1,13 @@
-//! The torque that a rotor feels at a frequency, from its position and the motor's torque.
+//! The disturbance torque on a rotor at a frequency, computed from its position and the motor's torque.
 //!
 //! ```text
 //!   D θ = τ_m + d      D = −ω² J + K − K (K − ω² M)⁻¹ K      K = diag(k + iω d_g),  J = diag(rotors),  M links
-//!   θ_j = R_j (τ_j + d_j) + …      R_j = (D⁻¹)_jj, over the joints that move; a rotor that rests is held by dry friction
+//!   θ_j = R_j (τ_j + d_j) + …      R_j = (D⁻¹)_jj, over the joints that move; dry friction holds a rotor at rest
 //! ```
-//! `k` and `d_g` are stiffness and damping of a gear while its flanks touch. Below `√(k/M)` the links follow the rotor, above it the rotor
-//! shakes on its gear's spring alone: the current tells little then, since a controller that smooths its velocity does not answer any
-//! more. `M` changes with the arm's shape, slowly against the line, so that `R_j` is averaged over the motion, and `d_j = θ_j/R̄_j − τ_j`.
-//! Left out: viscous friction (`ω B`, some per cent of `D`), what other motors answer, gaps that open where the load is small.
+//! `k` and `d_g` are stiffness and damping of a gear while its flanks touch. Below `√(k/M)` the links follow the rotor. Above it the rotor
+//! oscillates alone on its gear's spring; the current then shows little, because a controller that smooths its velocity no longer
+//! responds. `M` changes with the arm's shape, slowly compared with the line, so `R_j` is averaged over the motion, and `d_j = θ_j/R̄_j − τ_j`.
+//! Left out: viscous friction (`ω B`, some per cent of `D`), the response of other motors, gaps that open where the load is small.
 //! Reference: W. T. Thomson (1993), Theory of Vibration with Applications, ch. 6.
 
 use nalgebra::{Complex, DMatrix};
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 use super::piece::Posture;
 use crate::robot::Model;
 
-/// [Hz] Distance of the frequencies at which it is reckoned.
+/// [Hz] Distance of the frequencies at which it is computed.
 const SPACING: f64 = 0.5;
 
 /// `1/R̄` of a joint at many frequencies.
@@ -37,7 +37,7 @@ impl Stiffness {
         Self { first, values: (0..count).map(at).collect() }
     }
 
-    /// [N·m/rad or N/m] at a frequency [Hz], straight between those that were reckoned.
+    /// [N·m/rad or N/m] at a frequency [Hz], by linear interpolation.
     pub fn at(&self, frequency: f64) -> Complex<f64> {
         let x = ((frequency - self.first) / SPACING).clamp(0.0, (self.values.len() - 2) as f64);
         let (k, part) = (x as usize, x.fract());
@@ -45,7 +45,7 @@ impl Stiffness {
     }
 }
 
-/// `R_j` in one place.
+/// `R_j` in one posture.
 fn receptance(model: &Model, joint: usize, place: &Posture, omega: f64) -> Option<Complex<f64>> {
     let dof = model.joints.len();
     let gear = |i: usize| Complex::new(model.joints[i].gear_stiffness, omega * model.joints[i].gear_damping);
@@ -75,7 +75,7 @@ mod tests {
     const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"one\"\nurdf = \"one.urdf\"\n[joints.joint1]\n\
         gear_ratio = 5.0\nrotor_inertia = 0.0008\ngear_stiffness = 3000.0\n[joints.joint1.motor]\ntorque_constant = 0.02\n";
 
-    /// Slowly rotor and link are one mass; faster, `D = −J ω² + k (−M ω²)/(k − M ω²)`.
+    /// At low frequency rotor and link are one mass; above, `D = −J ω² + k (−M ω²)/(k − M ω²)`.
     #[test]
     fn closed_form_two_masses_on_a_spring() {
         let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
@@ -85,10 +85,10 @@ mod tests {
             let omega: f64 = TAU * f;
             let links = -0.2 * omega * omega;
             let expected = -0.02 * omega * omega + 3000.0 * links / (3000.0 + links);
-            // Digits that two inversions cost.
+            // Rounding error of two matrix inversions.
             assert!((stiffness.at(f) - expected).norm() < 1e-9 * expected.abs(), "{f} Hz: {}", stiffness.at(f));
         }
-        // At 0.5 Hz the spring gives by M ω²/k = 0.07 %.
+        // At 0.5 Hz the spring yields by M ω²/k = 0.07 %.
         let omega: f64 = TAU * 0.5;
         assert!((stiffness.at(0.5).re / (-0.22 * omega * omega) - 1.0).abs() < 1e-3);
     }

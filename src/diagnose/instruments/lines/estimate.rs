@@ -1,8 +1,8 @@
-//! Frequency, amplitude and phase of a line, and whether it is one.
+//! Frequency, amplitude and phase of a line, and whether it is one line.
 //!
-//! With `A_s = 2i E_s/W_s = a e^{iφ}` of each piece, of variance `σ_s² = 4 level_s/W_s²`; the evidence `η_s = |E_s|²/level_s` makes
-//! `σ_a/a = σ_φ = 1/√(2η)` and `σ_ω² = 1/(2 Σ η_s var_s t)`. All sessions share the phase since their start, as the effect has it;
-//! what they differ by beyond noise widens the errors.
+//! For each piece, `A_s = 2i E_s/W_s = a e^{iφ}` has the variance `σ_s² = 4 level_s/W_s²`. The evidence `η_s = |E_s|²/level_s` gives
+//! `σ_a/a = σ_φ = 1/√(2η)` and `σ_ω² = 1/(2 Σ η_s var_s t)`. All sessions share the phase relative to their start, as in the effect;
+//! differences between them beyond noise increase the errors.
 
 use crate::diagnose::fit::golden::golden_section;
 use rustfft::num_complex::Complex;
@@ -15,21 +15,21 @@ use super::{PRESENT, beyond_chance};
 use crate::replay::Gain;
 use crate::timeseries::Estimate;
 
-/// Part of its amplitude that a line has to have in slow and in fast motion, and the inverse of what it may have.
+/// Least amplitude of a line in slow and in fast motion, relative to its mean amplitude; the largest is the inverse.
 const EVERYWHERE: f64 = 0.5;
-/// The same where the sessions do not agree on the amplitude.
+/// The same where the sessions disagree on the amplitude.
 const ROUGHLY: f64 = 0.25;
-/// Factor of speed by which the faster half of the samples has to be faster.
+/// Factor by which the faster half of the samples has to be faster.
 const FASTER: f64 = 1.3;
-/// Part by which pieces may differ beyond their errors: the links' inertia changes with the arm's shape.
+/// Relative difference of pieces that is accepted beyond their errors: the links' inertia changes with the arm's shape.
 const DIFFERENT: f64 = 0.25;
-/// Chance that pieces which show one line are taken not to.
+/// Probability that pieces of one line are judged as different.
 const DISAGREE: f64 = 1e-3;
-/// [1] Relative standard error of the torque balance, and [rad] of its phase: what the gear's spring and its gap make of a fast torque.
+/// [1] Relative standard error of the torque balance, and [rad] of its phase: the influence of the gear's spring and gap on a fast torque.
 /// On the tuning machines 1407, 4602, 4700 and 4701 the amplitude was off by −10, −13, 8 and −35 %, the phase by 0.13, 0.09, 0.21, −0.74.
 const SYSTEMATIC: f64 = 0.3;
 const PHASE: f64 = 0.35;
-/// [rad] By which that phase wanders with the arm's shape in the course of a session: 2 mHz in 40 s.
+/// [rad] Drift of that phase with the arm's shape during a session: 2 mHz in 40 s.
 const WANDER: f64 = 0.15;
 /// Steps of the golden section that finds the frequency.
 const STEPS: usize = 24;
@@ -41,13 +41,13 @@ pub struct Line {
     pub frequency: Estimate,
     /// `a` [N·m or N].
     pub amplitude: Estimate,
-    /// `φ` [rad] since the start of the session, of a sine.
+    /// `φ` [rad] of a sine, relative to the start of the session.
     pub phase: Estimate,
-    /// [Hz] Distance of frequencies that can be told apart.
+    /// [Hz] Frequency resolution.
     pub resolution: f64,
-    /// [nats] evidence of what is trained on.
+    /// [nats] Evidence of the training data.
     pub evidence: f64,
-    /// By how much the amplitude at the frequency is less in what is held out.
+    /// Reduction of the amplitude at the frequency in the held-out data.
     pub gain: Gain,
 }
 
@@ -58,17 +58,17 @@ impl Line {
     }
 }
 
-/// One piece with what is known of its neighbourhood in frequency.
+/// One piece with stiffness and noise near its frequency.
 pub struct MeasuredPiece<'p> {
     /// The piece.
     pub piece: &'p Piece,
     /// `1/R̄`.
     pub stiffness: &'p Stiffness,
-    /// Of its noise.
+    /// Level of its noise.
     pub level: f64,
 }
 
-/// One piece at the frequency.
+/// The line in one piece at the frequency.
 struct Phasor {
     /// `a e^{iφ}`.
     a: Complex<f64>,
@@ -80,7 +80,7 @@ struct Phasor {
 
 fn phasor(part: &MeasuredPiece, f: f64, pick: &dyn Fn(usize) -> bool) -> Phasor {
     let (e, total) = unexplained(part.stiffness, part.piece, f, pick);
-    // Noise grows with the samples that take part.
+    // Noise grows with the share of samples in the part.
     let level = part.level * total / part.piece.total();
     Phasor {
         a: Complex::new(0.0, 2.0) * e / total.max(1e-300),
@@ -89,8 +89,8 @@ fn phasor(part: &MeasuredPiece, f: f64, pick: &dyn Fn(usize) -> bool) -> Phasor 
     }
 }
 
-/// The line near `f` [Hz], where it is one, from the parts that are trained on, judged by those held out; `step` [Hz] of the frequencies
-/// scanned.
+/// The line near `f` [Hz], if there is one, estimated from the training pieces and judged by the held-out pieces; `step` [Hz] is the distance
+/// of the scanned frequencies.
 pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64, step: f64) -> Option<Line> {
     let phasors_of = |parts: &[MeasuredPiece], f: f64| -> Vec<Phasor> {
         parts.iter().map(|part| phasor(part, f, &|_| true)).collect()
@@ -105,7 +105,7 @@ pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64
     let agree = agrees(&phasors);
     let common = mean(&phasors).0;
     let amplitude = common.norm();
-    // Where the torque balance does not hold in every session alike, a line that none lacks is one, of uncertain size.
+    // If the torque balance differs between sessions, a line that no session lacks is accepted, with an uncertain amplitude.
     let nowhere_lacking = phasors.iter().all(|phasor| phasor.evidence > PRESENT);
     if !(agree && everywhere(parts, f, amplitude, EVERYWHERE)
         || nowhere_lacking && everywhere(parts, f, magnitude(&phasors), ROUGHLY))
@@ -132,12 +132,12 @@ pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64
 /// 97.5 % quantile of the normal distribution.
 const Z: f64 = 1.959_964;
 
-/// Gain of the amplitude in held-out pieces when the line is taken off.
+/// Gain of the amplitude in held-out pieces when the line is removed.
 ///
 /// ```text
 ///   P = Σ |A|²/σ²,   D = Σ (|A|² − |A − c|²)/σ²,   g = 1 − √(1 − D/P),   Var D = 2 Σ |c|²/σ²
 /// ```
-/// `D` is linear in the readings `A`, whose real and imaginary parts have the variance `σ²/2` each: that gives its 95 % interval.
+/// `D` is linear in the readings `A`, whose real and imaginary parts each have the variance `σ²/2`; this gives its 95 % interval.
 fn gain(c: Complex<f64>, held_out: &[Phasor]) -> Gain {
     let sum = |of: &dyn Fn(&Phasor) -> f64| -> f64 { held_out.iter().map(|phasor| of(phasor) / phasor.variance).sum() };
     let power = sum(&|phasor| phasor.a.norm_sqr()).max(1e-300);
@@ -148,28 +148,28 @@ fn gain(c: Complex<f64>, held_out: &[Phasor]) -> Gain {
     Gain { gain_percent: percent(less), interval_percent, shown: !held_out.is_empty() && interval_percent[0] > 0.0 }
 }
 
-/// Mean with the weights of the errors, and its `|A|²/σ²`.
+/// Mean weighted by the errors, and its `|A|²/σ²`.
 fn mean(phasors: &[Phasor]) -> (Complex<f64>, f64) {
     let weight: f64 = phasors.iter().map(|phasor| 1.0 / phasor.variance).sum();
     let sum: Complex<f64> = phasors.iter().map(|phasor| phasor.a / phasor.variance).sum();
     (sum / weight, (sum / weight).norm_sqr() * weight)
 }
 
-/// Mean amplitude, whatever the phases, less what noise adds.
+/// Mean amplitude for any phases, minus the contribution of noise.
 fn magnitude(phasors: &[Phasor]) -> f64 {
     let weight: f64 = phasors.iter().map(|phasor| 1.0 / phasor.variance).sum();
     let power: f64 = phasors.iter().map(|phasor| phasor.a.norm_sqr() / phasor.variance - 1.0).sum();
     (power / weight).max(0.0).sqrt()
 }
 
-/// `χ²` of the pieces against their mean over what chance makes it, at least 1 (R. T. Birge 1932).
+/// `χ²` of the pieces against their mean relative to its expectation by chance, at least 1 (R. T. Birge 1932).
 fn disagreement(phasors: &[Phasor]) -> f64 {
     let common = mean(phasors).0;
     let sum: f64 = phasors.iter().map(|phasor| (phasor.a - common).norm_sqr() / phasor.variance).sum();
     (sum / (phasors.len().max(2) - 1) as f64).max(1.0)
 }
 
-/// Whether all pieces show the mean: their deviations are a gamma distribution of chance as well.
+/// Whether all pieces agree with the mean: by chance, their deviations follow a gamma distribution.
 fn agrees(phasors: &[Phasor]) -> bool {
     let common = mean(phasors).0;
     let slack = (DIFFERENT * common.norm()).powi(2);
@@ -177,7 +177,7 @@ fn agrees(phasors: &[Phasor]) -> bool {
     sum < beyond_chance(phasors.len().max(2) - 1, DISAGREE)
 }
 
-/// Whether slow and fast motion show the line alike.
+/// Whether slow and fast motion show the line equally.
 fn everywhere(parts: &[MeasuredPiece], f: f64, amplitude: f64, least: f64) -> bool {
     let mut speeds: Vec<f64> = parts
         .iter()
@@ -215,7 +215,7 @@ fn times(piece: &Piece) -> [f64; 2] {
     [mean, (moment(2) - mean * mean).max(0.0)]
 }
 
-/// The frequency of the largest value within a step to either side.
+/// The frequency of the largest value within one step on either side.
 fn peak(value: &dyn Fn(f64) -> f64, f: f64, step: f64) -> f64 {
     let mut steps = 0..=STEPS;
     let (low, high) = golden_section([f - step, f + step], |_, _| steps.next().is_none(), value);
@@ -235,7 +235,7 @@ mod tests {
         values.iter().map(phasor).collect()
     }
 
-    /// Deviations of a standard error are chance, and phases all around are not one line.
+    /// Deviations of one standard error are chance; scattered phases are not one line.
     #[test]
     fn sessions_agree_on_one_line_only() {
         assert!(agrees(&phasors(&[(0.10, 1.0), (0.11, 1.05), (0.095, 0.95)])));
@@ -243,12 +243,12 @@ mod tests {
         assert!((disagreement(&phasors(&[(0.1, 1.0), (0.1, 1.0)])) - 1.0).abs() < 1e-12);
     }
 
-    /// The mean of equal errors is the plain one.
+    /// The mean of values with equal errors is the plain mean.
     #[test]
     fn mean_of_equals() {
         let (common, evidence) = mean(&phasors(&[(0.1, 0.0), (0.3, 0.0)]));
         assert!((common - Complex::from(0.2)).norm() < 1e-12);
-        // |A|²/σ² of two: 0.04 · 2/1e-4.
+        // |A|²/σ² of two values: 0.04 · 2/1e-4.
         assert!((evidence - 800.0).abs() < 1e-6);
     }
 }

@@ -1,12 +1,12 @@
-//! Torque at a frequency that is fixed in time: the same line in all sessions, whatever the speed.
+//! Torque at a fixed frequency in time: the same line in all sessions, at any speed.
 //!
-//! The torque `d` that moves a rotor and that its motor does not make is reckoned from position and current ([`balance`]), unsmoothed,
-//! where the joint moves on ([`piece`]). A line of amplitude `a` stands in its transform `E = Σ w d e^{−iωt}` with `a W/2`, `W = Σ w`, above noise
-//! of the level of its neighbours ([`spectrum`]), which is exponential there, so that sums over sessions are of a gamma distribution.
-//! A line is named where the training sessions together show it beyond chance, in slow and fast motion alike, and where it gains on what is
-//! held out: what belongs to an angle changes its frequency with speed, and a limit cycle of the loop its amplitude.
-//! It is then taken off the recorded torque, so that all other stages see a machine without it.
-//! Left out: joints that hardly move; lines above [`HIGHEST`], where loops have their own.
+//! The disturbance torque `d` on a rotor is computed from unsmoothed position and current ([`balance`]), where the joint keeps
+//! moving ([`piece`]). A line of amplitude `a` gives `a W/2`, `W = Σ w`, in its transform `E = Σ w d e^{−iωt}`. The noise has the level of the
+//! neighbouring frequencies ([`spectrum`]); its `|E|²` is exponential, so sums over sessions follow a gamma distribution.
+//! A line is named if the training sessions together show it beyond chance, equally in slow and fast motion, and if it gains on held-out
+//! data. A torque that depends on an angle changes its frequency with speed, and a limit cycle of the loop changes its amplitude.
+//! The line is then subtracted from the recorded torque, so that all later stages see a machine without it.
+//! Left out: joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own.
 //! Reference: P. D. Welch (1967), The use of fast Fourier transform for the estimation of power spectra; S. M. Kay (1993), Fundamentals
 //! of Statistical Signal Processing I, sec. 3.11 (bounds of amplitude, phase and frequency).
 
@@ -36,26 +36,26 @@ use estimate::{Line, MeasuredPiece, estimated};
 use piece::Piece;
 use spectrum::{Spectrum, spectrum};
 
-/// [Hz] Lowest and highest frequency that is looked at: below, the motion itself has its power.
+/// [Hz] Lowest and highest frequency that is tried; below the lowest, the motion itself has its power.
 const LOWEST: f64 = 10.0;
 const HIGHEST: f64 = 160.0;
-/// Chance that noise shows a line in the training sessions of a machine.
+/// Probability that noise shows a line in the training sessions of a machine.
 const CHANCE: f64 = 1e-4;
-/// [nats] `|E|²` over its level that a piece has at a frequency by chance once in a thousand.
+/// [nats] `|E|²` over its level that a piece exceeds at a frequency by chance once in a thousand.
 const PRESENT: f64 = 7.0;
-/// [1] Standard errors that an amplitude has to exceed: one in a hundred does by chance. That there is a line is surer than that, how
-/// strong it is may not be, and a cause without a size is none.
+/// [1] Standard errors that an amplitude has to exceed; by chance one in a hundred does. The existence of a line may be more certain than its
+/// strength, and a cause without a known strength is not named.
 const SURE: f64 = 2.6;
-/// [1] Part of the RMS torque that an amplitude has to have: real drives hum below that, and no motion asks for it.
+/// [1] Least amplitude relative to the RMS torque: real drives have weaker lines than this, whatever the motion.
 const LEAST: f64 = 0.01;
-/// [1] Part of a disturbance that a motor may make itself at its frequency: the answer of a loop well above its bandwidth.
+/// [1] Largest motor torque at the frequency, relative to the disturbance: a control loop responds little well above its bandwidth.
 const ANSWERED: f64 = 0.5;
-/// Most lines of a joint.
+/// Largest number of lines of a joint.
 const MOST: usize = 2;
-/// Most peaks that are looked at, and how far they have to be apart [Hz].
+/// Largest number of peaks that are tried, and their least distance [Hz].
 const MOST_TRIED: usize = 6;
 const FOOT: f64 = 1.0;
-/// Part of the strongest amplitude of a frequency that another joint needs: joints shake each other.
+/// Least amplitude on another joint relative to the strongest at the same frequency: joints shake each other.
 const OTHER_JOINT: f64 = 0.3;
 
 /// Lines at frequencies that are fixed in time.
@@ -76,7 +76,7 @@ impl Instrument<Recordings<'_>> for Lines {
     }
 }
 
-/// The lines of each joint in what is trained on.
+/// The lines of each joint in the training data.
 fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(usize, Line)> {
     let of_joint = |joint: usize| {
         let motor = MotorTorque::new(model, joint, sessions, division);
@@ -84,7 +84,7 @@ fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(us
     };
     let joints: Vec<usize> = (0..model.joints.len()).collect();
     let samples = sessions.iter().map(|session| session.len()).sum::<usize>();
-    // Torque, four signals of the pieces and their spectra; the transform of one piece at a time.
+    // Memory: torque, four signals of the pieces and their spectra, and the transform of one piece at a time.
     let of_joints = side_by_side(&joints, 56 * samples + transform_bytes(length_of(samples)), |joint| of_joint(*joint));
     let all: Vec<(usize, Line)> =
         joints.iter().zip(of_joints).flat_map(|(joint, lines)| lines.into_iter().map(|line| (*joint, line))).collect();
@@ -100,7 +100,7 @@ fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(us
     all.into_iter().zip(own).filter(|(_, own)| *own).map(|(line, _)| line).collect()
 }
 
-/// The sessions, or where none is held out, both parts of each; what is trained on comes first.
+/// The sessions, or both parts of each session if none is held out; training pieces come first.
 fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Vec<Piece> {
     let all = sessions.iter().enumerate().flat_map(|(number, session)| {
         division.parts(number).into_iter().filter_map(move |(part, held)| Piece::new(model, joint, session, part, held))
@@ -110,7 +110,7 @@ fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Divis
     all
 }
 
-/// What the motor of a joint makes in the part of each session that is trained on.
+/// Torque of the motor of a joint in the training part of each session.
 struct MotorTorque<'s>(Vec<(&'s [f64], Vec<f64>)>);
 
 impl<'s> MotorTorque<'s> {
@@ -125,12 +125,12 @@ impl<'s> MotorTorque<'s> {
         Self(sessions.iter().enumerate().filter_map(of_session).collect())
     }
 
-    /// [N·m or N] RMS over all of them.
+    /// [N·m or N] RMS over all sessions.
     fn root_mean_square(&self) -> f64 {
         observe::root_mean_square(&self.0.iter().flat_map(|(_, torque)| torque).copied().collect::<Vec<f64>>())
     }
 
-    /// [N·m or N] largest amplitude of a session at a frequency [Hz]: `2/N |Σ τ e^{−iωt}|`.
+    /// [N·m or N] Largest amplitude of a session at a frequency [Hz]: `2/N |Σ τ e^{−iωt}|`.
     fn amplitude(&self, frequency: f64) -> f64 {
         let of_session = |(time, torque): &(&[f64], Vec<f64>)| {
             let sum = time.iter().zip(torque).fold([0.0, 0.0], |[re, im], (t, torque)| {
@@ -142,8 +142,8 @@ impl<'s> MotorTorque<'s> {
         self.0.iter().map(of_session).fold(0.0, f64::max)
     }
 
-    /// Whether a line is strong enough, sure enough, and not the motor's own: a loop answers little above its bandwidth, and a line
-    /// that the motor makes itself is an excitation that rotor and gear pass on. Below the bandwidth both look alike, and none is named.
+    /// Whether a line is strong enough, certain enough, and not made by the motor. A control loop responds little above its bandwidth; a line
+    /// made by the motor excites rotor and gear. Below the bandwidth the two cases look alike, and none is named.
     fn is_disturbed_by(&self, line: &Line) -> bool {
         let Estimate { value, std_error, .. } = line.amplitude;
         value > SURE * std_error
@@ -152,19 +152,19 @@ impl<'s> MotorTorque<'s> {
     }
 }
 
-/// Samples of a transform of a piece: twice as fine as it resolves.
+/// Number of samples of a piece's transform: twice as fine as its frequency resolution.
 const fn length_of(longest: usize) -> usize {
     (2 * longest).next_power_of_two()
 }
 
-/// [bytes] that a transform holds: complex samples, and as many to work with.
+/// [bytes] Memory of a transform: complex samples, and the same again as work space.
 const fn transform_bytes(length: usize) -> usize {
     32 * length
 }
 
 /// The lines of one joint, strongest first.
 fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) -> Vec<Line> {
-    // Estimates are made with the pieces that are trained on; those held out come behind them.
+    // Estimates use the training pieces, which come before the held-out pieces.
     let trained = pieces.iter().take_while(|piece| !piece.held_out).count();
     let (Some(longest), Some(dt)) =
         (pieces.iter().map(|piece| piece.weight.len()).max(), pieces.iter().map(|piece| piece.dt).reduce(f64::max))
@@ -193,7 +193,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     let evidence = |k: usize| spectra[..trained].iter().map(|spectrum| spectrum.power[k] / spectrum.level[k]).sum();
     let sums: Vec<f64> = (0..last - first).map(evidence).collect();
     let asked = beyond_chance(trained, CHANCE / (sums.len() * model.joints.len()) as f64);
-    // A limit cycle of the loop is strong in one piece, and would take the place of a line among those tried.
+    // A limit cycle of the loop is strong in one piece only, and would displace a line among the peaks that are tried.
     let seen = |k: usize| spectra[..trained].iter().filter(|one| one.power[k] > PRESENT * one.level[k]).count();
     let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked && seen(*k) >= trained.min(2)).collect();
     peaks.sort_by(|a, b| sums[*b].total_cmp(&sums[*a]));
@@ -201,7 +201,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     let mut tried: Vec<f64> = Vec::new();
     for k in peaks {
         let f = (first + k) as f64 * step;
-        // What surrounds a peak is its foot.
+        // A peak near a stronger one is its side lobe.
         if tried.iter().any(|other| (other - f).abs() < FOOT) {
             continue;
         }
@@ -218,7 +218,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     lines
 }
 
-/// What a sum of `count` exponential variables of mean 1 exceeds with this probability.
+/// Value that a sum of `count` exponential variables of mean 1 exceeds with this probability.
 pub fn beyond_chance(count: usize, probability: f64) -> f64 {
     let exceeds = |x: f64| {
         let mut term = 1.0;
@@ -256,7 +256,7 @@ fn sighting(model: &Model, joint: usize, line: &Line) -> Sighting {
     }
 }
 
-/// A session whose motors make what the lines made: `τ_m + d`.
+/// A session whose motor torque includes the lines: `τ_m + d`.
 fn without(model: &Model, lines: &[(usize, Line)], session: &TimeSeries) -> TimeSeries {
     let mut mended = session.clone();
     let start = session.time.first().copied().unwrap_or(0.0);
@@ -279,7 +279,7 @@ fn without(model: &Model, lines: &[(usize, Line)], session: &TimeSeries) -> Time
 mod tests {
     use super::beyond_chance;
 
-    /// One exponential variable exceeds x with e^−x, a sum of two with (1 + x) e^−x.
+    /// One exponential variable exceeds x with probability e^−x, a sum of two with (1 + x) e^−x.
     #[test]
     fn closed_form_tails_of_gamma_distributions() {
         assert!((beyond_chance(1, 1e-6) - 1e6_f64.ln()).abs() < 1e-9);

@@ -1,9 +1,9 @@
-//! Samples of a joint that can speak of fast torque: a session's, while the joint moves on.
+//! Samples of a joint that show fast torque: those of a session where the joint keeps moving.
 //!
-//! At rest an encoder stays within a count and friction holds the joint; near a reversal the gap is crossed. Elsewhere the counts pass so
-//! quickly that the ripple of quantisation lies above the lines that are looked for. Each stretch is weighed by a cosine at both ends,
-//! so that it does not spread the slow motion over the spectrum, and second differences over `h` take most of that out before:
-//! they multiply a line by `H = −4 sin²(π f h)`, position and torque alike.
+//! At rest an encoder stays within a count and friction holds the joint; near a reversal the link crosses its gap. Elsewhere the counts pass so
+//! quickly that the ripple of quantisation is above the frequencies of the lines. Each interval is weighted by a cosine at both ends, so
+//! that the slow motion does not spread over the spectrum. Second differences over `h` remove most of the slow motion first;
+//! they multiply a line by `H = −4 sin²(π f h)`, in position and torque.
 
 use nalgebra::DMatrix;
 use rustfft::num_complex::Complex;
@@ -14,25 +14,25 @@ use crate::dynamics::Dynamics;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// [s] To either side, over which the speed is taken.
+/// [s] Time on either side over which the speed is computed.
 const SPEED_WIDTH: f64 = 0.03;
-/// [1/s] Counts that have to pass: at fewer the ripple of quantisation itself lies among the lines.
+/// [1/s] Least rate of counts: below it the ripple of quantisation is among the lines.
 const COUNTS: f64 = 150.0;
 /// Share of a session's fastest motion below which the joint counts as slow.
 const SLOW: f64 = 0.02;
-/// [s] Left out before and after what is slow, and with it around a reversal.
+/// [s] Time left out before and after slow motion, which includes reversals.
 const AROUND: f64 = 0.1;
-/// [s] Length of the cosine at the ends of a stretch, and shortest stretch.
+/// [s] Length of the cosine at the ends of an interval, and shortest interval.
 const RISE: f64 = 0.1;
 const SHORTEST: f64 = 0.3;
 /// [s] `h`.
 const DIFFERENCE: f64 = 2e-3;
-/// Places at which the arm is looked at.
+/// Number of postures of the arm that are used.
 const PLACES: usize = 40;
-/// Counts within twice [`SPEED_WIDTH`] up to which a joint rests, held by dry friction.
+/// Counts within twice [`SPEED_WIDTH`] up to which a joint is at rest, held by dry friction.
 const COUNTS_AT_REST: f64 = 1.5;
 
-/// The arm at one sample.
+/// The posture of the arm at one sample.
 pub struct Posture {
     /// `M` [kg·m², kg or kg·m] of the links.
     pub mass: DMatrix<f64>,
@@ -44,9 +44,9 @@ pub struct Posture {
 pub struct Piece {
     /// Whether it is held out.
     pub held_out: bool,
-    /// [s] time of its first sample since the start of the session.
+    /// [s] Time of its first sample since the start of the session.
     pub start: f64,
-    /// [s] between samples.
+    /// [s] Time between samples.
     pub dt: f64,
     /// `w`, 0 to 1.
     pub weight: Vec<f64>,
@@ -56,7 +56,7 @@ pub struct Piece {
     pub position: Vec<f64>,
     /// `w Δ²τ_m`.
     pub torque: Vec<f64>,
-    /// The arm at some of its samples.
+    /// The posture of the arm at some of its samples.
     pub places: Vec<Posture>,
     lag: f64,
 }
@@ -111,7 +111,7 @@ impl Piece {
         self.weight.iter().sum()
     }
 
-    /// `Σ w Δ²x e^{−iωt}` of position and torque over the samples that `pick` picks, `t` since the start of the session, and `Σ w` of them.
+    /// `Σ w Δ²x e^{−iωt}` of position and torque over the samples that `pick` selects, `t` since the start of the session, and their `Σ w`.
     pub fn transform(&self, frequency: f64, pick: &dyn Fn(usize) -> bool) -> ([Complex<f64>; 2], f64) {
         let (mut sums, mut total) = ([Complex::default(); 2], 0.0);
         let step = Complex::from_polar(1.0, -TAU * frequency * self.dt);
@@ -128,7 +128,7 @@ impl Piece {
     }
 }
 
-/// 1 where the joint moves on, 0 where it is slow, a cosine between them.
+/// 1 where the joint keeps moving, 0 where it is slow, with a cosine between them.
 fn weights(velocity: &[f64], count: f64, dt: f64) -> Vec<f64> {
     let fastest = velocity.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let least = (COUNTS * count).max(SLOW * fastest);
@@ -150,7 +150,7 @@ fn weights(velocity: &[f64], count: f64, dt: f64) -> Vec<f64> {
     weight
 }
 
-/// The arm at some of the samples.
+/// The postures of the arm at some of the samples.
 fn places(model: &Model, session: &TimeSeries, moving: &[usize], half: usize) -> Vec<Posture> {
     let dof = model.joints.len();
     let mut dynamics = Dynamics::new(&model.robot);

@@ -1,4 +1,4 @@
-//! Spectrum of the torque that a piece does not explain, and the level of its noise.
+//! Spectrum of the disturbance torque of a piece, and the level of its noise.
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
@@ -6,20 +6,20 @@ use rustfft::num_complex::Complex;
 use super::balance::Stiffness;
 use super::piece::Piece;
 
-/// [Hz] To either side of a frequency, from which its level is taken.
+/// [Hz] Distance on either side of a frequency over which its level is computed.
 const AROUND: f64 = 2.0;
-/// [Hz] Distance of the frequencies at which levels are taken.
+/// [Hz] Distance of the frequencies at which levels are computed.
 const SPACING: f64 = 0.5;
 
 /// `|E|²` at the frequencies `k · step`, and the level of its noise.
 pub struct Spectrum {
-    /// `|E|²` from the first frequency on.
+    /// `|E|²`, starting at the first frequency.
     pub power: Vec<f64>,
     /// Mean of `|E|²` where there is no line, at the same frequencies.
     pub level: Vec<f64>,
 }
 
-/// `E = Σ w d e^{−iωt}` of a piece, over the samples picked, and `Σ w` of them.
+/// `E = Σ w d e^{−iωt}` of a piece over the selected samples, and their `Σ w`.
 pub fn unexplained(stiffness: &Stiffness, piece: &Piece, f: f64, pick: &dyn Fn(usize) -> bool) -> (Complex<f64>, f64) {
     let ([position, torque], total) = piece.transform(f, pick);
     ((stiffness.at(f) * position - torque) / piece.gain(f), total)
@@ -45,11 +45,11 @@ pub fn spectrum(stiffness: &Stiffness, piece: &Piece, length: usize, first: usiz
     Spectrum { power, level }
 }
 
-/// Mean that an exponential distribution of the median of the neighbours has.
+/// Mean of an exponential distribution with the median of the neighbours.
 fn levels(power: &[f64], reach: usize, spacing: usize) -> Vec<f64> {
     let at = |centre: usize| {
         let (from, to) = (centre.saturating_sub(reach), (centre + reach).min(power.len()));
-        // Neighbouring bins of a padded transform tell the same: a part of them is enough.
+        // Neighbouring bins of a padded transform are nearly equal: a part of them is enough.
         let mut near: Vec<f64> = power[from..to].iter().step_by(4).copied().collect();
         let middle = near.len() / 2;
         (*near.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2).max(1e-300)

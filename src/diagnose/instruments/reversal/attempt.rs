@@ -1,5 +1,5 @@
-//! A gear with effects in it, fitted to the rows around turns: gap, link share and the effects' parameters by Gauss-Newton steps,
-//! the heavy-tailed error of the regression deciding how far they go.
+//! A gear with effects, fitted to the rows around reversals: gap, link share and the effects' parameters by Gauss-Newton steps,
+//! whose length depends on the likelihood of the regression's heavy-tailed error.
 
 use std::collections::BTreeMap;
 
@@ -9,40 +9,40 @@ use crate::diagnose::fit::problem::Part;
 use crate::effects::{AtTurns, Trial};
 use crate::gearhead::Friction;
 
-/// Most steps of a fit.
+/// Largest number of steps of a fit.
 const MOST_STEPS: usize = 8;
 /// [nats] Gain below which no further step is taken.
 const SETTLED: f64 = 0.3;
-/// Times that a step is halved where it does not help.
+/// Number of times that a step without gain is halved.
 const HALVINGS: usize = 4;
-/// Part of a parameter's scale over which its effect is differentiated: wide enough to smooth over the instants of the grid.
+/// Step of numerical derivatives relative to a parameter's scale: large enough to smooth over the grid of times.
 const DIFFERENCE: f64 = 0.1;
-/// Scale of the gap, in counts and as a part of itself.
+/// Scale of the gap, in counts and relative to the gap.
 const GAP_SCALE: [f64; 2] = [1.0, 0.2];
 /// Scale of the link share.
 const SHARE_SCALE: f64 = 0.2;
 /// Largest link share.
 const MOST_SHARE: f64 = 0.95;
 
-/// An effect in the gear.
+/// An effect installed in the gear.
 #[derive(Clone)]
 pub struct Planted {
     /// The effect.
     pub effect: &'static dyn AtTurns,
-    /// Its parameters.
+    /// Its parameter values.
     pub values: Vec<f64>,
-    /// How far each may be off.
+    /// Possible error of each parameter.
     pub scales: Vec<f64>,
 }
 
 impl Planted {
-    /// An effect at a trial.
+    /// An effect with the values of a trial.
     pub fn new(effect: &'static dyn AtTurns, trial: Trial) -> Self {
         Self { effect, values: trial.values, scales: trial.scales }
     }
 }
 
-/// A gear with what is planted in it.
+/// A gear with its effects.
 #[derive(Clone)]
 pub struct Setting {
     /// `b` [rad or m].
@@ -51,25 +51,25 @@ pub struct Setting {
     pub share: f64,
     /// [rad or m] Least and largest gap.
     pub within: [f64; 2],
-    /// Effects.
+    /// Effects in the gear.
     pub planted: Vec<Planted>,
 }
 
-/// A fit at its end.
+/// Result of a fit.
 #[derive(Clone)]
 pub struct TurnFit {
-    /// Where it ended.
+    /// The fitted setting.
     pub setting: Setting,
-    /// What the rows lack there.
+    /// Torque that the rows lack with this setting.
     pub lack: Vec<f64>,
-    /// How that changes with each parameter, and with a delay.
+    /// Derivatives of that torque by each parameter, and by a delay.
     pub columns: Vec<Vec<f64>>,
     /// Log-likelihood of the training rows.
     pub log_likelihood: f64,
 }
 
 impl Setting {
-    /// Its parameters in a row: gap, share, those of the effects.
+    /// Its parameters in order: gap, share, those of the effects.
     pub fn values(&self) -> Vec<f64> {
         [self.gap, self.share].into_iter().chain(self.planted.iter().flat_map(|one| one.values.clone())).collect()
     }
@@ -95,7 +95,7 @@ impl Setting {
 }
 
 impl TurnRows<'_, '_> {
-    /// What the rows lack in a setting, and how that changes with a delay; `None` where an effect refuses its parameters.
+    /// Torque that the rows lack with a setting, and its derivative by a delay; `None` where an effect rejects its parameters.
     pub fn simulate(&self, setting: &Setting) -> Option<[Vec<f64>; 2]> {
         let gear = Gear { gap: setting.gap, share: setting.share };
         let lack = self.torque(&gear, &setting.planted)?;
@@ -122,7 +122,7 @@ impl TurnRows<'_, '_> {
         Some(super::gear::lack(&self.path, gear, &Altered::by(&actions, self.joint)))
     }
 
-    /// Log-likelihood of the training rows in a setting.
+    /// Log-likelihood of the training rows with a setting.
     pub fn likelihood(&self, setting: &Setting) -> Option<f64> {
         let [lack, delay] = self.simulate(setting)?;
         self.fit(Part::Train, &lack, &[delay]).map(|solution| solution.log_likelihood[0])
@@ -168,7 +168,7 @@ impl TurnRows<'_, '_> {
                 let mut moved = values.clone();
                 moved[index] += by;
                 let setting = setting.with(&moved);
-                // A bound may have cut it short.
+                // A bound may have shortened the step.
                 let by = setting.values()[index] - values[index];
                 (by != 0.0).then(|| self.simulate(&setting)).flatten().map(|[lack, _]| (lack, by))
             };

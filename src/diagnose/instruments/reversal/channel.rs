@@ -1,4 +1,4 @@
-//! The reversal zone of one joint as a regression: what the rigid fit leaves over against what a simulation of the gear lacks.
+//! The reversal zone of one joint as a regression: the residual of the rigid fit against the torque that a simulated gear lacks.
 
 use super::path::{Path, Windows};
 use crate::diagnose::fit::problem::{Part, Problem};
@@ -7,30 +7,30 @@ use crate::diagnose::rows::observe::rest_speed;
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;
 
-/// [s] Before and after a turn that belongs to it at least.
+/// [s] Least time before and after a reversal that belongs to it.
 const AROUND: [f64; 2] = [0.1, 0.4];
-/// Gaps that a rotor travels after a turn before the turn is over.
+/// Distance of the rotor after a reversal, in gaps, that belongs to it.
 const TRAVEL: f64 = 3.0;
 
-/// The rows of one joint around its turns.
+/// The rows of one joint around its reversals.
 pub struct TurnRows<'p, 'm> {
-    /// All rows.
+    /// The problem with all rows.
     pub problem: &'p Problem<'m>,
     /// Index of the joint.
     pub joint: usize,
     /// Its motion.
     pub path: Path,
-    /// Those around turns.
+    /// Rows around reversals.
     pub rows: Vec<usize>,
     pub(super) windows: Windows,
-    /// What the rigid fit leaves over, in these rows.
+    /// Residual of the rigid fit in these rows.
     pub residual: Vec<f64>,
-    /// Columns that are always free: friction and its Stribeck part.
+    /// Columns that are always fitted: friction and its Stribeck part.
     free: Vec<Vec<f64>>,
 }
 
 impl<'p, 'm> TurnRows<'p, 'm> {
-    /// The channel of a joint; `residual` of all rows, `gap` the largest that is thought of.
+    /// The rows of a joint; `residual` for all rows, `gap` the largest gap that is considered.
     pub fn new(problem: &'p Problem<'m>, joint: usize, sessions: &[&TimeSeries], residual: &[f64], gap: f64) -> Self {
         let motion = &problem.motion;
         let path = Path::new(motion, joint, sessions);
@@ -38,7 +38,7 @@ impl<'p, 'm> TurnRows<'p, 'm> {
         let windows = path.windows(motion, &rows);
         let m = &motion.joints[joint];
         let law = &m.friction;
-        // Within a kernel around a turn the velocity does not run straight: friction is averaged instant by instant.
+        // Within a kernel around a reversal the velocity is not linear: average the friction over the grid of times.
         let dry = |v: f64, level: f64| level * v.signum();
         let falling = |v: f64| dry(v, (-v.abs() / law.stribeck_velocity).exp());
         let seen = |value: &dyn Fn(f64) -> f64| -> Vec<f64> {
@@ -59,7 +59,7 @@ impl<'p, 'm> TurnRows<'p, 'm> {
         (0..self.rows.len()).filter(|index| self.problem.is_in(self.rows[*index], part)).collect()
     }
 
-    /// The system of some rows: `lack` taken off, further columns first.
+    /// The system of some rows: `lack` subtracted, with the further columns first.
     pub fn system(&self, picked: &[usize], lack: &[f64], further: &[Vec<f64>]) -> System {
         let pick = |values: &[f64]| -> Vec<f64> { picked.iter().map(|index| values[*index]).collect() };
         let y = picked.iter().map(|index| self.residual[*index] - lack[*index]).collect();
@@ -68,13 +68,13 @@ impl<'p, 'm> TurnRows<'p, 'm> {
         System { blocks: vec![Block { y, columns }], unknowns, priors: Vec::new() }
     }
 
-    /// Fits rows of a part.
+    /// Fits the rows of a part.
     pub fn fit(&self, part: Part, lack: &[f64], further: &[Vec<f64>]) -> Option<Solution> {
         self.system(&self.part(part), lack, further).solve(NU)
     }
 }
 
-/// Rows of a joint around its turns: from a little before, until some time and some travel after. Those at rest are not among them.
+/// Rows of a joint around its reversals: from a short time before until some time and some travel after, without rows at rest.
 fn around_turns(motion: &Motion, joint: usize, travel: f64) -> Vec<usize> {
     let m = &motion.joints[joint];
     let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));

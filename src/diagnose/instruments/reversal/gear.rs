@@ -1,32 +1,32 @@
-//! One joint's gear along the measured motion of its rotor: what the motor needs beside what it would need if the link followed.
+//! Simulation of one joint's gear along the measured motion of its rotor: the torque of the motor beyond that for a link that follows.
 //!
-//! The rotor's motion `θ(t)` is given. The link follows a flank, or floats between them; flanks are hard and do not bounce:
+//! The rotor's motion `θ(t)` is given. The link follows a flank or floats between the flanks; flanks are hard and do not bounce:
 //!
 //! ```text
 //!   on flank ±   q = θ + ε ∓ g        T = I q̈ + B + F_l(q̇)        until T changes its sign
 //!   in the gap   I q̈ = −B − F_l(q̇)    T = 0                        until a flank is reached: then the impulse I Δq̇
 //!   D = λ T + F_r − (L + F(θ̇))        L = I θ̈ + B: what the link needs if it follows;  F = F_r + F_l
 //! ```
-//! `D` is the torque that a rigid fit lacks. It vanishes while the link follows a perfect gear with the friction of the law.
-//! Flanks stand where [`Mesh`] puts them, friction remembers as [`Memory`] says: both are what an effect installs in a simulation.
+//! `D` is the torque that a rigid fit lacks. It is zero while the link follows a perfect gear with the friction of the law.
+//! [`Mesh`] gives the position of the flanks and [`Memory`] the state of friction: effects install both in a simulation.
 //! Sign: a positive `D` is torque that the motor must add.
-//! Left out: wind-up of the gear (30 µrad a tenth of a newton metre at 3000 N·m/rad), and what a floating link does to other joints.
+//! Left out: wind-up of the gear (30 µrad per 0.1 N·m at 3000 N·m/rad), and the effect of a floating link on other joints.
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, the hard-contact model.
 
 use super::path::{Path, Span};
 use crate::effects::{Action, GearAction, SymmetricFriction};
 use crate::gearhead::{Exponential, Flank, Memory, Mesh, slowed};
 
-/// What is taken for known of a joint's gear.
+/// Known parameters of a joint's gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gear {
-    /// `b` [rad or m] whole gap.
+    /// `b` [rad or m] Total gap.
     pub gap: f64,
-    /// `s` [1] part of the friction that acts on the link.
+    /// `s` [1] Part of the friction that acts on the link.
     pub share: f64,
 }
 
-/// What effects do to a joint's gear.
+/// Changes of a joint's gear by effects.
 #[derive(Default)]
 pub struct Altered<'a> {
     gears: Vec<&'a dyn GearAction>,
@@ -34,7 +34,7 @@ pub struct Altered<'a> {
 }
 
 impl<'a> Altered<'a> {
-    /// Those actions that act on the flanks of a joint, or on what its friction remembers.
+    /// The actions on the flanks of a joint or on the memory of its friction.
     pub fn by(actions: &'a [Action], joint: usize) -> Self {
         let mut altered = Self::default();
         for action in actions {
@@ -48,7 +48,7 @@ impl<'a> Altered<'a> {
     }
 }
 
-/// The link at an instant: the flank that it is on (0: between them), position and velocity.
+/// The link at an instant: its flank (0: between the flanks), position and velocity.
 #[derive(Debug, Clone, Copy)]
 struct Link {
     side: f64,
@@ -62,7 +62,7 @@ struct Run<'a> {
     altered: &'a Altered<'a>,
     /// `F`, the same in both directions.
     law: Exponential,
-    /// Growth of dry friction at each instant.
+    /// Increase of dry friction at each instant.
     grown: Vec<f64>,
     lack: Vec<f64>,
 }
@@ -80,7 +80,7 @@ pub fn lack(path: &Path, gear: &Gear, altered: &Altered) -> Vec<f64> {
 }
 
 impl Run<'_> {
-    /// Friction that remembers, on the rotor; and how much dry friction has grown.
+    /// Computes friction with memory on the rotor, and the increase of dry friction.
     fn remember(&mut self) {
         let Some(memory) = self.altered.memory else { return };
         let (h, rotor) = (self.path.step, 1.0 - self.gear.share);
@@ -114,12 +114,12 @@ impl Run<'_> {
 
     /// Friction of the link [N·m or N], at least zero.
     fn friction(&self, k: usize, w: f64) -> f64 {
-        // On a flank of a perfect gear the link goes as the rotor does, whose friction is known.
+        // On a flank of a perfect gear the link moves like the rotor, whose friction is known.
         let dry = if w == self.path.v[k] { self.path.dry[k] } else { self.law.dry(w.abs()) };
         self.gear.share * (dry + self.grown(k) + self.law.viscous * w.abs())
     }
 
-    /// What the motor needs if the link follows the rotor [N·m or N], its rotor's friction aside.
+    /// Torque of the motor if the link follows the rotor [N·m or N], without its rotor's friction.
     fn usual(&self, k: usize) -> f64 {
         let v = self.path.v[k];
         self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.law.viscous * v.abs())
@@ -131,13 +131,13 @@ impl Run<'_> {
         mesh
     }
 
-    /// Where a flank is, and how fast it goes.
+    /// Position and velocity of a flank.
     fn flank(&self, k: usize, mesh: &Mesh, side: f64) -> (f64, f64) {
         let Flank { p, p_dot, .. } = mesh.flank([self.path.theta[k], self.path.v[k]], [0.0; 2], side);
         (p, p_dot)
     }
 
-    /// Torque that a link on a flank needs at an instant, while the flank gains `gain` [rad/s or m/s] of speed beyond the rotor in a step.
+    /// Torque that a link on a flank needs at an instant, while the flank gains `gain` [rad/s or m/s] of speed relative to the rotor in a step.
     fn on_flank(&self, k: usize, w: f64, gain: f64) -> f64 {
         let w = if w == 0.0 { 0.0 } else { sign(w) * self.friction(k, w) };
         self.path.load[k] + self.path.inertia[k] * gain / self.path.step + w
@@ -156,7 +156,7 @@ impl Run<'_> {
         }
     }
 
-    /// From one instant to the next.
+    /// One step from an instant to the next.
     fn step(&mut self, link: &mut Link, k: usize, mesh: &Mesh, next: &Mesh) {
         let mut begin = 0.0;
         if link.side != 0.0 {
@@ -169,7 +169,7 @@ impl Run<'_> {
                 self.lack[k] += self.follows(k, w0, mesh.lever(side), gain);
                 return;
             }
-            // It leaves where the rotor turns, or where the torque has gone.
+            // The link leaves where the rotor reverses, or where the torque becomes zero.
             begin = if w0 * w1 < 0.0 && side * from > 0.0 { w0 / (w0 - w1) } else { part(side * from, side * to) };
             *link = Link { side: 0.0, q: q0 + begin * (q1 - q0), w: w0 + begin * (w1 - w0) };
             self.lack[k] += begin * self.follows(k, w0, mesh.lever(side), gain);
@@ -177,7 +177,7 @@ impl Run<'_> {
         self.float(link, k, begin, mesh, next);
     }
 
-    /// What the motor lacks while the link is on a flank.
+    /// Torque that the motor lacks while the link is on a flank.
     fn follows(&self, k: usize, w: f64, lever: f64, gain: f64) -> f64 {
         if self.altered.gears.is_empty() {
             return self.gear.share * sign(self.path.v[k]) * self.grown(k);
@@ -185,7 +185,7 @@ impl Run<'_> {
         lever * self.on_flank(k, w, gain) - self.usual(k)
     }
 
-    /// The rest of a step, from the part `begin` of it on, with the link between the flanks.
+    /// The rest of a step, starting at its part `begin`, with the link between the flanks.
     fn float(&mut self, link: &mut Link, k: usize, begin: f64, mesh: &Mesh, next: &Mesh) {
         let path = self.path;
         let (h, inertia) = ((1.0 - begin) * path.step, path.inertia[k]);
@@ -199,7 +199,7 @@ impl Run<'_> {
             let touch = part(before, after);
             let reached = begin + touch * (1.0 - begin);
             let closing = w0 + reached * (w1 - w0) - (link.w + touch * (w - link.w));
-            // Edges and smooth velocities differ by a little: a flank that goes away is not touched.
+            // Encoder edges and smooth velocities differ slightly: a flank that moves away is not touched.
             if after > 0.0 && side * closing > 0.0 {
                 end = reached;
                 self.strike(k, end, inertia * closing);
@@ -213,7 +213,7 @@ impl Run<'_> {
         self.lack[k] -= (end - begin) * self.usual(k);
     }
 
-    /// An impulse [N·m·s or N·s] at a part of a step: shared with the neighbour, so that it moves evenly with its time.
+    /// An impulse [N·m·s or N·s] at a part of a step: divided between two instants, so that it moves continuously with its time.
     fn strike(&mut self, k: usize, at: f64, impulse: f64) {
         let (other, near) = if at < 0.5 { (k.saturating_sub(1), 0.5 + at) } else { (k + 1, 1.5 - at) };
         self.lack[k] += near * impulse / self.path.step;
@@ -233,7 +233,7 @@ fn sign(x: f64) -> f64 {
     }
 }
 
-/// Where a straight line from `a` to `b` crosses zero, 0 to 1.
+/// Zero crossing of a straight line from `a` to `b`, 0 to 1.
 fn part(a: f64, b: f64) -> f64 {
     if a == b { 0.0 } else { (a / (a - b)).clamp(0.0, 1.0) }
 }

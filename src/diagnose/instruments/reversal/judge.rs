@@ -1,4 +1,4 @@
-//! What speaks for a setting of the gear against a poorer one: prediction of rows that it was not fitted on.
+//! Comparison of two settings of the gear: prediction of rows that were not used for the fit.
 
 use nalgebra::DMatrix;
 
@@ -9,13 +9,13 @@ use super::channel::TurnRows;
 use crate::diagnose::fit::problem::{FOLDS, Part, independence};
 use crate::diagnose::fit::regression::{NU, Solution, profile_likelihood};
 
-/// Largest lag that the autocorrelation is summed to.
+/// Largest lag of the autocorrelation sum.
 const MOST_LAGS: usize = 200;
 
-/// How well a fit predicts, in nats as if rows were independent.
+/// Log-likelihood of a fit's predictions [nats], as if rows were independent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnLikelihood {
-    /// On each fold of the training rows, its parameters moved to suit the others.
+    /// On each fold of the training rows, with the parameters fitted to the other folds.
     pub folds: f64,
     /// Scale of the training error.
     pub scale: f64,
@@ -24,7 +24,7 @@ pub struct TurnLikelihood {
 }
 
 impl TurnRows<'_, '_> {
-    /// Predicts with a fit. Where its parameters are bent straight (their sensitivities) it is fitted anew without each fold.
+    /// Predictions of a fit. Its parameters are linearised (with their sensitivities) and fitted again without each fold.
     pub fn predict(&self, fit: &TurnFit) -> Option<(TurnLikelihood, Solution)> {
         let elsewhere = |solution: &Solution, part: Part| {
             let system = self.system(&self.part(part), &fit.lack, &fit.columns);
@@ -47,7 +47,7 @@ impl TurnRows<'_, '_> {
         independence(&solution.residual[0], &solution.weights[0], &rows, MOST_LAGS)
     }
 
-    /// Variance of each coefficient of a fit, the errors of the rows that belong together counted once.
+    /// Variance of each coefficient of a fit, with correlated errors of rows counted once.
     pub fn variances(&self, fit: &TurnFit, solution: &Solution, independence: f64) -> Option<Vec<f64>> {
         let system = self.system(&self.part(Part::Train), &fit.lack, &fit.columns);
         let columns = &system.blocks[0].columns;

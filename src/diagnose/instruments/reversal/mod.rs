@@ -1,12 +1,15 @@
-//! What shows only where joints turn around: the reversal zone, which the rigid fit leaves out, against a simulation of the gear.
+//! Effects that show only at reversals: the reversal zone, which the rigid fit leaves out, against a simulation of the gear.
 //!
 //! ```text
 //!  residual of the rigid fit ─▶ rows around turns ─ less what a simulated gear lacks ─▶ regression ─▶ gap, link share
 //!                                                       ▲                                                │
 //!                           gear along the measured motion ◀─ effect.install ◀─ trials of each effect ◀──┘
 //! ```
-//! A hard gear with a gap is simulated along the measured motion of the rotor, once as fitted and once with an effect in it.
-//! The effect is chosen where the difference explains training rows that nothing was fitted on, and named where it gains on what is held out.
+//! A hard gear with a gap is simulated along the measured motion of the rotor, once as fitted and once with an effect installed.
+//! An effect is chosen if the difference explains training rows that were not used for the fit, and named if it gains on held-out data.
+//!
+//! `channel` selects the rows, `path` gives the motion on a fine grid of times, `gear` simulates, `attempt` fits gap, share and effects,
+//! `judge` compares fits, and `search` finds the effects.
 
 mod attempt;
 mod channel;
@@ -27,33 +30,33 @@ use crate::error::Result;
 use crate::timeseries::Estimate;
 use search::TurnCandidate;
 
-/// When an effect is named by the turns of a joint.
+/// Conditions under which an effect is named at the reversals of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurnRules {
-    /// [nats] evidence that it needs.
+    /// [nats] Evidence that it needs.
     pub nats: f64,
-    /// [1] logarithm by which the error scale around turns has to fall.
+    /// [1] Logarithm by which the error scale around reversals has to fall.
     pub log_scale: f64,
 }
 
 impl Default for TurnRules {
-    /// Clean machines by seed reach 25 nats and 3 %, not at the same time; an effect that reaches more there has a
-    /// [reserve](crate::effects::AtTurns::reserve) of its own.
+    /// Simulated machines without effects reach 25 nats and 3 %, not at the same time. An effect that reaches more there has its own
+    /// [reserve](crate::effects::AtTurns::reserve).
     fn default() -> Self {
         Self { nats: 30.0, log_scale: 0.06 }
     }
 }
 
 impl TurnRules {
-    /// Fewest rows around turns that are judged.
+    /// Least number of rows around reversals.
     const FEWEST: usize = 200;
-    /// Part of a parameter's scale that a simulation with hard flanks along a smooth motion may be wrong by, seen on machines by seed.
+    /// Error of a parameter by the simulation with hard flanks along a smooth motion, relative to its scale, observed on simulated machines.
     const SYSTEMATIC: f64 = 0.2;
-    /// Part of its evidence by which a rival's may differ from it by chance.
+    /// Relative difference of two rivals' evidence that occurs by chance.
     const VAGUE: f64 = 0.1;
 }
 
-/// What friction and gear do at the turns of a joint.
+/// The instrument for friction and gear at the reversals of a joint.
 pub struct Reversal;
 
 impl Instrument<FittedRows<'_>> for Reversal {

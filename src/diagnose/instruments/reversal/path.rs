@@ -1,9 +1,8 @@
-//! The smooth measured motion of one joint on an even grid of times, and the kernel that takes a torque on that grid back to rows.
+//! The measured motion of one joint on an even grid of times, and the kernel that averages a torque on that grid to rows.
 //!
-//! Smooth rows would blur the leap of a rotor through its gap. Its position is therefore what the encoder's edges say: at an edge the
-//! rotor is known to an instant of the recording, and between edges it runs straight. Velocity, load and inertia are those of the rows,
-//! straight between them. A torque on the grid is constant from one instant to the next, and a row averages it as it averages the
-//! recording.
+//! Smooth rows would blur the jump of a rotor through its gap. Its position is therefore taken from the encoder's edges: at an edge the
+//! position is known to within one sample, and it is linear between edges. Velocity, load and inertia are those of the rows, with linear
+//! interpolation. A torque on the grid is constant from one instant to the next, and a row averages it like the recording.
 
 use nalgebra::DMatrix;
 
@@ -11,9 +10,9 @@ use crate::dynamics::Dynamics;
 use crate::effects::{Motion, SymmetricFriction};
 use crate::timeseries::{Channel, TimeSeries};
 
-/// Steps of the grid in the narrowest half width of a kernel.
+/// Number of grid steps in the narrowest half width of a kernel.
 const STEPS: f64 = 4.0;
-/// [s] Finest and coarsest grid.
+/// [s] Smallest and largest step of the grid.
 const GRID: [f64; 2] = [5e-4, 2e-3];
 
 /// Motion of one joint on a grid; sessions follow each other.
@@ -21,7 +20,7 @@ const GRID: [f64; 2] = [5e-4, 2e-3];
 pub struct Path {
     /// Index of the joint.
     pub joint: usize,
-    /// `h` [s] between instants.
+    /// `h` [s] Time between instants.
     pub step: f64,
     /// Sessions with their instants.
     pub spans: Vec<Span>,
@@ -29,13 +28,13 @@ pub struct Path {
     pub theta: Vec<f64>,
     /// `θ̇` [rad/s or m/s].
     pub v: Vec<f64>,
-    /// `L` [N·m or N] what the link needs of the gear without friction, if it follows the rotor.
+    /// `L` [N·m or N] Torque through the gear that the link needs without friction, if it follows the rotor.
     pub load: Vec<f64>,
-    /// `I θ̈` [N·m or N], the part of it that is the link's own inertia.
+    /// `I θ̈` [N·m or N] The part of it due to the link's own inertia.
     pub inertial: Vec<f64>,
-    /// `I` [kg·m² or kg] inertia of all that the joint moves, the other joints held.
+    /// `I` [kg·m² or kg] Inertia of everything that the joint moves, with the other joints fixed.
     pub inertia: Vec<f64>,
-    /// `F` friction of rotor and link together.
+    /// `F` Friction of rotor and link together.
     pub friction: SymmetricFriction,
     /// Dry part of `F(θ̇)` [N·m or N].
     pub dry: Vec<f64>,
@@ -44,20 +43,20 @@ pub struct Path {
 /// Instants of a session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Which session.
+    /// Index of the session.
     pub session: usize,
     /// First instant.
     pub start: usize,
-    /// One beyond the last.
+    /// The one after the last.
     pub end: usize,
-    /// [s] time of the first.
+    /// [s] Time of the first instant.
     pub from: f64,
-    /// [s] between instants.
+    /// [s] Time between instants.
     pub step: f64,
 }
 
 impl Span {
-    /// `t` [s] of an instant.
+    /// `t` [s] Time of an instant.
     pub fn time(&self, k: usize) -> f64 {
         self.from + (k - self.start) as f64 * self.step
     }
@@ -70,10 +69,10 @@ fn step(motion: &Motion) -> f64 {
 }
 
 impl Path {
-    /// The path of a joint in sessions, in the order of the motion's.
+    /// The path of a joint in sessions, in the order of the motion's sessions.
     pub fn new(motion: &Motion, joint: usize, sessions: &[&TimeSeries]) -> Self {
         let step = step(motion);
-        // Signals that grew by doubling would be copied from place to place.
+        // Reserve the memory, so that growing signals are not copied.
         let room = Self::instants(motion) + motion.sessions;
         let [theta, v, load, inertial, inertia, dry] = [(); 6].map(|()| Vec::with_capacity(room));
         let spans = Vec::new();
@@ -93,7 +92,7 @@ impl Path {
         path
     }
 
-    /// About how many instants the path of a joint has.
+    /// Approximate number of instants of the path of a joint.
     pub fn instants(motion: &Motion) -> usize {
         let steps =
             motion.time.windows(2).zip(motion.session.windows(2)).filter(|(_, session)| session[0] == session[1]);
@@ -139,7 +138,7 @@ impl Path {
         self.spans.push(Span { session, start, end: self.theta.len(), from, step: self.step });
     }
 
-    /// The windows through which rows see the grid.
+    /// The kernels of rows on the grid.
     pub fn windows(&self, motion: &Motion, rows: &[usize]) -> Windows {
         let mut windows = Windows { first: Vec::new(), ends: Vec::new(), weights: Vec::new() };
         for row in rows {
@@ -156,7 +155,7 @@ impl Path {
             windows.first.push(first);
             let before = windows.weights.len();
             for k in first..=last {
-                // The torque of an instant lasts for a step.
+                // The torque of an instant applies for one step.
                 let s = (span.time(k) + 0.5 * self.step - t) / w;
                 windows.weights.push((1.0 - s * s).max(0.0).powi(2));
             }
@@ -177,7 +176,7 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// What the rows see of a torque on the grid.
+    /// Averages of a torque on the grid over the rows.
     pub fn averages(&self, torque: &[f64]) -> Vec<f64> {
         let mut start = 0;
         self.first
@@ -192,7 +191,7 @@ impl Windows {
     }
 }
 
-/// Instants and positions at which a recorded position changes: half way between both readings.
+/// Instants and positions at which a recorded position changes: midway between the two readings.
 fn edges(time: &[f64], position: &[f64]) -> Vec<[f64; 2]> {
     let pairs = time.windows(2).zip(position.windows(2));
     pairs.filter(|(_, q)| q[0] != q[1]).map(|(t, q)| [0.5 * (t[0] + t[1]), 0.5 * (q[0] + q[1])]).collect()

@@ -1,5 +1,5 @@
-//! Which effects the turns of a joint tell of: every effect is tried from all of its starting points, the best is refined, and what
-//! explains rows that it was not fitted on is named.
+//! Search for effects at the reversals of a joint: every effect is tried from all its starting points, the best are refined, and an effect that
+//! explains rows that were not used for its fit is named.
 
 use super::TurnRules;
 use super::attempt::{Planted, Setting, TurnFit};
@@ -15,24 +15,24 @@ use crate::effects::{AtTurns, Turns};
 use crate::replay::Gain;
 use crate::timeseries::TimeSeries;
 
-/// Gaps that a search without a first idea begins with, in counts of the encoder.
+/// Starting values of an unknown gap, in counts of the encoder.
 const GAPS: [f64; 5] = [0.0, 4.0, 8.0, 14.0, 22.0];
-/// Link shares that it begins with.
+/// Starting values of the link share.
 const SHARES: [f64; 2] = [0.15, 0.4];
-/// Part of itself by which a gap may differ from what the model file says.
+/// Relative difference allowed between the gap and that of the model file.
 const KNOWN: f64 = 0.25;
-/// Part of what is tried below which a trial says that there is nothing.
+/// Size relative to the trial below which the effect counts as absent.
 const LEAST_PART: f64 = 0.1;
-/// Largest factor on what is tried.
+/// Largest factor on the size of a trial.
 const MOST_PARTS: f64 = 3.0;
 /// [nats, rows taken as independent] Gain of a trial in training below which it is not refined.
 const LEAST_GAIN: f64 = 15.0;
-/// Starting points that are refined at most: gap, link share and effect trade off, and one start may end in a wrong valley.
+/// Largest number of starting points that are refined: gap, link share and effect depend on each other, and one start may end in a local maximum.
 const STARTS: usize = 3;
-/// Part of the best one's gain that a further starting point needs.
+/// Gain relative to the best one that a further starting point needs.
 const LEAST_OF_BEST: f64 = 0.5;
 
-/// What a joint's turns say of one effect.
+/// The result for one effect at a joint's reversals.
 #[derive(Clone)]
 pub struct TurnCandidate {
     /// The effect.
@@ -41,16 +41,16 @@ pub struct TurnCandidate {
     pub joint: usize,
     /// Its parameters with standard errors.
     pub values: Vec<[f64; 2]>,
-    /// [nats] Gain of likelihood by cross-validation within the training data, starting points paid for.
+    /// [nats] Gain of likelihood by cross-validation within the training data, reduced for the choice of starting points.
     pub folds: f64,
-    /// Logarithm of the ratio of error scales, without over with.
+    /// Logarithm of the ratio of error scales, without the effect over with it.
     pub log_scale: f64,
-    /// Gain of the torque error on held-out rows around turns.
+    /// Gain in the torque error on held-out rows around reversals.
     pub gain: Gain,
 }
 
 impl TurnCandidate {
-    /// [nats] What the effect has to bring beyond others taken off.
+    /// [nats] Evidence for the effect, minus its reserve.
     pub fn total(&self) -> f64 {
         self.folds - self.effect.reserve()
     }
@@ -60,7 +60,7 @@ impl TurnCandidate {
     }
 }
 
-/// What is found, by falling evidence; the first of a joint explains it, the others are its rivals.
+/// All results by decreasing evidence; the first one of a joint explains it, and the others are its rivals.
 pub fn candidates(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Vec<f64>]) -> Vec<TurnCandidate> {
     let joints: Vec<usize> = (0..residuals.len()).collect();
     let of_joint = |joint: &usize| of_joint(problem, *joint, sessions, &residuals[*joint]);
@@ -69,7 +69,7 @@ pub fn candidates(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Vec<
     found
 }
 
-/// [bytes] that a joint holds while one effect is tried: six signals of the path, and three of the gear that is simulated along it.
+/// [bytes] Memory of a joint while one effect is tried: six signals of the path, and three of the gear that is simulated along it.
 fn held(problem: &Problem) -> usize {
     72 * Path::instants(&problem.motion)
 }
@@ -104,7 +104,7 @@ fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual:
     side_by_side(&effects, held(problem), of_effect).into_iter().flatten().collect()
 }
 
-/// Gears to start from; a gap that the model file gives stays close to it.
+/// Gears to start from; a gap from the model file stays close to its value.
 fn starts(gap: Option<f64>, count: f64) -> Vec<Setting> {
     let gaps: Vec<f64> = gap.map_or(GAPS.map(|gap| gap * count).to_vec(), |gap| vec![gap]);
     let within = gap.map_or([0.0, f64::INFINITY], |gap| [(1.0 - KNOWN) * gap, (1.0 + KNOWN) * gap]);
@@ -121,7 +121,7 @@ fn nominal(channel: &TurnRows, gap: Option<f64>, count: f64) -> Option<TurnFit> 
     channel.fitted(&best.1)
 }
 
-/// The best starting points of an effect, and how many there were.
+/// The best starting points of an effect, and their number.
 fn best_trials(
     channel: &TurnRows,
     nominal: &TurnFit,
@@ -134,7 +134,8 @@ fn best_trials(
     let mut good: Vec<(f64, Setting)> = Vec::new();
     for trial in trials {
         let proportional = trial.proportional;
-        // What is proportional to a parameter begins as nothing; else gap and share may stand for what the effect does.
+        // An effect proportional to a parameter starts from the fit without it. For any other effect, gap and share of that fit may already
+        // imitate the effect, so it starts from all gears.
         let starts = if proportional {
             vec![nominal.setting.clone()]
         } else {
@@ -175,7 +176,7 @@ fn judged(
 ) -> Option<TurnCandidate> {
     let (after, solution) = channel.predict(fit)?;
     let planted = fit.setting.planted.first()?;
-    // How many rows are independent is judged by the richer model: an effect that is left out makes errors that never forget.
+    // Take the number of independent rows from the richer model: an effect that is left out makes correlated errors.
     let independence = after.independence;
     let variances = channel.variances(fit, &solution, independence)?;
     let values = planted
@@ -200,7 +201,7 @@ fn judged(
     })
 }
 
-/// The candidates that are named: the strongest of each joint, and the same effect on other joints that have enough of their own.
+/// The results that are named: the strongest of each joint, and the same effect on other joints with enough evidence of their own.
 pub fn named(found: &[TurnCandidate], rules: &TurnRules) -> Vec<TurnCandidate> {
     let strongest = |joint: usize| found.iter().find(|candidate| candidate.joint == joint);
     found

@@ -1,19 +1,19 @@
-//! The simulated gear against closed forms: one turn from `−u` to `u` without gravity.
+//! The simulated gear against closed forms: one reversal from `−u` to `u` without gravity.
 
 use super::gear::{Altered, Gear, lack};
 use super::path::{Path, Span};
 use crate::effects::{Action, SymmetricFriction};
 use crate::gearhead::Memory;
 
-/// [s] grid.
+/// [s] Step of the grid.
 const H: f64 = 1e-3;
-/// [rad/s] speed.
+/// [rad/s] Speed.
 const U: f64 = 0.05;
-/// [kg·m²] link.
+/// [kg·m²] Inertia of the link.
 const I: f64 = 0.1;
 const DRY: SymmetricFriction = SymmetricFriction { coulomb: 0.4, breakaway: 0.4, stribeck_velocity: 1.0, viscous: 0.0 };
 
-/// The rotor turns at the middle of two seconds, at once.
+/// The rotor reverses abruptly in the middle of two seconds.
 fn turn() -> Path {
     let n = 2000;
     let time: Vec<f64> = (0..n).map(|k| k as f64 * H).collect();
@@ -29,13 +29,13 @@ fn turn() -> Path {
 fn analytic_link_rests_while_the_rotor_crosses_the_gap() {
     let (gap, share) = (0.0123, 0.25);
     let lack = lack(&turn(), &Gear { gap, share }, &Altered::default());
-    // Without a load the link keeps to its flank while the rotor brakes, and stands where it turns.
+    // Without a load the link stays on its flank while the rotor brakes, and stands where it reverses.
     let touch = 1.0 + gap / U;
     let at = |t: f64| lack[(t / H) as usize];
     assert_eq!(at(0.9), 0.0);
-    // In the gap the motor lacks the link's friction, which a rigid fit counts.
+    // In the gap the motor does not feel the link's friction, which a rigid fit includes.
     assert!((at(0.5 * (1.0 + touch)) + share * DRY.coulomb).abs() < 1e-12);
-    // The flank gives the link the momentum I u, within the two steps that share an impulse.
+    // The flank gives the link the momentum I u, within the two steps between which an impulse is divided.
     let impulse: f64 = lack.iter().filter(|torque| **torque > 0.0).map(|torque| torque * H).sum();
     assert!((impulse - I * U).abs() < 2.0 * H * share * DRY.coulomb, "{impulse}");
     let last = lack.iter().rposition(|torque| *torque != 0.0).expect("an impulse");
@@ -48,10 +48,10 @@ fn analytic_bristles_bend_before_they_slip() {
     let actions = [Action::Friction(0, Memory::Bristles { stiffness, damping })];
     let gear = Gear { gap: 0.0, share: 0.0 };
     let lack = lack(&turn(), &gear, &Altered::by(&actions, 0));
-    // z = z0 + (g/σ0 − z0)(1 − e^{−σ0 x/g}) over the travel x since the turn, from z0 = −g/σ0: F − g = −2 g e^{−σ0 x/g}.
+    // z = z0 + (g/σ0 − z0)(1 − e^{−σ0 x/g}) over the travel x since the reversal, from z0 = −g/σ0: F − g = −2 g e^{−σ0 x/g}.
     for t in [1.05, 1.1, 1.3] {
         let expected = -2.0 * DRY.coulomb * (-stiffness * U * (t - 1.0) / DRY.coulomb).exp();
-        // Half a step of travel: the torque of an instant lasts for a step.
+        // Half a step of travel: the torque of an instant applies for one step.
         let bound = 2.0 * DRY.coulomb * stiffness * U * H / DRY.coulomb;
         assert!((lack[(t / H) as usize] - expected).abs() < bound, "{t}: {} {expected}", lack[(t / H) as usize]);
     }
@@ -60,7 +60,7 @@ fn analytic_bristles_bend_before_they_slip() {
 #[test]
 fn property_a_gear_without_a_gap_lacks_nothing() {
     let lack = lack(&turn(), &Gear { gap: 0.0, share: 0.0 }, &Altered::default());
-    // But for the impulse that turns the link, which a smooth motion spreads over its kernel.
+    // Except for the impulse that reverses the link, which a smooth motion spreads over its kernel.
     let away: f64 = lack.iter().enumerate().filter(|(k, _)| k.abs_diff(1000) > 2).map(|(_, torque)| torque.abs()).sum();
     assert_eq!(away, 0.0);
 }

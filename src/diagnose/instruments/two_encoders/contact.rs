@@ -1,25 +1,25 @@
-//! Rows in which the link lies on a flank of its gear for certain: one that floats in its gap, or changes its flank, is ahead by anything.
+//! Rows in which the link certainly lies on a flank of its gear. The position of a link that floats or changes its flank is unknown.
 //!
 //! ```text
-//!   T_g = T + ρ F        T what the links need, F friction, ρ its share behind the gear
+//!   T_g = T + ρ F        T torque that the links need, F friction, ρ its share behind the gear
 //! ```
-//! A row counts where every likely `ρ` puts the link on the same flank with a part of Coulomb friction at least, since before a change of
-//! flank could have ended and over the whole kernel. Where that leaves no two flanks, motion is slow or gravity holds the link: rows count
-//! then in which the rigid zone says that the links follow, however weak the torque.
+//! A row counts if every plausible `ρ` puts the link on the same flank with at least a part of Coulomb friction, over the whole kernel and
+//! for the duration of a change of flank before it. If that leaves fewer than two flanks, motion is slow or gravity holds the link; then the
+//! rows of the rigid zone count, however weak the torque.
 
 use super::flanks::flanks;
 use crate::diagnose::fit::problem::Problem;
 use crate::robot::Masses;
 
-/// Least and largest share of friction behind the gear: where both put the link on the same flank it lies there for certain.
+/// Smallest and largest share of friction behind the gear: where both put the link on the same flank, it certainly lies there.
 const LINK_SHARES: [f64; 2] = [0.05, 0.5];
-/// [1] Part of Coulomb friction that the torque on the flank has to exceed: rows with less float now and then. At none a gap that varies came
-/// out with a wrong order on two machines of nine (tuning seeds 103, 209 of `tests/gaps`), beside gears of 180 to 210 N·m/rad (3000 true); from
-/// 0.25 to 0.35 of friction all nine came out, and eight gaps that do not vary stayed silent.
+/// [1] Part of Coulomb friction that the torque on the flank has to exceed, because links with less sometimes float. With 0 a varying gap had
+/// a wrong order on two machines of nine (tuning seeds 103, 209 of `tests/gaps`), together with gears of 180 to 210 N·m/rad (3000 true). With
+/// 0.25 to 0.35 all nine were right, and eight constant gaps gave no report.
 const LOADED: f64 = 0.3;
-/// [s] in which a link crosses its gap and comes to rest on the other flank: 8 mrad at 4 rad/s² take 0.06 s.
+/// [s] Time in which a link crosses its gap and comes to rest on the other flank: 8 mrad at 4 rad/s² take 0.06 s.
 const SETTLING: f64 = 0.1;
-/// Rows on two flanks that are enough to do without the weakly loaded ones.
+/// Number of rows on two flanks above which weakly loaded rows are not needed.
 const ENOUGH: usize = 50;
 
 /// Whether the link lies on a flank, row by row.
@@ -27,7 +27,7 @@ pub fn contact(problem: &Problem, joint: usize) -> Vec<bool> {
     let motion = &problem.motion;
     let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
     if motion.model.masses == Masses::Estimated {
-        // Where masses are a guess nobody knows when it floats.
+        // With estimated masses, contact cannot be determined.
         return vec![true; motion.rows()];
     }
     let friction = |row: usize| m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
@@ -47,7 +47,7 @@ pub fn contact(problem: &Problem, joint: usize) -> Vec<bool> {
     (0..motion.rows()).map(|row| problem.judged[joint][row] && side(row, 0.0) != 0.0).collect()
 }
 
-/// Whether the flank of a row is that of all rows since [`SETTLING`] before its kernel until the end of it.
+/// Whether all rows from [`SETTLING`] before a row's kernel until the end of it have the same flank.
 fn settled(problem: &Problem, side: &[f64], row: usize) -> bool {
     let motion = &problem.motion;
     let near = |other: usize| {

@@ -1,4 +1,4 @@
-//! The rows of one joint's two encoders: how far the motor is ahead of the link, and what may make it so.
+//! The rows of one joint's two encoders: the difference of motor and link position, and quantities that may cause it.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,19 @@ use crate::robot::Masses;
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::JointKind;
 
-/// Share of friction that acts behind the gear where the model file does not say.
+/// Share of friction that acts behind the gear if the model file does not give it.
 const LINK_SHARE: f64 = 0.1;
-/// Part of the largest load (95 % of the rows lie below it) under which the link lies on neither flank for certain.
+/// Part of the largest load (95 % of the rows are below it) below which the link lies on neither flank for certain.
 const UNLOADED: f64 = 0.05;
 
-/// Rows of a joint where both encoders were recorded, and the link lies on a flank as far as that is known.
+/// Rows of a joint where both encoders were recorded and the link lies on a flank, as far as that is known.
 #[derive(Debug, Clone)]
 pub struct Difference {
     /// Index of the joint.
     pub joint: usize,
     /// Rows of the motion.
     pub rows: Vec<usize>,
-    /// `q − l` [rad or m] with the link's recording taken `lag` later, passed by the rows' kernel.
+    /// `q − l` [rad or m] with the link's recording shifted by `lag`, averaged by the rows' kernel.
     pub ahead: Vec<f64>,
     /// `q` [rad or m].
     pub q: Vec<f64>,
@@ -29,18 +29,18 @@ pub struct Difference {
     pub v: Vec<f64>,
     /// Direction of motion, −1 to 1.
     pub direction: Vec<f64>,
-    /// Torque [N·m or N] that is proportional to the wind-up, but for friction before the gear where masses are estimated.
+    /// Torque [N·m or N] proportional to the wind-up; where masses are estimated it also contains friction before the gear.
     pub load: Vec<f64>,
     /// Whether `load` is the motor's torque, friction before the gear included.
     pub motor_side: bool,
 }
 
-/// What a second encoder recorded of a joint.
+/// Recording of a joint's second encoder.
 fn recorded<'s>(session: &'s TimeSeries, joint: &str) -> Option<&'s [f64]> {
     session.joint(joint)?.get(Channel::LinkPosition)
 }
 
-/// The links' recordings of a joint, shifted so that a delay of `lag` [s] is gone.
+/// The difference with the link's recordings shifted so that a delay of `lag` [s] is removed.
 pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag: f64) -> Option<Difference> {
     let motion = &problem.motion;
     let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
@@ -59,7 +59,7 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
         for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && contact[*row]) {
             let centre = session.time.partition_point(|time| *time < motion.time[row]);
             let reach = (motion.half_width[row] / dt) as usize;
-            // Beyond the ends of the recording nothing is known.
+            // Beyond the ends of the recording the position is unknown.
             let margin = reach + (lag.abs() / dt).ceil() as usize + 2;
             if centre < margin || centre + margin >= link.len() {
                 continue;
@@ -91,7 +91,7 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
 }
 
 impl Difference {
-    /// Which flank carries, −1 to 1, where `friction` [N·m or N] of the load does not pass the gear.
+    /// Flank in contact, −1 to 1, where `friction` [N·m or N] of the load does not pass through the gear.
     pub fn side(&self, friction: f64) -> Vec<f64> {
         if !self.motor_side {
             return self.load.iter().map(|load| load.signum()).collect();
@@ -103,8 +103,8 @@ impl Difference {
         carried.iter().map(|load| (load / unloaded).clamp(-1.0, 1.0)).collect()
     }
 
-    /// What else moves the two encoders against each other: a constant a session, and how the second encoder sits on its link, which
-    /// is a sine of its angle (a slope of a scale).
+    /// Other causes of a difference of the two encoders: a constant per session, and the mounting of the second encoder on its link, which
+    /// is a sine of its angle (a slope for a linear scale).
     pub fn mounting(&self, problem: &Problem) -> Vec<Vec<f64>> {
         let motion = &problem.motion;
         let mut columns: Vec<Vec<f64>> = Vec::new();
@@ -125,7 +125,7 @@ impl Difference {
         columns
     }
 
-    /// The rows of this that `keep` takes.
+    /// The rows that `keep` selects.
     pub fn filtered(&self, keep: impl Fn(usize) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.rows.len()).filter(|index| keep(self.rows[*index])).collect();
         let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|index| values[*index]).collect() };
@@ -142,7 +142,7 @@ impl Difference {
     }
 }
 
-/// The signal `by` samples later, by a cubic through four neighbours (Catmull and Rom 1974); constant beyond its ends.
+/// The signal `by` samples later, with a cubic through four neighbours (Catmull and Rom 1974); constant beyond its ends.
 fn shifted(signal: &[f64], by: f64) -> Vec<f64> {
     let whole = by.floor();
     let x = by - whole;

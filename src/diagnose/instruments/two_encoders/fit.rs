@@ -1,4 +1,4 @@
-//! Delay, wind-up and gap of one joint from its two encoders: a robust regression whose errors may hang together for a second.
+//! Delay, wind-up and gap of one joint from its two encoders: a robust regression with errors that may be correlated within a second.
 
 use super::difference::{Difference, difference};
 use super::flanks::flanks;
@@ -9,48 +9,48 @@ use crate::diagnose::fit::regression::{Block, System};
 use crate::diagnose::rows::observe::root_mean_square;
 use crate::timeseries::{Estimate, TimeSeries};
 
-/// Steps of the lag and of the friction before the gear; each shrinks what is left to a few per cent.
+/// Number of iterations of the lag and of the friction before the gear; each reduces the remaining error to a few per cent.
 const STEPS: usize = 6;
-/// [1] Share of friction that acts before the gear where nothing is known of it, and how well that is known.
+/// [1] Share of friction before the gear where it is unknown, and its standard error.
 const SHARE_BEFORE: [f64; 2] = [0.75, 0.25];
 
-/// What is known of the lag.
+/// Knowledge of the lag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lag {
-    /// Nothing: it is fitted.
+    /// Unknown: it is fitted.
     Free,
-    /// [s]; friction before the gear may still grow with speed where the load contains it.
+    /// [s] Known; friction before the gear may still grow with speed where the load contains it.
     Known(f64),
-    /// It is taken as 0, and nothing else may grow with speed.
+    /// Taken as 0, and no other term grows with speed.
     Ignored,
 }
 
-/// What the two encoders of a joint say.
+/// Results of the two encoders of a joint.
 #[derive(Debug, Clone)]
 pub struct AxisFit {
     /// Index of the joint.
     pub joint: usize,
-    /// [s] how late the link's encoder is recorded.
+    /// [s] Delay of the link's encoder.
     pub lag: Estimate,
     /// `1/k` [rad/(N·m) or m/N].
     pub wind_up: Estimate,
     /// Total gap [rad or m]; `None` where the load stays on one flank.
     pub gap: Option<Estimate>,
-    /// [rad or m] by which the encoders differ more or less after a turn of the motion than friction before the gear makes them;
+    /// [rad or m] Change of the encoders' difference after a turn of the motion, beyond the effect of friction before the gear;
     /// only where the load contains that friction.
     pub lost: Option<Estimate>,
-    /// [1] share of the square of what the motor is ahead that a lag alone explains.
+    /// [1] Share of the squared difference of the encoders that a lag alone explains.
     pub explained: f64,
-    /// How the gap varies, where an order was given.
+    /// Variation of the gap, where an order was given.
     pub wave: Option<Wave>,
-    /// Friction before the gear [N·m or N] that was found.
+    /// Friction before the gear [N·m or N] as found.
     friction: f64,
-    /// Coefficients of lag (where it is free), load, side (where there is one), direction (where it counts), the two of the wave.
+    /// Coefficients of lag (if fitted), load, side (if present), direction (if used), and the two of the wave.
     coefficients: Vec<f64>,
     layout: Layout,
 }
 
-/// Which columns stand before the mounting.
+/// Columns that come before those of the mounting.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     speed: bool,
@@ -77,7 +77,7 @@ impl Layout {
     }
 }
 
-/// Fits the training rows of a joint, its gap constant or of an `order`; `None` where its link was not recorded or does not move.
+/// Fits the training rows of a joint, with a constant gap or one of an `order`; `None` where its link was not recorded or does not move.
 pub fn fit(
     problem: &Problem,
     sessions: &[&TimeSeries],
@@ -120,7 +120,7 @@ pub fn fit(
     let wave = layout.order.map(|n| Wave::of(problem, &rows, n, first - 2, &columns, &solution, unknown));
     let rms = solution.rms;
     let gap = layout.side.then(|| {
-        // Each change of flank shows the gap once, as the difference of two errors.
+        // Each change of flank shows the gap once, as the difference of two values with errors.
         let of_changes = (2.0 / changes as f64).sqrt() * rms;
         Estimate { value: c[at + 1], std_error: variance[at + 1].sqrt().hypot(of_changes) }
     });
@@ -157,12 +157,12 @@ pub fn trained(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag: f
 }
 
 impl AxisFit {
-    /// What was fitted to, the mounting aside, in some rows.
+    /// Columns of the fit in some rows, without the mounting.
     pub fn columns(&self, rows: &Difference) -> Vec<Vec<f64>> {
         self.layout.columns(rows, self.friction)
     }
 
-    /// What is left of rows at the fit's lag, the mounting fitted anew.
+    /// Residual of rows at the fit's lag, with the mounting fitted again.
     pub fn residual(&self, problem: &Problem, rows: &Difference) -> Option<Vec<f64>> {
         let mut left = rows.ahead.clone();
         for (column, c) in self.columns(rows).iter().zip(&self.coefficients) {
@@ -172,8 +172,8 @@ impl AxisFit {
     }
 }
 
-/// [s] What viscous friction adds to the lag, and how sure that is: before the gear it is part of the motor's torque and winds nothing
-/// up, which looks like a lag of `−F_V/k`; where the load is the links', its part behind the gear is known no better.
+/// [s] Contribution of viscous friction to the lag, and its error. Before the gear, viscous friction is part of the motor's torque but winds
+/// up nothing, which looks like a lag of `−F_V/k`. Where the load is that of the links, the part behind the gear has the same uncertainty.
 fn by_friction(problem: &Problem, rows: &Difference, wind_up: Estimate) -> [f64; 2] {
     let known = problem.motion.joints[rows.joint].friction.viscous;
     let viscous =
@@ -184,7 +184,7 @@ fn by_friction(problem: &Problem, rows: &Difference, wind_up: Estimate) -> [f64;
     if rows.motor_side { [share * c, (doubt * c).hypot(share * wind_up.std_error)] } else { [0.0, doubt * c] }
 }
 
-/// [rad or m] `2 (step + share · F_C/k)`: a step with the direction of motion, less what dry friction before the gear makes of it.
+/// [rad or m] `2 (step + share · F_C/k)`: the step with the direction of motion, minus the effect of dry friction before the gear.
 fn lost_motion(problem: &Problem, rows: &Difference, step: Estimate, wind_up: Estimate, rms: f64) -> Estimate {
     let coulomb = measured_friction(problem, rows).map_or(0.0, |[_, coulomb]| coulomb.max(0.0));
     let [share, doubt] = SHARE_BEFORE.map(|share| share * coulomb);
@@ -197,7 +197,7 @@ fn lost_motion(problem: &Problem, rows: &Difference, step: Estimate, wind_up: Es
     Estimate { value: 2.0 * (step.value + share * c), std_error }
 }
 
-/// `F_V` [N·m·s/rad or N·s/m] and `F_C` [N·m or N] from the measured torque alone: beside inertia and what changes with the place.
+/// `F_V` [N·m·s/rad or N·s/m] and `F_C` [N·m or N] from the measured torque alone, beside inertia and position-dependent terms.
 fn measured_friction(problem: &Problem, rows: &Difference) -> Option<[f64; 2]> {
     let m = &problem.motion.joints[rows.joint];
     let pick = |values: &[f64]| -> Vec<f64> { rows.rows.iter().map(|row| values[*row]).collect() };
@@ -207,12 +207,12 @@ fn measured_friction(problem: &Problem, rows: &Difference) -> Option<[f64; 2]> {
     Some([c[0], c[1]])
 }
 
-/// What rows leave when only their mounting is fitted.
+/// Residual of rows when only their mounting is fitted.
 pub fn rest(problem: &Problem, rows: &Difference, values: &[f64]) -> Option<Vec<f64>> {
     Some(solve(values, &rows.mounting(problem))?.residual)
 }
 
-/// Share of what the motor is ahead, a constant a session aside, that a lag alone explains.
+/// Share of the squared difference of the encoders, without a constant per session, that a lag alone explains.
 fn explained_by_lag(rows: &Difference, problem: &Problem) -> Option<f64> {
     let mounting = rows.mounting(problem);
     let constants: Vec<Vec<f64>> =

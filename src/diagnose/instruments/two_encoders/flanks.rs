@@ -1,12 +1,12 @@
 //! Changes of flank in rows.
 
-/// Share of the rows that has to lie on either flank for a gap to show.
+/// Least share of the rows on each flank for a gap to show.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Changes of flank that a gap needs: one could be anything else that happened once.
+/// Least number of changes of flank: a single one may have any other cause.
 const LEAST_CHANGES: usize = 2;
 
-/// Changes from one flank to the other, and whether both are there for long enough.
+/// Number of changes of flank, and whether both flanks have enough rows.
 pub fn flanks(side: &[f64]) -> (usize, bool) {
     let (mut last, mut changes) = (0.0, 0);
     for side in side.iter().copied().filter(|side| side.abs() >= 1.0) {

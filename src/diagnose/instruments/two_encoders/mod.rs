@@ -1,21 +1,21 @@
-//! A second encoder behind the gear: delay, wind-up and gap, told apart.
+//! A second encoder behind the gear: separates delay, wind-up and gap.
 //!
 //! ```text
 //!   q(t) − l(t + T) = T_g/k + b/2 · side + mounting        q motor, l link as recorded, T_g torque through the gear
 //! ```
 //!
-//! `T` is how late the link's encoder is recorded (one recorder, one delay for all joints), `k` the stiffness, `b` the total gap, `side` the flank
-//! that carries (the sign of `T_g`), and the mounting a constant a session with once-per-turn terms of the second encoder's seat.
-//! The time shift is carried out on the samples, so it holds at any speed. Without it `T q̇` is left over, which in a motion of
+//! `T` is the delay of the link's encoder (one recorder, one delay for all joints), `k` the stiffness, `b` the total gap, `side` the flank
+//! in contact (the sign of `T_g`), and the mounting a constant per session with once-per-turn terms of the second encoder.
+//! The samples are shifted in time, so the correction is valid at any speed. Without it `T q̇` remains, which in a motion of
 //! nearly constant speeds looks like a gap `2 T |q̇|`: on the KUKA KR300 of 0.016 to 0.033° where there is none.
 //!
-//! A link that floats in its gap, or is about to, is ahead by anything: rows count in which it lies on a flank for certain (`contact`).
-//! Before that, machines with a gap of 8 mrad and without gravity had soft gears named (160 N·m/rad for 3000). A gap that varies with the
-//! angle is looked for (`varying`), and the rest is fitted beside it where there is one.
+//! Rows count only where the link certainly lies on a flank (`contact`). With floating links included, machines with a gap of 8 mrad and
+//! without gravity get gears that are too soft (160 N·m/rad for 3000). A gap that varies with the angle is sought too (`varying`); if there
+//! is one, the other parameters are fitted beside it.
 //!
-//! `T_g` is what the links need, with the share of friction behind the gear. Where the model's masses are estimated it is the measured torque
-//! less the rotor's; friction before the gear is then fitted beside it.
-//! Left out: stiffness that grows with torque, errors of the gear's transmission. Both stay in the residual, and the residual in the errors.
+//! `T_g` is the torque that the links need, with the share of friction behind the gear. Where the model's masses are estimated it is the measured
+//! torque minus the rotor's; friction before the gear is then fitted too.
+//! Left out: stiffness that grows with torque, transmission errors of the gear. Both remain in the residual, and so in the standard errors.
 //! Reference: J. Weigand et al. (2022), KUKA KR300 data set.
 
 mod contact;
@@ -42,29 +42,29 @@ use difference::{Difference, difference};
 use fit::{AxisFit, Lag, fit, rest};
 use varying::{Varying, varying};
 
-/// [s] Lag that two channels sampled by one recorder may show without a delay: the channel's own filter, friction that is not as fitted.
+/// [s] Lag between two channels of one recorder that occurs without a delay: by the channel's filter, or by an error of friction.
 const NOTICEABLE: f64 = 2e-4;
-/// Standard errors by which something has to differ from what the model says.
+/// Standard errors by which a value has to differ from the model's.
 const SURELY: f64 = 4.0;
-/// Wind-up over that of the model's stiffness from which on a gear is soft.
+/// Wind-up relative to that of the model's stiffness above which a gear counts as soft.
 const SOFT: f64 = 1.5;
-/// What the gains here are of.
+/// The quantity in which the gains are given here.
 const LINK_POSITION: &str = "link position";
 
-/// What second encoders say of the machine, beside effects.
+/// Results of second encoders, apart from effects.
 #[derive(Debug, Default)]
 pub struct Encoders {
-    /// One a joint that has one.
+    /// One entry per joint with a second encoder.
     pub joints: Vec<result::TwoEncoders>,
     /// Errors of the link's position before and after.
     pub fit: Vec<FitError>,
     /// Gap of each joint of the model, where it shows.
     pub gaps: Vec<Option<Measured>>,
-    /// Joints whose gap is not as the model says, and the gap [rad or m] instead.
+    /// Joints whose gap differs from the model's, with the measured gap [rad or m].
     pub other_gaps: Vec<(usize, f64)>,
 }
 
-/// A second encoder behind the gear beside that of the motor.
+/// The instrument for a second encoder behind the gear, in addition to that of the motor.
 pub struct TwoEncoders;
 
 impl Instrument<FittedRows<'_>> for TwoEncoders {
@@ -73,7 +73,7 @@ impl Instrument<FittedRows<'_>> for TwoEncoders {
     }
 }
 
-/// Looks at all joints that have a second encoder.
+/// Evaluates all joints with a second encoder.
 fn measured(scene: &FittedRows) -> Measurement {
     let FittedRows { problem, sessions, options, .. } = *scene;
     let dof = problem.motion.joints.len();
@@ -119,7 +119,7 @@ fn measured(scene: &FittedRows) -> Measurement {
     Measurement { findings, encoders: Some(found), ..Measurement::default() }
 }
 
-/// The lag that holds for all joints; where they do not agree, its error grows.
+/// The common lag of all joints; its error grows if they disagree.
 fn common(fits: &[AxisFit]) -> Estimate {
     let weight = |fit: &AxisFit| 1.0 / fit.lag.std_error.max(1e-6).powi(2);
     let total: f64 = fits.iter().map(weight).sum();
@@ -155,7 +155,7 @@ impl result::TwoEncoders {
     }
 }
 
-/// RMS error of the link's position: as the model says, and with what was found.
+/// RMS error of the link's position: with the model's values, and with the measured ones.
 fn compared(problem: &Problem, sessions: &[&TimeSeries], fit: &AxisFit, lag: f64) -> Vec<FitError> {
     let model = &problem.motion.model.joints[fit.joint];
     let nominal = |rows: &Difference| -> Option<Vec<f64>> {
@@ -167,7 +167,7 @@ fn compared(problem: &Problem, sessions: &[&TimeSeries], fit: &AxisFit, lag: f64
     };
     let of = |split: Split, part: bool| -> Option<FitError> {
         let shifted = difference(problem, sessions, fit.joint, lag)?.filtered(|row| problem.held_out[row] == part);
-        // The same rows for both: a shift costs some at the ends.
+        // Use the same rows for both: a shift loses some at the ends.
         let recorded =
             difference(problem, sessions, fit.joint, 0.0)?.filtered(|row| shifted.rows.binary_search(&row).is_ok());
         let size = root_mean_square(&rest(problem, &recorded, &recorded.ahead)?);
@@ -196,8 +196,8 @@ fn compared(problem: &Problem, sessions: &[&TimeSeries], fit: &AxisFit, lag: f64
     [of(Split::Train, false), of(Split::HeldOut, true)].into_iter().flatten().collect()
 }
 
-/// By how much the error on what is held out is lower. The ends of the interval of several joints are those of all of them at once: that is
-/// wider than it would be if they were independent.
+/// Gain in the held-out error. The interval for several joints uses the ends of all their intervals at once, which is wider than for
+/// independent errors.
 fn gain(errors: &[FitError]) -> EffectGain {
     let held_out: Vec<&FitError> = errors.iter().filter(|error| error.split == Split::HeldOut).collect();
     let before: f64 = held_out.iter().map(|error| error.before.powi(2)).sum();
@@ -210,7 +210,7 @@ fn gain(errors: &[FitError]) -> EffectGain {
     EffectGain::of(Gain { gain_percent: percent(&|gain| gain.gain_percent), interval_percent, shown }, LINK_POSITION)
 }
 
-/// [nats] Of a value this many standard errors from what the model says.
+/// [nats] Evidence for a value that differs from the model's by this many standard errors.
 fn evidence(value: f64, std_error: f64) -> f64 {
     0.5 * (value / std_error.max(1e-300)).powi(2)
 }

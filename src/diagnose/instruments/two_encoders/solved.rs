@@ -1,4 +1,4 @@
-//! A robust fit of the difference of two encoders, its errors alike within blocks of time.
+//! A robust fit of the difference of two encoders, with errors that may be correlated within blocks of time.
 
 use crate::linear::{Equilibrated, sandwich};
 use nalgebra::{DMatrix, DVector};
@@ -8,14 +8,14 @@ use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::regression::{Block, NU, System};
 use crate::diagnose::rows::observe::root_mean_square;
 
-/// [s] Length of the blocks within which errors may be anything, for standard errors.
+/// [s] Length of the blocks within which errors may have any correlation, for standard errors.
 const BLOCK: f64 = 1.0;
 
 /// A robust fit.
 pub struct Solved {
-    /// Of each column.
+    /// Coefficient of each column.
     pub coefficients: DVector<f64>,
-    /// What each row leaves.
+    /// Residual of each row.
     pub residual: Vec<f64>,
     /// Weight of each row.
     pub weights: Vec<f64>,
@@ -23,7 +23,7 @@ pub struct Solved {
     pub log_likelihood: f64,
     /// Scale of the robust error.
     pub scale: f64,
-    /// Root mean square of what is left.
+    /// RMS residual.
     pub rms: f64,
 }
 
@@ -44,7 +44,7 @@ pub fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
     })
 }
 
-/// Covariance of the coefficients where errors of one block of time may depend on each other in any way (sandwich of Liang and Zeger 1986).
+/// Covariance of the coefficients for any correlation of errors within a block of time (sandwich of Liang and Zeger 1986).
 pub fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved: &Solved) -> DMatrix<f64> {
     let n = columns.len();
     let mut bread = DMatrix::zeros(n, n);
@@ -63,7 +63,7 @@ pub fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], sol
         }
     }
     let Some(factor) = Equilibrated::new(&bread) else { return DMatrix::from_element(n, n, f64::INFINITY) };
-    // Few blocks: what the fit took from them is given back.
+    // Correction for the degrees of freedom that the fit takes from few blocks.
     let taken = n.min(scores.len().saturating_sub(1));
     sandwich(&factor.inverse(), scores.iter(), taken)
 }

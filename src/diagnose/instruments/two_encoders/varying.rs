@@ -1,13 +1,13 @@
-//! Whether a gap varies with the angle: on flank ± the motor is ahead of the link by half of the gap that is there.
+//! Whether a gap varies with the angle: on flank ± the motor is ahead of the link by half of the local gap.
 //!
 //! ```text
-//!   q − l = … + ½ side (b + a cos(nq + φ))        odds for a gap that varies, over N orders:  L_n/L_0/N
+//!   q − l = … + ½ side (b + a cos(nq + φ))        odds for a varying gap, over N orders:  L_n/L_0/N
 //! ```
-//! `L` is the robust likelihood of all that is fitted, of as many rows as are independent; links that float now and then make most of the
-//! square of the error, and plain least squares take another order. The order is scanned, then refined.
-//! What the rows of one flank show on the other too, as an error of transmission or of an encoder does, is not of this kind:
-//! `cos nq`, `sin nq` of the same sign on both flanks compete, each at its own best order.
-//! Left out: joints without turns; machines whose masses are a guess, where nobody knows which flank carries.
+//! `L` is the robust likelihood of the whole fit for the number of independent rows. Links that float sometimes cause most of the
+//! squared error, and plain least squares finds another order. The order is scanned, then refined.
+//! An error of transmission or of an encoder has the same sign on both flanks, so it is no varying gap:
+//! `cos nq`, `sin nq` with the same sign on both flanks compete, at their own best order.
+//! Left out: joints without reversals; machines with estimated masses, where the flank in contact is unknown.
 
 use rayon::prelude::*;
 
@@ -24,27 +24,27 @@ use crate::replay::Gain;
 use crate::timeseries::{Estimate, TimeSeries};
 use crate::units::JointKind;
 
-/// [rad] of a wave that the motion has to cover at least: less is a slope, or a bend, of any order.
+/// [rad] Least phase of a wave over the motion: with less, it is a slope or a curve of any order.
 const LEAST_PHASE: f64 = 1.5;
-/// [1/turn] Largest order that is tried: the gap is crossed at as many places as the joint turns around, no more.
+/// [1/turn] Largest order that is tried: the gap is crossed only at the places where the joint reverses.
 const MOST: f64 = 30.0;
-/// [rad] by which the phase at the ends of the motion differs from one order to the next.
+/// [rad] Difference of the phase at the ends of the motion between one order and the next.
 const STEP: f64 = 0.25;
 
-/// A gap that varies.
+/// A varying gap.
 #[derive(Debug, Clone)]
 pub struct Varying {
-    /// Everything fitted with it.
+    /// The whole fit with it.
     pub fit: AxisFit,
     /// Amplitude, order, phase.
     pub wave: Wave,
-    /// Logarithm of the odds for it.
+    /// Logarithm of the odds for a varying gap.
     pub log_odds: f64,
-    /// Gain on what is held out over a constant gap.
+    /// Gain over a constant gap on held-out data.
     pub gain: Gain,
 }
 
-/// How the gap of a joint varies, where it does; `constant` is the fit of a constant gap at the same `lag`.
+/// The variation of a joint's gap, if it varies; `constant` is the fit of a constant gap at the same `lag`.
 pub fn varying(
     problem: &Problem,
     sessions: &[&TimeSeries],
@@ -80,7 +80,7 @@ pub fn varying(
     let held_out = difference(problem, sessions, joint, lag)?.filtered(|row| problem.held_out[row]);
     let [without, with] = [constant, &fit].map(|fit| fit.residual(problem, &held_out));
     let (without, with) = (without?, with?);
-    // A gap is nowhere less than none.
+    // A gap is never negative.
     let possible = wave.amplitude.value - gap.value < SURELY * wave.amplitude.std_error;
     let sure = wave.amplitude.value > SURELY * wave.amplitude.std_error;
     (possible && sure && rival < best).then(|| Varying {
@@ -91,7 +91,7 @@ pub fn varying(
     })
 }
 
-/// Orders [1/turn] that the rows can show, two at least.
+/// Orders [1/turn] that the rows can show; at least two.
 fn orders(rows: &Difference) -> Option<Vec<f64>> {
     let (low, high) =
         rows.q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(*q), high.max(*q)));
@@ -105,7 +105,7 @@ fn likelihood(solved: Option<Solved>) -> f64 {
     solved.map_or(f64::NEG_INFINITY, |solved| solved.log_likelihood)
 }
 
-/// The order at which something is highest, and how high.
+/// The order with the largest value, and that value.
 fn highest(orders: &[f64], of: impl Fn(f64) -> f64 + Sync) -> Option<(f64, f64)> {
     let values: Vec<f64> = orders.par_iter().map(|order| of(*order)).collect();
     orders.iter().copied().zip(values).max_by(|a, b| a.1.total_cmp(&b.1))
