@@ -33,7 +33,7 @@ use crate::linear::{Equilibrated, scale};
 /// [s] Lengths of blocks: the length used by the folds, and about the duration of several moves.
 const BLOCKS: [f64; 2] = [5.0, 15.0];
 /// Relative error of an effect's torque by smoothing and by the assumption of a rigid link. Tilts, breakaway levels and amplitudes on which
-/// the blocks agree to 0.05 % were 0.1 to 0.7 % from the truth on 40 machines (seeds 1 to 40 of `tests/hidden_effects`).
+/// the blocks agree to 0.05 % were 0.1 to 0.7 % from the truth on 40 machines (seeds 1 to 40 of `benches/hidden_effects`).
 pub const SYSTEMATIC: f64 = 0.005;
 /// Least number of blocks of a length.
 const LEAST_BLOCKS: usize = 8;
