@@ -75,20 +75,24 @@ impl Default for SymmetricFriction {
 }
 
 impl SymmetricFriction {
-    /// As the friction of a gear: the same law in both directions, all of it on the motor's side of the gap.
-    pub fn on_motor(&self) -> Friction {
-        let side = Exponential {
+    /// The law of either direction.
+    pub const fn law(&self) -> Exponential {
+        Exponential {
             coulomb: self.coulomb,
             breakaway: self.breakaway,
             stribeck_velocity: self.stribeck_velocity,
             viscous: self.viscous,
-        };
-        Friction { law: FrictionLaw::Exponential([side; 2]), link_share: 0.0 }
+        }
+    }
+
+    /// As the friction of a gear: the same law in both directions, all of it on the motor's side of the gap.
+    pub fn on_motor(&self) -> Friction {
+        Friction { law: FrictionLaw::Exponential([self.law(); 2]), link_share: 0.0 }
     }
 
     /// Dry part [N·m or N] at a velocity, ≥ 0.
     pub fn dry(&self, velocity: f64) -> f64 {
-        self.coulomb + (self.breakaway - self.coulomb) * (-velocity.abs() / self.stribeck_velocity).exp()
+        self.law().dry(velocity.abs())
     }
 }
 

@@ -35,7 +35,7 @@ use crate::diagnose::fit::regression::NU;
 use crate::diagnose::instruments::current_lag;
 use crate::diagnose::instruments::current_lag::Aligned;
 use crate::diagnose::options::Options;
-use crate::diagnose::result::{Diagnosis, Findings, Parts};
+use crate::diagnose::result::{Change, Diagnosis, Findings, Parts};
 use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::select::confirm;
@@ -46,7 +46,8 @@ use crate::effects::{Catalogue, Diagnosable};
 use crate::error::Result;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
-use select::Sides;
+use gap::SideGap;
+use select::{Changes, Sides};
 
 /// Reports quantities that differ between `reference` and `now`, and effects that are new. The model in the result is the machine as it is now.
 /// `hold_out` are further sessions of now, used for judging only.
@@ -79,49 +80,15 @@ pub fn compare(
 
     progress("what was there before", 0.1);
     let own: Vec<&TimeSeries> = before.iter().map(AsRef::as_ref).collect();
-    let mut healthy = pose(model, &own, of_before, options)?;
-    let were = selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))?;
-
-    // The rows of the reference alone are not needed any more.
-    drop(healthy);
+    let were = effects_of(model, &own, of_before, options)?;
     progress("fitting both", 0.3);
-    let mut problem = pose(model, &sessions, division, options)?;
-    // Use what wide rows show, without inertias where masses are estimated.
-    problem.causes = select::causes(&problem.catalogue, model.masses, &sides);
-    problem.catalogue = Catalogue::empty();
-    problem.standstill = difference_at_rest(&problem, &sessions, before.len());
-    problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
+    let mut problem = posed(model, &sessions, division, &sides, options)?;
     let shared = shared_terms(&problem, &were);
     drop(were);
-    let mut changes =
-        select::select(&mut problem, shared, &options.rules, progress).ok_or_else(|| nothing_moves(model))?;
-    progress("judging changes", 0.8);
-    inertia::drop_inertias(&mut changes);
-    select::refresh(&mut problem, &mut changes).ok_or_else(|| nothing_moves(model))?;
-    let standings = judge::keep_significant(&mut problem, &mut changes, &sides).ok_or_else(|| nothing_moves(model))?;
-
-    changes.estimates =
-        select::estimates_beside_companions(&problem, &changes, &sides).ok_or_else(|| nothing_moves(model))?;
-    let mut found = outcome::of_regression(&problem, &changes, &standings);
-    let coulomb: Vec<f64> = (0..model.joints.len()).map(|joint| rough_coulomb(&problem, joint)).collect();
-    if model.masses == Masses::Known
-        && let Some((closer, standings)) = inertia::look_closer(&mut problem, &changes, &coulomb, &sides)
-    {
-        found.extend(outcome::of_inertias(&problem, &closer, &standings));
-        changes.taken = closer.taken;
-    }
+    let (changes, mut found) =
+        changes(&mut problem, shared, &sides, options, progress).ok_or_else(|| nothing_moves(model))?;
     progress("measuring the gap on both sides", 0.85);
-    let friction =
-        [problem.motion.joints.iter().map(|joint| joint.friction).collect(), outcome::friction_now(&problem, &found)];
-    let gaps = if options.backlash {
-        gap::both_sides(
-            model,
-            [&sessions[sides.reference.clone()], &sessions[before.len()..division.trained()]],
-            &friction,
-        )
-    } else {
-        [vec![None; model.joints.len()], vec![None; model.joints.len()]]
-    };
+    let gaps = gaps(&problem, &found, [&own, &sessions[before.len()..division.trained()]], options);
     found.extend(outcome::of_gaps(model, &gaps));
     found.sort_by(|a, b| b.standing.total_cmp(&a.standing));
 
@@ -129,6 +96,68 @@ pub fn compare(
     let mut parts = report(both, &mut problem, changes, options, progress)?;
     outcome::complete(&mut parts, &problem, found, &gaps);
     Ok(parts.assembled())
+}
+
+/// Effects in a recording of the healthy machine.
+fn effects_of(model: &Model, sessions: &[&TimeSeries], division: Division, options: &Options) -> Result<Selection> {
+    let mut healthy = pose(model, sessions, division, options)?;
+    selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))
+}
+
+/// Both recordings as one problem, in which changes are sought: what wide rows show, without inertias where masses are estimated.
+fn posed<'m>(
+    model: &'m Model,
+    sessions: &[&TimeSeries],
+    division: Division,
+    sides: &Sides,
+    options: &Options,
+) -> Result<Problem<'m>> {
+    let mut problem = pose(model, sessions, division, options)?;
+    problem.causes = select::causes(&problem.catalogue, model.masses, sides);
+    problem.catalogue = Catalogue::empty();
+    problem.standstill = difference_at_rest(&problem, sessions, sides.reference.len());
+    problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
+    Ok(problem)
+}
+
+/// The changes that evidence supports and that exceed what the machine does from session to session; `None` where nothing can be fitted.
+fn changes(
+    problem: &mut Problem,
+    shared: Vec<Term>,
+    sides: &Sides,
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<(Changes, Vec<Change>)> {
+    let mut changes = select::select(problem, shared, &options.rules, progress)?;
+    progress("judging changes", 0.8);
+    inertia::drop_inertias(&mut changes);
+    select::refresh(problem, &mut changes)?;
+    let standings = judge::keep_significant(problem, &mut changes, sides)?;
+    changes.estimates = select::estimates_beside_companions(problem, &changes, sides)?;
+    let mut found = outcome::of_regression(problem, &changes, &standings);
+    let coulomb: Vec<f64> = problem.joints().into_iter().map(|joint| rough_coulomb(problem, joint)).collect();
+    if problem.motion.model.masses == Masses::Known
+        && let Some((closer, standings)) = inertia::look_closer(problem, &changes, &coulomb, sides)
+    {
+        found.extend(outcome::of_inertias(problem, &closer, &standings));
+        changes.taken = closer.taken;
+    }
+    Some((changes, found))
+}
+
+/// The gap of each joint in both recordings, with the friction of each.
+fn gaps(
+    problem: &Problem,
+    found: &[Change],
+    sessions: [&[&TimeSeries]; 2],
+    options: &Options,
+) -> [Vec<Option<SideGap>>; 2] {
+    let model = problem.motion.model;
+    if !options.backlash {
+        return [vec![None; model.joints.len()], vec![None; model.joints.len()]];
+    }
+    let before = problem.motion.joints.iter().map(|joint| joint.friction).collect();
+    gap::both_sides(model, sessions, &[before, outcome::friction_now(problem, found)])
 }
 
 /// One of the two recordings, with its currents in step with the motion.
@@ -188,7 +217,7 @@ struct Both<'b> {
 fn report(
     both: Both,
     problem: &mut Problem,
-    changes: select::Changes,
+    changes: Changes,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Parts> {

@@ -28,7 +28,7 @@ impl Estimates {
     /// Fits the terms; `None` where the columns do not determine the coefficients.
     pub fn new(problem: &Problem, terms: &[&Term]) -> Option<Self> {
         let fitted = problem.fit_loosely(terms, Part::Train)?;
-        let (system, _, _) = problem.system(terms, Part::Train, true);
+        let system = problem.system(terms, Part::Train, true).system;
         let n = system.unknowns;
         let mut bread = DMatrix::<f64>::zeros(n, n);
         let mut blocks: BTreeMap<(usize, usize), DVector<f64>> = BTreeMap::new();

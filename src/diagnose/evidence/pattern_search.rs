@@ -69,7 +69,7 @@ fn smooth_trials(problem: &Problem, joint: usize) -> Vec<TriedPattern> {
 fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: usize) -> Vec<TriedPattern> {
     let motion = &problem.motion;
     let rows = problem.rows(joint, Part::Train);
-    let (system, _, _) = problem.system_of(&[joint], terms, Part::Train, true);
+    let system = problem.system_of(&[joint], terms, Part::Train, true).system;
     let solution = &fitted.solution;
     let score =
         Score::new(&system.blocks[joint], &solution.residual[joint], &solution.weights[joint], solution.scale[joint]);

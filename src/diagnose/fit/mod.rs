@@ -2,7 +2,10 @@
 //!
 //! Takes rows and the terms of a model. Gives coefficients, shapes and Stribeck velocities with standard errors.
 //! - `pose`: from sessions to the regression problem
-//! - `problem`: rows, zones, parts of the data, and the fit of terms to them
+//! - `problem`: rows, zones, parts of the data, terms
+//! - `assembly`: the system of equations of a fit, and its solution
+//! - `stribeck`: the Stribeck velocities that suit the terms
+//! - `new_sessions`: what is freed in held-out sessions without training rows
 //! - `baseline`: the free parameters of the nominal model
 //! - `cause`: the cause of a term, an effect or the change of an effect
 //! - `regression`: linear regression with a heavy-tailed error
@@ -11,12 +14,15 @@
 //! - `typical`: an effect of typical strength
 //! - `golden`: golden section search
 
+pub mod assembly;
 pub mod baseline;
 pub mod cause;
 pub mod estimate;
 pub mod golden;
+mod new_sessions;
 pub mod pose;
 pub mod problem;
 pub mod regression;
+mod stribeck;
 pub mod typical;
 pub mod uncertainty;

@@ -1,14 +1,10 @@
 //! The regression problem of a diagnosis: rows, zones, splits, and the terms of the model.
 
+use super::baseline::JointBaseline;
 use super::cause::Cause;
-use nalgebra::DVector;
-use rayon::prelude::*;
-
-use super::baseline::{FALLING, Falling, JointBaseline, stribeck_grid};
-use super::golden::golden_section;
-use super::regression::{Block, NU, Solution, System, profile_likelihood};
+use super::regression::Solution;
 use crate::diagnose::rows::standstill::Standstill;
-use crate::effects::{Catalogue, Diagnosable, Motion, Scope, falling};
+use crate::effects::{Catalogue, Diagnosable, Motion, Scope};
 
 /// An effect on certain joints, which share its coefficients.
 #[derive(Clone)]
@@ -57,10 +53,6 @@ pub enum Part {
 
 /// Number of folds for cross-validation within the training data.
 pub const FOLDS: usize = 4;
-/// Least amount of the falling part of friction in the data, in equivalent independent rows, for which the Stribeck velocity is fitted.
-const LEAST_PRESENCE: f64 = 1.0;
-/// Ratio of the ends of the search interval at which a Stribeck velocity counts as found.
-const STRIBECK_RATIO: f64 = 1.01;
 /// Largest lag of the autocorrelation sum.
 const MOST_LAGS: usize = 400;
 /// [s] Length of the blocks of a fold.
@@ -88,7 +80,8 @@ pub struct Problem<'m> {
     pub causes: Vec<Cause>,
     /// Joint and order [1/turn or 1/m] of lines that were removed: their remainder is not a further effect.
     pub taken_out: Vec<(usize, f64)>,
-    fold: Vec<usize>,
+    /// Fold of each row.
+    pub(super) fold: Vec<usize>,
 }
 
 /// A fit of the baseline with terms.
@@ -205,219 +198,6 @@ impl<'m> Problem<'m> {
             coupled.dedup();
         }
         coupled
-    }
-
-    /// The blocks of a part with these terms, and the positions of their coefficients.
-    pub fn system(&self, terms: &[&Term], part: Part, with_derivative: bool) -> (System, Vec<usize>, Vec<usize>) {
-        self.system_of(&self.joints(), terms, part, with_derivative)
-    }
-
-    /// As [`system`](Self::system), with empty blocks for other joints.
-    pub fn system_of(
-        &self,
-        joints: &[usize],
-        terms: &[&Term],
-        part: Part,
-        with_derivative: bool,
-    ) -> (System, Vec<usize>, Vec<usize>) {
-        let mut unknowns = 0;
-        let mut baseline_at = Vec::new();
-        for baseline in &self.baseline {
-            baseline_at.push(unknowns);
-            unknowns += baseline.len() + usize::from(with_derivative && baseline.stribeck_derivative().is_some());
-        }
-        let mut term_at = Vec::new();
-        for term in terms {
-            term_at.push(unknowns);
-            unknowns += term.coefficients();
-        }
-        let mut blocks = vec![Block::default(); self.baseline.len()];
-        for joint in joints {
-            blocks[*joint] = self.block(*joint, part, terms, baseline_at[*joint], &term_at, with_derivative);
-        }
-        (System { blocks, unknowns, priors: Vec::new() }, baseline_at, term_at)
-    }
-
-    fn block(
-        &self,
-        joint: usize,
-        part: Part,
-        terms: &[&Term],
-        first: usize,
-        term_at: &[usize],
-        with_derivative: bool,
-    ) -> Block {
-        let rows = self.rows(joint, part);
-        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
-        let baseline = &self.baseline[joint];
-        let derivative = baseline.stribeck_derivative().filter(|_| with_derivative);
-        let own = baseline.columns().iter().chain(derivative);
-        let mut columns: Vec<_> = own.enumerate().map(|(index, column)| (first + index, pick(column))).collect();
-        for (term, at) in terms.iter().zip(term_at) {
-            if let Some(place) = term.joints.iter().position(|j| *j == joint) {
-                columns.extend(term.columns[place].iter().enumerate().map(|(k, column)| (at + k, pick(column))));
-            }
-        }
-        Block { y: pick(baseline.target()), columns }
-    }
-
-    /// Fits baseline and terms to a part of the training data.
-    pub fn fit(&self, terms: &[&Term], part: Part, nu: f64) -> Option<Fitted> {
-        let (system, baseline_at, term_at) = self.system(terms, part, false);
-        let solution = system.solve(nu)?;
-        Some(Fitted { joints: self.joints(), solution, baseline_at, term_at })
-    }
-
-    /// As [`fit`](Self::fit), and the Stribeck velocities may change a little: for the comparison of candidates.
-    pub fn fit_loosely(&self, terms: &[&Term], part: Part) -> Option<Fitted> {
-        let (system, baseline_at, term_at) = self.system(terms, part, true);
-        let solution = system.solve(NU)?;
-        Some(Fitted { joints: self.joints(), solution, baseline_at, term_at })
-    }
-
-    /// As [`fit_loosely`](Self::fit_loosely), for some joints only. It starts with the weights of a similar fit of all training rows, which takes
-    /// a few iterations instead of dozens.
-    pub fn fit_near(&self, joints: &[usize], terms: &[&Term], part: Part, near: &Fitted) -> Option<Fitted> {
-        let (system, baseline_at, term_at) = self.system_of(joints, terms, part, true);
-        let weights = |joint: usize| -> Vec<f64> {
-            if !joints.contains(&joint) {
-                return Vec::new();
-            }
-            let all = self.rows(joint, Part::Train).into_iter().zip(&near.solution.weights[joint]);
-            all.filter(|(row, _)| !matches!(part, Part::Without(fold) if self.fold[*row] == fold))
-                .map(|(_, w)| *w)
-                .collect()
-        };
-        let weights = (0..self.baseline.len()).map(weights).collect();
-        let solution = system.solve_from(NU, weights, near.solution.scale.clone())?;
-        Some(Fitted { joints: joints.to_vec(), solution, baseline_at, term_at })
-    }
-
-    /// Log-likelihood of each joint on another part of the training data with a loose fit, as if rows were independent; 0 for joints not fitted.
-    pub fn likelihood_elsewhere(&self, terms: &[&Term], fitted: &Fitted, part: Part) -> Vec<f64> {
-        let (system, _, _) = self.system_of(&fitted.joints, terms, part, true);
-        let of_joint =
-            |joint: &usize| profile_likelihood(&system.blocks[*joint].residual(&fitted.solution.coefficients), NU);
-        let mut likelihood = vec![0.0; self.baseline.len()];
-        fitted.joints.iter().for_each(|joint| likelihood[*joint] = of_joint(joint));
-        likelihood
-    }
-
-    /// On held-out rows, frees what may differ in sessions without training rows: the Coulomb level (with a prior of 5 %), the offset of a torque,
-    /// and the phase of torques that repeat with the motor angle.
-    pub fn free_new_sessions(
-        &self,
-        joint: usize,
-        terms: &[&Term],
-        coefficients: &DVector<f64>,
-        term_at: &[usize],
-        residual: &mut [f64],
-    ) {
-        let rows = self.rows(joint, Part::HeldOut);
-        for session in 0..self.motion.sessions {
-            let trained = self.motion.session.iter().zip(&self.held_out).any(|(s, held)| *s == session && !held);
-            let picked: Vec<usize> =
-                (0..rows.len()).filter(|index| self.motion.session[rows[*index]] == session).collect();
-            if trained || picked.is_empty() {
-                continue;
-            }
-            let own_rows: Vec<usize> = picked.iter().map(|index| rows[*index]).collect();
-            let mut e: Vec<f64> = picked.iter().map(|index| residual[*index]).collect();
-            for (term, at) in terms.iter().zip(term_at).filter(|(term, _)| term.effect.harmonic().is_some()) {
-                if let Some(place) = term.joints.iter().position(|j| *j == joint) {
-                    let trained = [coefficients[*at], coefficients[*at + 1]];
-                    e = self.free_phase(joint, &own_rows, e, &term.columns[place], trained);
-                }
-            }
-            let (e, _) = self.free_level(joint, &own_rows, e, Vec::new());
-            picked.iter().zip(e).for_each(|(index, e)| residual[*index] = e);
-        }
-    }
-
-    /// Rotates the phase of a harmonic at constant amplitude, where that fits better.
-    fn free_phase(
-        &self,
-        joint: usize,
-        rows: &[usize],
-        e: Vec<f64>,
-        columns: &[Vec<f64>],
-        trained: [f64; 2],
-    ) -> Vec<f64> {
-        let pick = |column: &[f64]| -> Vec<f64> { rows.iter().map(|row| column[*row]).collect() };
-        let [cos, sin] = [pick(&columns[0]), pick(&columns[1])];
-        let bare: Vec<f64> = (0..rows.len()).map(|i| e[i] + trained[0] * cos[i] + trained[1] * sin[i]).collect();
-        let (_, found) = self.free_level(joint, rows, bare.clone(), vec![cos.clone(), sin.clone()]);
-        let size = found[0].hypot(found[1]);
-        if size <= 0.0 {
-            return e;
-        }
-        let scale = trained[0].hypot(trained[1]) / size;
-        let turned: Vec<f64> =
-            (0..rows.len()).map(|i| bare[i] - scale * (found[0] * cos[i] + found[1] * sin[i])).collect();
-        let power = |values: Vec<f64>| -> f64 {
-            let (left, _) = self.free_level(joint, rows, values, Vec::new());
-            left.iter().map(|e| e * e).sum()
-        };
-        if power(turned.clone()) < power(e.clone()) { turned } else { e }
-    }
-
-    /// The residual after a fit of the session's Coulomb level, its offset and the coefficients of further columns.
-    fn free_level(&self, joint: usize, rows: &[usize], y: Vec<f64>, further: Vec<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
-        let m = &self.motion.joints[joint];
-        let count = further.len();
-        let mut all = further;
-        all.push(rows.iter().map(|row| m.direction[*row]).collect());
-        if !m.has_current {
-            all.push(vec![1.0; rows.len()]);
-        }
-        let unknowns = all.len();
-        let columns = all.into_iter().enumerate().collect();
-        let level = 0.05 * m.friction.coulomb.abs().max(1e-9);
-        let priors = vec![(count, 1.0 / (self.independence[joint] * level * level))];
-        let system = System { blocks: vec![Block { y, columns }], unknowns, priors };
-        match system.solve(NU) {
-            Some(mut solution) => {
-                (solution.residual.swap_remove(0), solution.coefficients.iter().take(count).copied().collect())
-            }
-            None => (system.blocks[0].y.clone(), vec![0.0; count]),
-        }
-    }
-
-    /// Finds the best Stribeck velocities for the terms, and writes the fitted friction into the motion.
-    pub fn settle(&mut self, terms: &[&Term]) -> Option<Fitted> {
-        let of_joint = |(joint, baseline): (usize, &JointBaseline)| match baseline.falling() {
-            Falling::Given(_) => Some(baseline.clone()),
-            Falling::Free(_) => {
-                let v_s = self.stribeck_velocity(terms, joint)?;
-                Some(baseline.at_stribeck_velocity(&self.motion, joint, v_s))
-            }
-        };
-        self.baseline = self.baseline.par_iter().enumerate().map(of_joint).collect::<Option<_>>()?;
-        let fitted = self.fit(terms, Part::Train, NU)?;
-        self.adopt(&fitted);
-        Some(fitted)
-    }
-
-    /// The best Stribeck velocity of a joint for the terms; shared coefficients are fitted to this joint alone.
-    fn stribeck_velocity(&self, terms: &[&Term], joint: usize) -> Option<f64> {
-        let (system, _, _) = self.system_of(&[joint], terms, Part::Train, false);
-        let motion = self.motion.at_rows(&self.rows(joint, Part::Train));
-        let likelihood = |v_s: f64| {
-            let column = falling(&motion, joint, v_s);
-            let presence: f64 = column.iter().map(|x| x * x).sum();
-            if presence * self.independence[joint] < LEAST_PRESENCE {
-                return f64::NEG_INFINITY;
-            }
-            let mut system = system.clone();
-            system.blocks[joint].columns[FALLING].1 = column;
-            system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[joint])
-        };
-        let grid = stribeck_grid(&self.motion, joint);
-        let tried: Vec<f64> = grid.par_iter().map(|v_s| likelihood(*v_s)).collect();
-        let best = (0..grid.len()).max_by(|a, b| tried[*a].total_cmp(&tried[*b]))?;
-        let (low, high) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
-        let (low, high) = golden_section([low, high], |low, high| high / low <= STRIBECK_RATIO, likelihood);
-        Some(0.5 * (low + high))
     }
 
     /// [`independence`] of the training rows of each joint; unchanged for joints that were not fitted.

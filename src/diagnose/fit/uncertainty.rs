@@ -75,7 +75,7 @@ struct Jackknife {
 impl Uncertainty {
     /// Scatter of all parameters at the solution; `None` where the columns do not determine the coefficients.
     pub fn new(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Self> {
-        let (mut system, _, _) = problem.system(terms, Part::Train, false);
+        let mut system = problem.system(terms, Part::Train, false).system;
         let stribeck_at = add_stribeck(problem, fitted, &mut system);
         let shape_at = add_shapes(problem, terms, fitted, &mut system);
         let of_term = |(index, term): (usize, &&Term)| {

@@ -52,7 +52,7 @@ struct Scan<'m> {
 impl<'m> Scan<'m> {
     fn new(problem: &Problem<'m>, terms: &[&Term], fitted: &Fitted, joint: usize) -> Self {
         let rows = problem.rows(joint, Part::Train);
-        let (system, _, _) = problem.system_of(&[joint], terms, Part::Train, false);
+        let system = problem.system_of(&[joint], terms, Part::Train, false).system;
         let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
         let thin = |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride).copied().collect() };
         let block = &system.blocks[joint];

@@ -110,6 +110,7 @@ pub fn observe<'a>(
         joints: vec![JointMotion::default(); dof],
     };
     let total: f64 = sessions.iter().filter_map(|s| Some(s.time.last()? - s.time.first()?)).sum();
+    let asked = Request { inertia, noise_share, shortest_step: total / MOST_ROWS as f64 };
     for (number, session) in sessions.iter().enumerate() {
         let signals = signals(model, session)?;
         let dt = session.sample_interval();
@@ -125,7 +126,7 @@ pub fn observe<'a>(
                 advice: "record at least a second at a constant sample interval",
             });
         }
-        append(&mut motion, &signals, session, number, inertia, noise_share, total / MOST_ROWS as f64);
+        append(&mut motion, number, session, &signals, &asked);
         drop(signals);
         give_back_memory();
     }
@@ -150,52 +151,98 @@ fn reach(width: f64, dt: f64) -> usize {
     ((width / dt).round() as usize).max(3)
 }
 
-fn append(
-    motion: &mut Motion,
-    signals: &Signals<'_>,
-    session: &TimeSeries,
-    number: usize,
-    inertia: &[f64],
+/// What is asked of the rows.
+struct Request<'i> {
+    /// [kg·m² or kg] Typical inertia of each joint with its rotor.
+    inertia: &'i [f64],
+    /// [1] Share of the RMS torque that noise of the acceleration may make.
     noise_share: f64,
+    /// [s] Least distance of rows.
     shortest_step: f64,
-) {
-    let dof = motion.joints.len();
-    let dt = session.sample_interval();
-    let mut ladder: Vec<Kernel> = Vec::new();
-    let mut width = HALF_WIDTHS[0];
-    while width < HALF_WIDTHS[1] {
-        ladder.push(Kernel::new(reach(width, dt), dt));
-        width *= WIDTH_STEP;
+}
+
+/// The half width that each row of a session needs.
+struct Widths<'s> {
+    model: &'s Model,
+    signals: &'s Signals<'s>,
+    inertia: &'s [f64],
+    /// [N·m or N] Permitted noise of each joint.
+    noise: Vec<f64>,
+    /// [rad/s or m/s] Speed below which each joint counts as resting.
+    rest: Vec<f64>,
+    /// Kernel that a speed is judged by.
+    rough: Kernel,
+    /// [s] The narrowest that this machine can need.
+    narrowest: f64,
+    /// [s] Sampling interval.
+    dt: f64,
+}
+
+impl<'s> Widths<'s> {
+    /// For a session whose first and last `edge` samples get no row.
+    fn new(model: &'s Model, signals: &'s Signals<'s>, asked: &Request<'s>, dt: f64, edge: usize) -> Self {
+        let rough = rough(dt);
+        let speeds = |q: &&[f64]| {
+            let rates = (edge..q.len() - edge).step_by(16).map(|i| rough.averages(q, i).rate.abs());
+            rates.fold(0.0, f64::max)
+        };
+        let fastest: Vec<f64> = signals.position.iter().map(speeds).collect();
+        let rest = fastest.iter().enumerate().map(|(joint, fastest)| rest_speed(model, joint, *fastest)).collect();
+        let noise = signals.torque.iter().map(|torque| asked.noise_share * root_mean_square(torque)).collect();
+        let mut widths =
+            Self { model, signals, inertia: asked.inertia, noise, rest, rough, narrowest: HALF_WIDTHS[0], dt };
+        for (joint, fastest) in fastest.iter().enumerate() {
+            widths.narrowest = widths.narrowest.max(widths.wanted(joint, *fastest));
+        }
+        widths
     }
-    let rough = Kernel::new(reach(0.03, dt), dt);
-    let noise: Vec<f64> = signals.torque.iter().map(|torque| noise_share * root_mean_square(torque)).collect();
-    let edge = ladder.last().map_or(rough.reach, |kernel| kernel.reach) + 1;
-    let fastest: Vec<f64> = signals
-        .position
-        .iter()
-        .map(|q| (edge..q.len() - edge).step_by(16).map(|i| rough.averages(q, i).rate.abs()).fold(0.0, f64::max))
-        .collect();
-    let rest: Vec<f64> = (0..dof).map(|joint| rest_speed(motion.model, joint, fastest[joint])).collect();
-    // The narrowest kernel that this machine can need sets the spacing of the rows.
-    let narrowest = (0..dof)
-        .map(|j| wanted_half_width(motion.model.joints[j].encoder_step(), fastest[j], inertia[j], noise[j], dt))
-        .fold(HALF_WIDTHS[0], f64::max);
-    let step = ((ROW_SPACING * narrowest).max(shortest_step) / dt).round().max(1.0) as usize;
-    for centre in (edge..session.len() - edge).step_by(step) {
-        let mut width = narrowest;
-        for (joint, rest) in rest.iter().enumerate() {
-            let speed = rough.averages(signals.position[joint], centre).rate.abs();
+
+    /// [s] Of one joint at a speed.
+    fn wanted(&self, joint: usize, speed: f64) -> f64 {
+        let step = self.model.joints[joint].encoder_step();
+        wanted_half_width(step, speed, self.inertia[joint], self.noise[joint], self.dt)
+    }
+
+    /// [s] Of the row at a sample: the widest that a moving joint needs.
+    fn at(&self, centre: usize) -> f64 {
+        let mut width = self.narrowest;
+        for (joint, rest) in self.rest.iter().enumerate() {
+            let speed = self.rough.averages(self.signals.position[joint], centre).rate.abs();
             if speed > *rest {
-                let encoder_step = motion.model.joints[joint].encoder_step();
-                width = width.max(wanted_half_width(encoder_step, speed, inertia[joint], noise[joint], dt));
+                width = width.max(self.wanted(joint, speed));
             }
         }
+        width
+    }
+}
+
+/// Kernel of 30 ms to either side.
+fn rough(dt: f64) -> Kernel {
+    Kernel::new(reach(0.03, dt), dt)
+}
+
+/// Kernels of all half widths, the narrowest first.
+fn ladder(dt: f64) -> Vec<Kernel> {
+    let widths = std::iter::successors(Some(HALF_WIDTHS[0]), |width| Some(width * WIDTH_STEP));
+    widths.take_while(|width| *width < HALF_WIDTHS[1]).map(|width| Kernel::new(reach(width, dt), dt)).collect()
+}
+
+/// Appends the rows of the session of this number.
+fn append(motion: &mut Motion, number: usize, session: &TimeSeries, signals: &Signals<'_>, asked: &Request) {
+    let dt = session.sample_interval();
+    let ladder = ladder(dt);
+    let edge = ladder.last().map_or(rough(dt).reach, |kernel| kernel.reach) + 1;
+    let widths = Widths::new(motion.model, signals, asked, dt, edge);
+    // The narrowest kernel that this machine can need sets the distance of the rows.
+    let step = ((ROW_SPACING * widths.narrowest).max(asked.shortest_step) / dt).round().max(1.0) as usize;
+    for centre in (edge..session.len() - edge).step_by(step) {
+        let width = widths.at(centre);
         let rung = ladder.partition_point(|kernel| kernel.half_width < width).min(ladder.len() - 1);
         let kernel = &ladder[rung];
         motion.session.push(number);
         motion.time.push(session.time[centre]);
         motion.half_width.push(kernel.half_width);
-        for (joint, rest) in rest.iter().enumerate() {
+        for (joint, rest) in widths.rest.iter().enumerate() {
             let position = kernel.averages(signals.position[joint], centre);
             let torque = kernel.averages(&signals.torque[joint], centre);
             let row = &mut motion.joints[joint];

@@ -94,7 +94,7 @@ impl Search<'_, '_> {
         }
         let joint = joints[0];
         let rows = self.problem.rows(joint, Part::Train);
-        let (system, _, _) = self.problem.system_of(joints, &self.terms, Part::Train, true);
+        let system = self.problem.system_of(joints, &self.terms, Part::Train, true).system;
         let solution = &self.fitted.solution;
         // A scan only has to find the peaks, and some thousand rows are enough for that.
         let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);

@@ -167,52 +167,8 @@ pub fn design(
         ));
     }
     let catalogue = Catalogue::default();
-    let mut scenarios: Vec<(usize, Plan, String, Scenario)> = Vec::new();
-    let mut beyond_budget: Option<f64> = None;
-    let mut too_costly = None;
-    for plan in plans() {
-        let Some(rank) = rank(&plan, question, &catalogue) else { continue };
-        let text = text_of(model, question, &plan);
-        // A plan that this machine cannot carry out is skipped.
-        let Ok(scenario) = Scenario::of_model(&text, Path::new("scenario.toml"), model) else { continue };
-        let scenario = Scenario { limits, ..scenario };
-        if let Err(error) = scenario.affordable() {
-            too_costly = Some(error);
-        } else if scenario.check_motion().is_err() {
-            continue;
-        } else if duration(&scenario) <= budget {
-            scenarios.push((rank, plan, text, scenario));
-        } else {
-            beyond_budget = Some(beyond_budget.map_or(duration(&scenario), |least| least.min(duration(&scenario))));
-        }
-    }
-    if let (true, Some(least)) = (scenarios.is_empty(), beyond_budget) {
-        let expected = format!("at least {:.0} s: no experiment for this question is shorter", least.ceil());
-        return Err(Error::input("command line".as_ref(), Place::File, "budget", format!("{budget} s"), expected));
-    }
-    if let (true, Some(error)) = (scenarios.is_empty(), too_costly) {
-        return Err(error);
-    }
-    scenarios.sort_by(|a, b| a.0.cmp(&b.0).then(duration(&a.3).total_cmp(&duration(&b.3))));
-    let mut tried: Vec<TriedExperiment> = Vec::new();
-    let mut too_little = None;
-    let count = scenarios.len() as f64;
-    for (index, (_, plan, text, scenario)) in scenarios.into_iter().enumerate() {
-        progress("simulating experiments", index as f64 / count);
-        let trial = match attempt(question, &plan, text, &scenario) {
-            // Too short for this machine; another plan may be long enough.
-            Err(error @ Error::TooLittleData { .. }) => {
-                too_little = Some(error);
-                continue;
-            }
-            result => result?,
-        };
-        let enough = question.causes().len() > 1 && trial.certainty() >= DECIDES;
-        tried.push(trial);
-        if enough {
-            break;
-        }
-    }
+    let Affordable { experiments, beyond_budget } = affordable(model, question, &catalogue, limits, budget)?;
+    let (tried, too_little) = try_in_order(question, experiments, progress)?;
     let best = tried.iter().max_by(|a, b| a.merit().total_cmp(&b.merit()).then(b.duration.total_cmp(&a.duration)));
     let none = || {
         too_little.unwrap_or_else(|| refused("joints", "limits that leave room for an experiment without a collision"))
@@ -230,6 +186,91 @@ pub fn design(
         beyond_budget,
         told_apart_by: about.map(|effect| effect.about().separate_by).collect(),
     })
+}
+
+/// An experiment that can be simulated.
+struct PlannedRun {
+    /// Sum of its ranks, see [`rank`].
+    rank: usize,
+    plan: Plan,
+    text: String,
+    scenario: Scenario,
+}
+
+/// Experiments within the budget, the most suitable first, and of these the shortest.
+struct Affordable {
+    experiments: Vec<PlannedRun>,
+    /// [s] The shortest that is beyond the budget.
+    beyond_budget: Option<f64>,
+}
+
+/// Experiments that this machine can carry out within the budget.
+fn affordable(
+    model: &Model,
+    question: &Question,
+    catalogue: &Catalogue,
+    limits: Limits,
+    budget: f64,
+) -> Result<Affordable> {
+    let mut experiments: Vec<PlannedRun> = Vec::new();
+    let mut beyond_budget: Option<f64> = None;
+    let mut too_costly = None;
+    for plan in plans() {
+        let Some(rank) = rank(&plan, question, catalogue) else { continue };
+        let text = text_of(model, question, &plan);
+        // A plan that this machine cannot carry out is skipped.
+        let Ok(scenario) = Scenario::of_model(&text, Path::new("scenario.toml"), model) else { continue };
+        let scenario = Scenario { limits, ..scenario };
+        if let Err(error) = scenario.affordable() {
+            too_costly = Some(error);
+        } else if scenario.check_motion().is_err() {
+            continue;
+        } else if duration(&scenario) <= budget {
+            experiments.push(PlannedRun { rank, plan, text, scenario });
+        } else {
+            beyond_budget = Some(beyond_budget.map_or(duration(&scenario), |least| least.min(duration(&scenario))));
+        }
+    }
+    match (experiments.is_empty(), beyond_budget, too_costly) {
+        (true, Some(least), _) => {
+            let expected = format!("at least {:.0} s: no experiment for this question is shorter", least.ceil());
+            Err(Error::input("command line".as_ref(), Place::File, "budget", format!("{budget} s"), expected))
+        }
+        (true, None, Some(error)) => Err(error),
+        _ => {
+            let length = |one: &PlannedRun| duration(&one.scenario);
+            experiments.sort_by(|a, b| a.rank.cmp(&b.rank).then(length(a).total_cmp(&length(b))));
+            Ok(Affordable { experiments, beyond_budget })
+        }
+    }
+}
+
+/// Simulates experiments until one decides; with the last error of those that are too short for this machine.
+fn try_in_order(
+    question: &Question,
+    experiments: Vec<PlannedRun>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<(Vec<TriedExperiment>, Option<Error>)> {
+    let mut tried: Vec<TriedExperiment> = Vec::new();
+    let mut too_little = None;
+    let count = experiments.len() as f64;
+    for (index, PlannedRun { plan, text, scenario, .. }) in experiments.into_iter().enumerate() {
+        progress("simulating experiments", index as f64 / count);
+        let trial = match attempt(question, &plan, text, &scenario) {
+            // Too short for this machine; another plan may be long enough.
+            Err(error @ Error::TooLittleData { .. }) => {
+                too_little = Some(error);
+                continue;
+            }
+            result => result?,
+        };
+        let enough = question.causes().len() > 1 && trial.certainty() >= DECIDES;
+        tried.push(trial);
+        if enough {
+            break;
+        }
+    }
+    Ok((tried, too_little))
 }
 
 /// Sum of the ranks of the plan's best kind in the causes' lists of suitable experiments; `None` if the plan has no

@@ -14,7 +14,7 @@
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, the hard-contact model.
 
 use super::path::{Path, Span};
-use crate::effects::{Action, GearAction, SymmetricFriction};
+use crate::effects::{Action, GearAction};
 use crate::gearhead::{Exponential, Flank, Memory, Mesh, slowed};
 
 /// Known parameters of a joint's gear.
@@ -69,8 +69,7 @@ struct Run<'a> {
 
 /// `D` on the grid of the path.
 pub fn lack(path: &Path, gear: &Gear, altered: &Altered) -> Vec<f64> {
-    let SymmetricFriction { coulomb, breakaway, stribeck_velocity, viscous } = path.friction;
-    let law = Exponential { coulomb, breakaway, stribeck_velocity, viscous };
+    let law = path.friction.law();
     let mut run = Run { path, gear, altered, law, grown: Vec::new(), lack: vec![0.0; path.theta.len()] };
     run.remember();
     for span in &path.spans {

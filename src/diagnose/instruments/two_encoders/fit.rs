@@ -2,7 +2,7 @@
 
 use super::difference::{Difference, difference};
 use super::flanks::flanks;
-use super::solved::{clustered, solve};
+use super::solved::{Regression, Solved, solve};
 use super::wave::{Wave, wave};
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::regression::{Block, System};
@@ -60,6 +60,21 @@ struct Layout {
 }
 
 impl Layout {
+    /// Position of the coefficient of the load; that of the lag stands before it, where it is free.
+    fn load(self) -> usize {
+        usize::from(self.speed)
+    }
+
+    /// Position of the coefficient of the side, where it has one.
+    fn flank(self) -> usize {
+        self.load() + 1
+    }
+
+    /// Position of the coefficient of the direction, where it has one.
+    fn way(self) -> usize {
+        self.flank() + usize::from(self.side)
+    }
+
     fn columns(self, rows: &Difference, friction: f64) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
         if self.speed {
@@ -91,64 +106,84 @@ pub fn fit(
     let mut found = None;
     for _ in 0..STEPS {
         let rows = trained(lag)?;
-        let side = rows.side(friction);
-        let (changes, observable) = flanks(&side);
         let speed = known == Lag::Free || (rows.motor_side && known != Lag::Ignored);
+        let (changes, observable) = flanks(&rows.side(friction));
         let layout = Layout { speed, side: observable, direction: rows.motor_side, order };
-        let mut columns = layout.columns(&rows, friction);
-        let first = columns.len();
-        columns.extend(rows.mounting(problem));
-        let solution = solve(&rows.ahead, &columns)?;
-        let c = solution.coefficients.clone();
-        let load = usize::from(layout.speed);
+        let step = Step::new(problem, rows, layout, friction, changes)?;
         if known == Lag::Free {
-            lag += c[0];
+            lag += step.solved.coefficients[0];
         }
         if layout.direction {
-            let largest = rows.load.iter().fold(0.0_f64, |most, load| most.max(load.abs()));
-            let behind = load + 1 + usize::from(layout.side);
-            friction = if c[load] > 0.0 { (-c[behind] / c[load]).clamp(0.0, largest) } else { 0.0 };
+            friction = step.friction();
         }
-        found = Some((rows, columns, solution, layout, changes, first));
+        found = Some(step);
     }
-    let (rows, columns, solution, layout, changes, first) = found?;
-    let variance = clustered(problem, &rows, &columns, &solution).diagonal().map(|v| v.max(0.0));
-    let at = usize::from(layout.speed);
-    let c = &solution.coefficients;
-    let wind_up = Estimate { value: c[at], std_error: variance[at].sqrt() };
+    let explained = explained_by_lag(&trained(0.0)?, problem)?;
+    let step = found?;
+    let variance = step.regression().covariance(problem, &[]).diagonal().map(|v| v.max(0.0));
+    let estimate = |at: usize| Estimate { value: step.solved.coefficients[at], std_error: variance[at].sqrt() };
+    let (layout, rms) = (step.layout, step.solved.rms);
+    let wind_up = estimate(layout.load());
     let unknown = SHARE_BEFORE[1] * problem.motion.joints[joint].friction.coulomb * wind_up.value.max(0.0);
-    let wave = layout.order.map(|n| Wave::of(problem, &rows, n, first - 2, &columns, &solution, unknown));
-    let rms = solution.rms;
-    let gap = layout.side.then(|| {
-        // Each change of flank shows the gap once, as the difference of two values with errors.
-        let of_changes = (2.0 / changes as f64).sqrt() * rms;
-        Estimate { value: c[at + 1], std_error: variance[at + 1].sqrt().hypot(of_changes) }
-    });
     let lag = match known {
         Lag::Free => {
-            let [shift, doubt] = by_friction(problem, &rows, wind_up);
+            let [shift, doubt] = by_friction(problem, &step.rows, wind_up);
             Estimate { value: lag + shift, std_error: variance[0].sqrt().hypot(doubt) }
         }
         _ => Estimate { value: lag, std_error: 0.0 },
     };
-    let behind = at + 1 + usize::from(layout.side);
-    let lost = layout.direction.then(|| {
-        let step = Estimate { value: c[behind], std_error: variance[behind].sqrt() };
-        lost_motion(problem, &rows, step, wind_up, rms)
-    });
-    let explained = explained_by_lag(&trained(0.0)?, problem)?;
     Some(AxisFit {
         joint,
         lag,
         wind_up,
-        gap,
-        lost,
+        gap: layout.side.then(|| step.gap(estimate(layout.flank()))),
+        lost: layout.direction.then(|| lost_motion(problem, &step.rows, estimate(layout.way()), wind_up, rms)),
         explained,
-        wave,
+        wave: order.map(|n| Wave::of(problem, &step.regression(), n, step.own - 2, unknown)),
         friction,
-        coefficients: c.as_slice()[..first].to_vec(),
+        coefficients: step.solved.coefficients.as_slice()[..step.own].to_vec(),
         layout,
     })
+}
+
+/// One step of the fit: rows at a lag, and what was fitted to them.
+struct Step {
+    rows: Difference,
+    columns: Vec<Vec<f64>>,
+    solved: Solved,
+    layout: Layout,
+    /// Changes of flank.
+    changes: usize,
+    /// Number of columns before the mounting.
+    own: usize,
+}
+
+impl Step {
+    fn new(problem: &Problem, rows: Difference, layout: Layout, friction: f64, changes: usize) -> Option<Self> {
+        let mut columns = layout.columns(&rows, friction);
+        let own = columns.len();
+        columns.extend(rows.mounting(problem));
+        let solved = solve(&rows.ahead, &columns)?;
+        Some(Self { rows, columns, solved, layout, changes, own })
+    }
+
+    fn regression(&self) -> Regression<'_> {
+        Regression { rows: &self.rows, columns: &self.columns, solved: &self.solved }
+    }
+
+    /// Friction before the gear [N·m or N]: what the direction takes, in units of the load.
+    fn friction(&self) -> f64 {
+        let c = &self.solved.coefficients;
+        let (load, way) = (c[self.layout.load()], c[self.layout.way()]);
+        let largest = self.rows.load.iter().fold(0.0_f64, |most, load| most.max(load.abs()));
+        if load > 0.0 { (-way / load).clamp(0.0, largest) } else { 0.0 }
+    }
+
+    /// The gap: each change of flank shows it once, as the difference of two values with errors.
+    fn gap(&self, side: Estimate) -> Estimate {
+        let of_changes = (2.0 / self.changes as f64).sqrt() * self.solved.rms;
+        Estimate { std_error: side.std_error.hypot(of_changes), ..side }
+    }
 }
 
 /// The training rows of a joint.

@@ -44,26 +44,41 @@ pub fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
     })
 }
 
-/// Covariance of the coefficients for any correlation of errors within a block of time (sandwich of Liang and Zeger 1986).
-pub fn clustered(problem: &Problem, rows: &Difference, columns: &[Vec<f64>], solved: &Solved) -> DMatrix<f64> {
-    let n = columns.len();
-    let mut bread = DMatrix::zeros(n, n);
-    let mut scores: Vec<DVector<f64>> = Vec::new();
-    let mut sum: DVector<f64> = DVector::zeros(n);
-    let key = |index: usize| {
-        let row = rows.rows[index];
-        (problem.motion.session[row], (problem.motion.time[row] / BLOCK) as usize)
-    };
-    for index in 0..rows.rows.len() {
-        let x = DVector::from_iterator(n, columns.iter().map(|column| column[index]));
-        bread += solved.weights[index] * &x * x.transpose();
-        sum += solved.weights[index] * solved.residual[index] * x;
-        if index + 1 == rows.rows.len() || key(index + 1) != key(index) {
-            scores.push(std::mem::replace(&mut sum, DVector::zeros(n)));
+/// Rows with the columns that were fitted to them.
+pub struct Regression<'r> {
+    /// The rows.
+    pub rows: &'r Difference,
+    /// Columns of the coefficients.
+    pub columns: &'r [Vec<f64>],
+    /// Their fit.
+    pub solved: &'r Solved,
+}
+
+impl Regression<'_> {
+    /// Covariance of the coefficients, and of those of further columns whose coefficients are zero, for any correlation of errors within a
+    /// block of time (sandwich of Liang and Zeger 1986).
+    pub fn covariance(&self, problem: &Problem, further: &[Vec<f64>]) -> DMatrix<f64> {
+        let Self { rows, columns, solved } = self;
+        let columns: Vec<&[f64]> = columns.iter().chain(further).map(Vec::as_slice).collect();
+        let n = columns.len();
+        let mut bread = DMatrix::zeros(n, n);
+        let mut scores: Vec<DVector<f64>> = Vec::new();
+        let mut sum: DVector<f64> = DVector::zeros(n);
+        let key = |index: usize| {
+            let row = rows.rows[index];
+            (problem.motion.session[row], (problem.motion.time[row] / BLOCK) as usize)
+        };
+        for index in 0..rows.rows.len() {
+            let x = DVector::from_iterator(n, columns.iter().map(|column| column[index]));
+            bread += solved.weights[index] * &x * x.transpose();
+            sum += solved.weights[index] * solved.residual[index] * x;
+            if index + 1 == rows.rows.len() || key(index + 1) != key(index) {
+                scores.push(std::mem::replace(&mut sum, DVector::zeros(n)));
+            }
         }
+        let Some(factor) = Equilibrated::new(&bread) else { return DMatrix::from_element(n, n, f64::INFINITY) };
+        // Correction for the degrees of freedom that the fit takes from few blocks.
+        let taken = n.min(scores.len().saturating_sub(1));
+        sandwich(&factor.inverse(), scores.iter(), taken)
     }
-    let Some(factor) = Equilibrated::new(&bread) else { return DMatrix::from_element(n, n, f64::INFINITY) };
-    // Correction for the degrees of freedom that the fit takes from few blocks.
-    let taken = n.min(scores.len().saturating_sub(1));
-    sandwich(&factor.inverse(), scores.iter(), taken)
 }

@@ -9,7 +9,7 @@ use nalgebra::{Matrix2, Vector2};
 
 use super::difference::Difference;
 use super::flanks::flanks;
-use super::solved::{Solved, clustered};
+use super::solved::Regression;
 use crate::diagnose::fit::problem::Problem;
 use crate::timeseries::Estimate;
 
@@ -33,19 +33,12 @@ pub fn wave(rows: &Difference, side: &[f64], order: f64) -> [Vec<f64>; 2] {
 impl Wave {
     /// The wave of order `n` with its two coefficients at position `at`; `unknown` [rad or m] is the uncertain wind-up by friction whose share
     /// behind the gear is unknown.
-    pub fn of(
-        problem: &Problem,
-        rows: &Difference,
-        n: f64,
-        at: usize,
-        columns: &[Vec<f64>],
-        solved: &Solved,
-        unknown: f64,
-    ) -> Self {
+    pub fn of(problem: &Problem, fit: &Regression, n: f64, at: usize, unknown: f64) -> Self {
+        let Regression { rows, columns, solved } = fit;
         let k = Vector2::new(solved.coefficients[at], solved.coefficients[at + 1]);
         let [cos, sin] = [&columns[at], &columns[at + 1]];
         let slope = rows.q.iter().zip(cos.iter().zip(sin)).map(|(q, (cos, sin))| q * (k.y * cos - k.x * sin)).collect();
-        let covariance = clustered(problem, rows, &[columns, &[slope]].concat(), solved);
+        let covariance = fit.covariance(problem, &[slope]);
         // Each change of flank shows the gap once, as the difference of two errors: the robust error, without floating rows, and the
         // uncertain part of friction. The mean square of a cosine is a half.
         let changes = flanks(&rows.side(0.0)).0.max(1);
