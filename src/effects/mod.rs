@@ -47,7 +47,7 @@ pub use action::{
 };
 pub use catalogue::Catalogue;
 pub use falling::{falling, falling_slope};
-pub use harmonic::Harmonic;
+pub use harmonic::{Columns, Harmonic};
 pub use motion::{JointMotion, Motion, SymmetricFriction};
 pub use parameters::Parameters;
 pub use phenomenon::{Claim, Phenomenon};

@@ -265,7 +265,7 @@ fn errors(diagnosis: &Diagnosis) -> Section {
     let text = if diagnosis.effects.is_empty() {
         Vec::new()
     } else {
-        vec!["Gains with their 95 % interval (bootstrap over blocks of some seconds); one whose interval holds zero is not shown.".to_owned()]
+        vec!["Gains with their 95 % interval, from the scatter between blocks of some seconds; a gain whose interval includes zero is not shown.".to_owned()]
     };
     let tables = [fit, headline::by_effect(diagnosis), replay];
     let tables = tables.into_iter().filter(|table| !table.rows.is_empty()).collect();

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use crate::diagnose::fit::pose::needs_narrow_rows;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::{Block, Score};
-use crate::effects::{Diagnosable, Motion};
+use crate::effects::{Columns, Diagnosable, Motion};
 
 /// Probability by chance of a line for a joint and an effect.
 const CHANCE: f64 = 0.005;
@@ -28,9 +28,6 @@ const MOST_RAISED: f64 = 0.15;
 const MOST_LEVEL: f64 = 4.0;
 /// [nats, independent rows] Gain on the training rows below which no line is sought: half of the total that a named effect needs.
 const LEAST_GAIN: f64 = 6.0;
-
-/// Columns of a line at an order.
-type Columns = fn(&Motion, usize, f64) -> Vec<Vec<f64>>;
 
 /// Order of an effect that is sought in narrow rows, and its columns at any order.
 fn line_of(effect: &dyn Diagnosable, motion: &Motion, joint: usize, shape: &[f64]) -> Option<(f64, Columns)> {
