@@ -19,19 +19,21 @@ pub fn without(
     let terms: Vec<_> = selection.terms().into_iter().zip(&selection.fitted.term_at).collect();
     let terms: Vec<_> = terms.into_iter().filter(|(term, _)| taken_off(term)).collect();
     let of_session = |(number, session): (usize, &&TimeSeries)| {
-        let mut mended = (*session).clone();
+        let mut corrected = (*session).clone();
         if terms.is_empty() {
-            return mended;
+            return corrected;
         }
         for (block, time) in session.time.chunks(BLOCK).enumerate() {
-            let Some(motion) = at_samples(&problem.motion, number, time) else { return mended };
+            let Some(motion) = at_samples(&problem.motion, number, time) else { return corrected };
             for (term, at) in &terms {
                 let coefficients = &selection.fitted.solution.coefficients.as_slice()[**at..];
                 let first = block * BLOCK;
-                term.joints.iter().for_each(|joint| take_off(&mut mended, first, &motion, *joint, term, coefficients));
+                for joint in &term.joints {
+                    take_off(&mut corrected, first, &motion, *joint, term, coefficients);
+                }
             }
         }
-        mended
+        corrected
     };
     sessions.iter().enumerate().map(of_session).collect()
 }

@@ -258,12 +258,12 @@ fn sighting(model: &Model, joint: usize, line: &Line) -> Sighting {
 
 /// A session whose motor torque includes the lines: `τ_m + d`.
 fn without(model: &Model, lines: &[(usize, Line)], session: &TimeSeries) -> TimeSeries {
-    let mut mended = session.clone();
+    let mut corrected = session.clone();
     let start = session.time.first().copied().unwrap_or(0.0);
     for (joint, line) in lines {
         let joint = &model.joints[*joint];
         let absolute = joint.current_sensor.is_some_and(|s| s.sensing == Sensing::Absolute);
-        let Some(series) = mended.joints.iter_mut().find(|series| series.name == joint.name) else { continue };
+        let Some(series) = corrected.joints.iter_mut().find(|series| series.name == joint.name) else { continue };
         let side: Option<Vec<f64>> = series.get(Channel::Velocity).map(|v| v.iter().map(|v| v.signum()).collect());
         for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, joint.torque_per_ampere())] {
             for (k, sample) in series.channels.get_mut(&channel).into_iter().flatten().enumerate() {
@@ -272,7 +272,7 @@ fn without(model: &Model, lines: &[(usize, Line)], session: &TimeSeries) -> Time
             }
         }
     }
-    mended
+    corrected
 }
 
 #[cfg(test)]

@@ -171,14 +171,14 @@ fn compared(problem: &Problem, sessions: &[&TimeSeries], fit: &AxisFit, lag: f64
         let recorded =
             difference(problem, sessions, fit.joint, 0.0)?.filtered(|row| shifted.rows.binary_search(&row).is_ok());
         let size = root_mean_square(&rest(problem, &recorded, &recorded.ahead)?);
-        let (nominal, mended) = (nominal(&recorded)?, fit.residual(problem, &shifted)?);
-        let (before, after) = (root_mean_square(&nominal), root_mean_square(&mended));
+        let (nominal, extended) = (nominal(&recorded)?, fit.residual(problem, &shifted)?);
+        let (before, after) = (root_mean_square(&nominal), root_mean_square(&extended));
         let everywhere = |values: &[f64]| {
             let mut all = vec![0.0; problem.motion.rows()];
             shifted.rows.iter().zip(values).for_each(|(row, value)| all[*row] = *value);
             all
         };
-        let residual = Residual { before: everywhere(&nominal), after: everywhere(&mended) };
+        let residual = Residual { before: everywhere(&nominal), after: everywhere(&extended) };
         let counts = [model.encoder_step(), model.link_encoder.map_or(0.0, |encoder| encoder.resolution)];
         Some(FitError {
             joint: model.name.clone(),
