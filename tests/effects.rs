@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use lostmotion::effects::{
-    self, Action, CATALOGUE, Catalogue, Diagnosable, JointMotion, JointState, Motion, Reading, Scope, SymmetricFriction,
+    self, Action, CATALOGUE, Catalogue, Diagnosable, JointMotion, JointState, Motion, Phenomenon, Reading, Scope,
+    SymmetricFriction,
 };
 use lostmotion::error::Error;
 use lostmotion::gearhead::Mesh;
@@ -387,4 +388,17 @@ fn analytic_the_kernel_passes_slow_ripple_and_stops_fast_ripple() {
     assert!((kernel_gain(7.0) + 0.041_101_919_630_755_4).abs() < 1e-12);
     // The series of small arguments meets the closed form where they change over (x² = 0.01).
     assert!((kernel_gain(0.099_999) - kernel_gain(0.100_001)).abs() < 1e-6);
+}
+
+#[test]
+fn property_every_phenomenon_has_one_claimant_of_the_catalogue_and_claims_name_its_parameters() {
+    for kind in Phenomenon::KINDS {
+        let claims: Vec<_> =
+            CATALOGUE.iter().filter_map(|effect| Some((effect.about(), effect.claims(&kind)?))).collect();
+        assert_eq!(claims.len(), 1, "{kind:?} has {} claimants", claims.len());
+        let (about, claim) = &claims[0];
+        for (name, _) in claim {
+            assert!(about.parameters.iter().any(|spec| spec.name == *name), "{} has no parameter {name}", about.name);
+        }
+    }
 }

@@ -5,14 +5,10 @@ use super::gains;
 use super::shares;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::result::{FitError, ResidualSeries, Split};
+use crate::diagnose::rows::observe::root_mean_square;
 use crate::replay::Gain;
 use crate::timeseries::TimeSeries;
 use crate::units::JointKind;
-
-fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value * value, count + 1));
-    (sum / count.max(1) as f64).sqrt()
-}
 
 /// RMS errors over the rigid zone, for training data and held-out data.
 pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> Vec<FitError> {
@@ -26,7 +22,7 @@ pub fn fit_errors(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>])
             if rows.is_empty() {
                 continue;
             }
-            let rms = |values: &[f64]| root_mean_square(rows.iter().map(|row| values[*row]));
+            let rms = |values: &[f64]| root_mean_square(&rows.iter().map(|row| values[*row]).collect::<Vec<f64>>());
             let torque = rms(&problem.motion.joints[joint].torque).max(1e-300);
             let (before, after) = (rms(&residual.before), rms(&residual.after));
             errors.push(FitError {

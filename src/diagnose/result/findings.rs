@@ -35,3 +35,37 @@ impl Findings {
         self.unexplained.extend(seen.unexplained);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::diagnose::result::{EffectGain, Standing};
+    use crate::effects::find;
+    use crate::replay::Gain;
+
+    fn line(evidence_nats: f64) -> FoundEffect {
+        let about = find("periodic_disturbance").expect("an effect of the catalogue").about();
+        let standing = Standing { probability: 0.9, evidence_nats, gain: EffectGain::of(Gain::default(), "amplitude") };
+        FoundEffect::new(about, vec!["joint1".to_owned()], BTreeMap::new(), standing)
+    }
+
+    fn reading(effects: Vec<FoundEffect>) -> Findings {
+        Findings { effects, ..Findings::default() }
+    }
+
+    #[test]
+    fn regress_two_lines_of_one_reading_stay_apart() {
+        let mut findings = Findings::default();
+        findings.merge(reading(vec![line(50.0), line(20.0)]));
+        assert_eq!(findings.effects.iter().map(|line| line.evidence_nats).collect::<Vec<_>>(), [50.0, 20.0]);
+    }
+
+    #[test]
+    fn property_what_two_instruments_see_is_one_effect_with_the_larger_evidence() {
+        let mut findings = reading(vec![line(50.0)]);
+        findings.merge(reading(vec![line(20.0)]));
+        assert_eq!(findings.effects.iter().map(|line| line.evidence_nats).collect::<Vec<_>>(), [50.0]);
+    }
+}

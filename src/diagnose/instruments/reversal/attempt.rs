@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::TurnRows;
 use super::gear::{Altered, Gear};
+use super::turn_rows::TurnRows;
 use crate::diagnose::fit::problem::Part;
 use crate::effects::{AtTurns, Trial};
 use crate::gearhead::Friction;

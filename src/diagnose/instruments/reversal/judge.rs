@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::linear::Equilibrated;
 
 use super::attempt::TurnFit;
-use super::channel::TurnRows;
+use super::turn_rows::TurnRows;
 use crate::diagnose::fit::problem::{FOLDS, Part, independence};
 use crate::diagnose::fit::regression::{NU, Solution, profile_likelihood};
 

@@ -8,15 +8,15 @@
 //! A hard gear with a gap is simulated along the measured motion of the rotor, once as fitted and once with an effect installed.
 //! An effect is chosen if the difference explains training rows that were not used for the fit, and named if it gains on held-out data.
 //!
-//! `channel` selects the rows, `path` gives the motion on a fine grid of times, `gear` simulates, `attempt` fits gap, share and effects,
+//! `turn_rows` selects the rows, `path` gives the motion on a fine grid of times, `gear` simulates, `attempt` fits gap, share and effects,
 //! `judge` compares fits, and `search` finds the effects.
 
 mod attempt;
-mod channel;
 mod gear;
 mod judge;
 mod path;
 mod search;
+mod turn_rows;
 
 #[cfg(test)]
 mod tests;

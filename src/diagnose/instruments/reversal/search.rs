@@ -3,9 +3,9 @@
 
 use super::TurnRules;
 use super::attempt::{Planted, Setting, TurnFit};
-use super::channel::TurnRows;
 use super::judge::TurnLikelihood;
 use super::path::Path;
+use super::turn_rows::TurnRows;
 use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::regression::Solution;
 use crate::diagnose::residuals::gains;

@@ -1,3 +1,5 @@
+//! Level and coverage of the interval of a gain.
+
 use super::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
