@@ -5,6 +5,8 @@
 //! An oscillation along the path, `cos(n θ)` at the order `n`, passes it with the gain
 //! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`.
 
+use nalgebra::DMatrix;
+
 use crate::dynamics::Dynamics;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::robot::{Model, Robot};
@@ -214,6 +216,25 @@ impl Motion<'_> {
             inertias.iter_mut().enumerate().for_each(|(joint, inertia)| inertia.push(mass[(joint, joint)]));
         }
         inertias
+    }
+
+    /// Torque of all joints for changes of the bodies' [parameters](crate::robot::Inertia::parameters), one column of `changes` each:
+    /// `torques[joint][change][row]`.
+    pub fn regressed(&self, changes: &DMatrix<f64>) -> Vec<Vec<Vec<f64>>> {
+        let dof = self.joints.len();
+        let mut torques = vec![vec![Vec::with_capacity(self.rows()); changes.ncols()]; dof];
+        let mut dynamics = Dynamics::new(&self.model.robot);
+        let mut y = DMatrix::zeros(dof, changes.nrows());
+        let mut product = DMatrix::zeros(dof, changes.ncols());
+        for row in 0..self.rows() {
+            let each = |of: fn(&JointMotion) -> &Vec<f64>| -> Vec<f64> { self.joints.iter().map(|m| of(m)[row]).collect() };
+            dynamics.regressor(&each(|m| &m.q), &each(|m| &m.v), &each(|m| &m.a), &mut y);
+            y.mul_to(changes, &mut product);
+            for (joint, torques) in torques.iter_mut().enumerate() {
+                torques.iter_mut().enumerate().for_each(|(k, torque)| torque.push(product[(joint, k)]));
+            }
+        }
+        torques
     }
 
     /// Torque of all joints that a robot needs along the measured motion, `torques[joint][row]`;

@@ -1,5 +1,6 @@
 //! The machine's description: kinematic tree, inertias, collision shapes, and the model file. No engine types.
 
+mod accuracy;
 mod inertia;
 mod joint;
 pub mod model;
@@ -9,6 +10,7 @@ pub mod tree;
 mod urdf;
 mod write;
 
+pub use accuracy::Accuracy;
 pub use model::{EffectEntry, JointModel, Load, Masses, Model};
 pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape, UnreadShape};
 pub use urdf::STANDARD_GRAVITY;

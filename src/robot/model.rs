@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use nalgebra::Matrix3;
 
-use super::{Inertia, Robot};
+use super::{Accuracy, Inertia, Robot};
 use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, VelocitySensor};
 use crate::gearhead::Friction;
 use crate::toml_input::Places;
@@ -30,6 +30,8 @@ pub struct Model {
     pub held: Vec<String>,
     /// Whether its masses and inertias are reliable.
     pub masses: Masses,
+    /// How well its nominal values are known.
+    pub accuracy: Accuracy,
     /// Effects that the nominal machine lacks.
     pub effects: Vec<EffectEntry>,
     /// Known masses that the last body carries in some recordings.

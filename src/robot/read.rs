@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use super::accuracy::Accuracy;
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
 use super::model::{EffectEntry, JointModel, Load, Masses, Model};
 use super::ranges;
@@ -69,7 +70,16 @@ impl Model {
         let name = root.name("name")?.to_owned();
         root.text("urdf")?;
         let words = [("known", Masses::Known), ("estimated", Masses::Estimated)];
-        let masses = root.optional_choice("masses", &words)?.unwrap_or_default();
+        let masses = root.optional_choice("masses", &words)?;
+        let (accuracy, masses) = match (root.optional_table("accuracy")?, masses) {
+            (Some(table), masses) => {
+                let (accuracy, stated) = Accuracy::read(&table)?;
+                table.finish()?;
+                (accuracy, masses.unwrap_or(stated))
+            }
+            (None, Some(Masses::Estimated)) => (Accuracy::of_guesses(), Masses::Estimated),
+            (None, _) => (Accuracy::default(), Masses::Known),
+        };
         let gravity = root.optional_vector::<3>("gravity", &ranges::GRAVITY)?;
         let table = root.table("joints")?;
         let tables = table.named_tables()?;
@@ -115,6 +125,7 @@ impl Model {
             joints,
             held,
             masses,
+            accuracy,
             effects,
             loads,
             places: document.places(),
@@ -148,6 +159,7 @@ impl Model {
             joints,
             held,
             masses: Masses::Known,
+            accuracy: Accuracy::default(),
             effects: Vec::new(),
             loads: Vec::new(),
             places: Places::default(),

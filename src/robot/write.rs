@@ -59,6 +59,10 @@ impl Model {
         for joint in &self.joints {
             write_joint(&mut out, joint);
         }
+        out.push_str("\n[accuracy]\n");
+        for (key, value, comment) in self.accuracy.entries() {
+            number(&mut out, key, value, comment);
+        }
         for effect in &self.effects {
             out.push_str("\n[[effects]]\n");
             line(&mut out, "effect", &written_text(&effect.effect), "");

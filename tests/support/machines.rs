@@ -157,6 +157,7 @@ pub fn model(robot: Robot, joints: Vec<JointModel>) -> Model {
         joints,
         held: Vec::new(),
         masses: lostmotion::robot::Masses::Known,
+        accuracy: lostmotion::robot::Accuracy::EXACT,
         effects: Vec::<EffectEntry>::new(),
         loads: Vec::new(),
         places: lostmotion::toml_input::Places::default(),

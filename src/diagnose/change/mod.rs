@@ -224,6 +224,7 @@ fn report(
     let Both { model, sessions, division, sides, earlier } = both;
     let shared: Vec<&Term> = changes.shared.iter().collect();
     let without = problem.fit(&shared, Part::Train, f64::INFINITY).ok_or_else(|| nothing_moves(model))?;
+    problem.hold(&changes.estimates.fitted);
     let unchanged: Vec<Vec<f64>> =
         (0..problem.baseline.len()).map(|joint| problem.residual(&shared, &without, joint)).collect();
     let fitted = problem.fit(&changes.terms(), Part::Train, NU).ok_or_else(|| nothing_moves(model))?;

@@ -37,7 +37,7 @@ impl Estimates {
         for (joint, block) in system.blocks.iter().enumerate() {
             let rows = problem.rows(joint, Part::Train);
             let (e, w, s) = (&solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
-            let precision = 1.0 / (s * s);
+            let precision = system.trust.get(joint).unwrap_or(&1.0) / (s * s);
             let kappa = mean_slope(e, w, s);
             for (position, (i, x)) in block.columns.iter().enumerate() {
                 for (j, y) in &block.columns[..=position] {
@@ -57,6 +57,7 @@ impl Estimates {
                 }
             }
         }
+        system.priors.iter().for_each(|(at, precision)| bread[(*at, *at)] += precision);
         // A coefficient that the rows do not show stays unchanged.
         let inverse = Equilibrated::new(&bread)?.inverse();
         // The scores of all clusters sum to zero, so one of them is not independent.

@@ -19,10 +19,12 @@ pub struct Prediction {
     pub scale: Vec<f64>,
     /// Independent samples per row.
     pub independence: Vec<f64>,
+    /// What the prior of the model's deviations loses.
+    pub prior_loss: f64,
 }
 
 impl Prediction {
-    /// The evidence for this model against a simpler one. The number of independent rows is taken from the errors of this model, because
+    /// The evidence for this model against a simpler one of the same joints. The number of independent rows is taken from the errors of this model, because
     /// an effect that is not modelled makes correlated errors. A joint without a new prediction gives no evidence.
     pub fn against(&self, before: &Self) -> Vec<Evidence> {
         let mut evidence = vec![Evidence::default(); self.folds.len()];
@@ -31,6 +33,10 @@ impl Prediction {
                 nats: self.independence[joint] * self.gained_elsewhere(before, joint),
                 log_scale: (before.scale[joint] / self.scale[joint]).ln(),
             };
+        }
+        // Deviations of the nominal model that are less improbable with this model count once, for the joint that gains most.
+        if let Some(most) = evidence.iter_mut().max_by(|a, b| a.nats.total_cmp(&b.nats)) {
+            most.nats += before.prior_loss - self.prior_loss;
         }
         evidence
     }
@@ -64,6 +70,17 @@ pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
     prediction(problem, terms, &problem.fit_loosely(terms, Part::Train)?)
 }
 
+/// Logarithm of the fall of each joint's error from a fit without a term to the fit with it, where the nominal model deviates as in the latter:
+/// deviations may imitate a term, at a price that the evidence contains. 0 for joints that were not fitted.
+pub fn fall_beside(problem: &Problem, without: &[&Term], with: &Fitted) -> Option<Vec<f64>> {
+    let without = problem.fit_beside(without, with)?;
+    let of_joint = |joint: usize| {
+        let fall = (without.solution.scale[joint] / with.solution.scale[joint]).ln();
+        if with.joints.contains(&joint) { fall } else { 0.0 }
+    };
+    Some((0..problem.baseline.len()).map(of_joint).collect())
+}
+
 /// As [`predict`], with a given loose fit of all training rows, for the joints of that fit.
 pub fn prediction(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Prediction> {
     let mut folds = vec![0.0; problem.baseline.len()];
@@ -80,5 +97,5 @@ pub fn prediction(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option
     let independence = problem.independence_of(fitted);
     let Solution { log_likelihood: training, scale, .. } = &fitted.solution;
     let (joints, training, scale) = (fitted.joints.clone(), training.clone(), scale.clone());
-    Some(Prediction { joints, training, folds, scale, independence })
+    Some(Prediction { joints, training, folds, scale, independence, prior_loss: fitted.prior_loss() })
 }

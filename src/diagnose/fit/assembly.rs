@@ -1,6 +1,7 @@
 //! The system of equations of a fit, one block per joint, and its solution.
 
 use super::baseline::JointBaseline;
+use super::inertial::{Inertial, Treated};
 use super::problem::{Fitted, Part, Problem, Term};
 use super::regression::{Block, NU, Solution, System, profile_likelihood};
 
@@ -14,11 +15,13 @@ pub struct Assembled {
     pub term_at: Vec<usize>,
     /// Whether the Stribeck velocities may change a little: the derivative of the falling part is then a column of its own.
     loose: bool,
+    /// How deviations of the nominal model are treated.
+    inertial: Treated,
 }
 
 impl Assembled {
     /// Places of the coefficients, without equations.
-    fn new(problem: &Problem, terms: &[&Term], loose: bool) -> Self {
+    fn new(problem: &Problem, terms: &[&Term], loose: bool, inertial: impl FnOnce(usize) -> Treated) -> Self {
         let mut unknowns = 0;
         let mut place = |count: usize| {
             unknowns += count;
@@ -29,13 +32,18 @@ impl Assembled {
         };
         let baseline_at = problem.baseline.iter().map(of_baseline).collect();
         let term_at = terms.iter().map(|term| place(term.coefficients())).collect();
+        let inertial = inertial(place(0));
+        let priors: Vec<_> = inertial.range().map(|at| (at, 1.0)).collect();
+        unknowns += priors.len();
         let blocks = vec![Block::default(); problem.baseline.len()];
-        Self { system: System { blocks, unknowns, priors: Vec::new() }, baseline_at, term_at, loose }
+        // Priors count against independent samples; without them, the weight of a whole block changes nothing.
+        let trust = if priors.is_empty() { Vec::new() } else { problem.independence.clone() };
+        Self { system: System { blocks, unknowns, priors, trust }, baseline_at, term_at, loose, inertial }
     }
 
     /// The fit that a solution of some joints is.
     fn fitted(self, joints: Vec<usize>, solution: Solution) -> Fitted {
-        Fitted { joints, solution, baseline_at: self.baseline_at, term_at: self.term_at }
+        Fitted { joints, solution, baseline_at: self.baseline_at, term_at: self.term_at, inertial: self.inertial }
     }
 }
 
@@ -47,9 +55,20 @@ impl Problem<'_> {
 
     /// As [`system`](Self::system), with empty blocks for other joints.
     pub fn system_of(&self, joints: &[usize], terms: &[&Term], part: Part, loose: bool) -> Assembled {
-        let mut assembled = Assembled::new(self, terms, loose);
+        let mut assembled = Assembled::new(self, terms, loose, |at| self.treated(joints, at));
         for joint in joints {
             assembled.system.blocks[*joint] = self.block(*joint, terms, part, &assembled);
+        }
+        assembled
+    }
+
+    /// The equations of all training rows, with the deviations of the nominal model as unknowns even where they are held.
+    pub fn system_of_deviating(&self, terms: &[&Term]) -> Assembled {
+        let count = self.inertial.as_ref().map(Inertial::count);
+        let treated = |at| count.map_or(Treated::Fixed, |count| Treated::Shared { at, count });
+        let mut assembled = Assembled::new(self, terms, false, treated);
+        for joint in self.joints() {
+            assembled.system.blocks[joint] = self.block(joint, terms, Part::Train, &assembled);
         }
         assembled
     }
@@ -66,7 +85,13 @@ impl Problem<'_> {
                 columns.extend(term.columns[place].iter().enumerate().map(|(k, column)| (at + k, pick(column))));
             }
         }
-        Block { y: pick(baseline.target()), columns }
+        let mut y = pick(baseline.target());
+        let (deviations, known) = self.deviations(joint, assembled.inertial);
+        columns.extend(assembled.inertial.range().zip(deviations).map(|(at, column)| (at, pick(column))));
+        if let Some(known) = known {
+            y.iter_mut().zip(&rows).for_each(|(y, row)| *y -= known[*row]);
+        }
+        Block { y, columns }
     }
 
     /// Fits baseline and terms to a part of the training data.
@@ -99,6 +124,27 @@ impl Problem<'_> {
         let weights = (0..self.baseline.len()).map(weights).collect();
         let solution = assembled.system.solve_from(NU, weights, near.solution.scale.clone())?;
         Some(assembled.fitted(joints.to_vec(), solution))
+    }
+
+    /// A loose fit of the joints of another fit to the training rows, with the deviations of the nominal model as in that fit.
+    pub fn fit_beside(&self, terms: &[&Term], deviating: &Fitted) -> Option<Fitted> {
+        let mut assembled = Assembled::new(self, terms, true, |_| Treated::Fixed);
+        for joint in &deviating.joints {
+            let mut block = self.block(*joint, terms, Part::Train, &assembled);
+            if let (Treated::Seen { .. } | Treated::Shared { .. }, Some(known)) =
+                (deviating.inertial, self.deviating_torque(deviating, *joint))
+            {
+                let rows = self.rows(*joint, Part::Train);
+                block.y.iter_mut().zip(rows).for_each(|(y, row)| *y -= known[row]);
+            }
+            assembled.system.blocks[*joint] = block;
+        }
+        let solution = assembled.system.solve_from(
+            NU,
+            deviating.solution.weights.clone(),
+            deviating.solution.scale.clone(),
+        )?;
+        Some(assembled.fitted(deviating.joints.clone(), solution))
     }
 
     /// Log-likelihood of each joint on another part of the training data with a loose fit, as if rows were independent; 0 for joints not fitted.

@@ -19,6 +19,7 @@ pub mod baseline;
 pub mod cause;
 pub mod estimate;
 pub mod golden;
+pub mod inertial;
 mod new_sessions;
 pub mod pose;
 pub mod problem;

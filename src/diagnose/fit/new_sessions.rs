@@ -77,7 +77,7 @@ impl Problem<'_> {
         let columns = all.into_iter().enumerate().collect();
         let level = 0.05 * m.friction.coulomb.abs().max(1e-9);
         let priors = vec![(count, 1.0 / (self.independence[joint] * level * level))];
-        let system = System { blocks: vec![Block { y, columns }], unknowns, priors };
+        let system = System { blocks: vec![Block { y, columns }], unknowns, priors, ..System::default() };
         match system.solve(NU) {
             Some(mut solution) => {
                 (solution.residual.swap_remove(0), solution.coefficients.iter().take(count).copied().collect())

@@ -1,5 +1,6 @@
 //! From sessions to a regression problem with rows, held-out part and zones.
 
+use super::inertial::Inertial;
 use super::problem::{Part, Problem};
 use super::regression;
 use crate::diagnose::options::Options;
@@ -27,6 +28,7 @@ pub fn pose<'m>(
         Masses::Known => of_wide_rows(&options.catalogue),
         Masses::Estimated => Catalogue::empty(),
     });
+    problem.inertial = Inertial::new(&problem.motion, &[]);
     problem.standstill = Standstill::of(&problem.motion, &sessions[..division.trained()]);
     find_zones(&mut problem)?;
     Ok(problem)

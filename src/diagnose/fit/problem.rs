@@ -2,6 +2,7 @@
 
 use super::baseline::JointBaseline;
 use super::cause::Cause;
+use super::inertial::{Inertial, Treated};
 use super::regression::Solution;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::effects::{Catalogue, Diagnosable, Motion, Scope};
@@ -80,6 +81,8 @@ pub struct Problem<'m> {
     pub causes: Vec<Cause>,
     /// Joint and order [1/turn or 1/m] of lines that were removed: their remainder is not a further effect.
     pub taken_out: Vec<(usize, f64)>,
+    /// Deviations of the nominal model within its stated accuracy; `None` where it is exact.
+    pub inertial: Option<Inertial>,
     /// Fold of each row.
     pub(super) fold: Vec<usize>,
 }
@@ -95,6 +98,15 @@ pub struct Fitted {
     pub baseline_at: Vec<usize>,
     /// First coefficient of each term.
     pub term_at: Vec<usize>,
+    /// How deviations of the nominal model were treated.
+    pub inertial: Treated,
+}
+
+impl Fitted {
+    /// [nats] What the prior of the deviations loses at the solution: `½ |z|²`.
+    pub fn prior_loss(&self) -> f64 {
+        0.5 * self.inertial.range().map(|at| self.solution.coefficients[at].powi(2)).sum::<f64>()
+    }
 }
 
 /// Independent samples per row: the inverse of the correlation time of the weighted residual, in rows, with at most `most_lags` lags.
@@ -139,6 +151,7 @@ impl<'m> Problem<'m> {
             catalogue: Catalogue::empty(),
             causes: Vec::new(),
             taken_out: Vec::new(),
+            inertial: None,
             fold,
         }
     }
@@ -197,7 +210,7 @@ impl<'m> Problem<'m> {
             coupled.sort_unstable();
             coupled.dedup();
         }
-        coupled
+        self.within(coupled)
     }
 
     /// [`independence`] of the training rows of each joint; unchanged for joints that were not fitted.
@@ -212,9 +225,10 @@ impl<'m> Problem<'m> {
         all
     }
 
-    /// Sets the number of independent samples from this fit.
-    pub fn count_independent(&mut self, fitted: &Fitted) {
+    /// Sets the number of independent samples from this fit of the terms, and what each joint can decide of the model's deviations.
+    pub fn count_independent(&mut self, terms: &[&Term], fitted: &Fitted) {
         self.independence = self.independence_of(fitted);
+        self.look(terms, fitted);
     }
 
     /// Residual torque of a fit in all rows; sessions without training rows get a level and offset of their own.
@@ -231,6 +245,9 @@ impl<'m> Problem<'m> {
             for (k, column) in term.columns[place].iter().enumerate() {
                 residual.iter_mut().zip(column).for_each(|(e, x)| *e -= c[at + k] * x);
             }
+        }
+        if let Some(torque) = self.deviating_torque(fitted, joint) {
+            residual.iter_mut().zip(torque).for_each(|(e, x)| *e -= x);
         }
         let rows = self.rows(joint, Part::HeldOut);
         let mut held_out: Vec<f64> = rows.iter().map(|row| residual[*row]).collect();

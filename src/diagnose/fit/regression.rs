@@ -35,6 +35,8 @@ pub struct System {
     pub unknowns: usize,
     /// Precision of a prior around 0 for some coefficients, `(index, 1/σ²)`.
     pub priors: Vec<(usize, f64)>,
+    /// Independent samples per row of each block, where priors count against the rows; empty: every row counts.
+    pub trust: Vec<f64>,
 }
 
 /// Result of a regression.
@@ -100,11 +102,16 @@ pub fn profile_likelihood(errors: &[f64], nu: f64) -> f64 {
 }
 
 impl System {
+    /// Precisions of the priors against rows that count as `independent` samples each.
+    pub fn priors_per_row(&self, independent: f64) -> Vec<(usize, f64)> {
+        self.priors.iter().map(|(at, precision)| (*at, precision / independent)).collect()
+    }
+
     fn normal(&self, weights: &[Vec<f64>], scale: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
         let mut a = DMatrix::zeros(self.unknowns, self.unknowns);
         let mut b = DVector::zeros(self.unknowns);
-        for ((block, weights), s) in self.blocks.iter().zip(weights).zip(scale) {
-            let precision = 1.0 / (s * s);
+        for (joint, ((block, weights), s)) in self.blocks.iter().zip(weights).zip(scale).enumerate() {
+            let precision = self.trust.get(joint).unwrap_or(&1.0) / (s * s);
             for (position, (i, x)) in block.columns.iter().enumerate() {
                 let weighted: Vec<f64> = x.iter().zip(weights).map(|(x, w)| x * w * precision).collect();
                 b[*i] += dot(&weighted, &block.y);
@@ -173,14 +180,17 @@ pub struct Score {
 
 impl Score {
     /// Prepares the test for a block at its solution.
-    pub fn new(block: &Block, residual: &[f64], weights: &[f64], scale: f64) -> Self {
+    ///
+    /// `priors` are precisions of coefficients, as in a [`System`], per row of the block.
+    pub fn new(block: &Block, residual: &[f64], weights: &[f64], scale: f64, priors: &[(usize, f64)]) -> Self {
         let weights: Vec<f64> = weights.iter().map(|w| w / (scale * scale)).collect();
         let columns: Vec<Vec<f64>> = block.columns.iter().map(|(_, x)| x.clone()).collect();
         let weighted: Vec<Vec<f64>> =
             columns.iter().map(|x| x.iter().zip(&weights).map(|(x, w)| x * w).collect()).collect();
         let n = columns.len();
         let mut a = DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &weighted[j]));
-        for i in 0..n {
+        for (i, (index, _)) in block.columns.iter().enumerate() {
+            a[(i, i)] += priors.iter().filter(|(of, _)| of == index).map(|(_, precision)| precision).sum::<f64>();
             a[(i, i)] = a[(i, i)] * (1.0 + 1e-9) + 1e-300;
         }
         let gradient = residual.iter().zip(&weights).map(|(e, w)| e * w).collect();

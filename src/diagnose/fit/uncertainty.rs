@@ -70,12 +70,14 @@ struct Jackknife {
     information: Vec<DMatrix<f64>>,
     /// `A⁻¹`
     inverse: DMatrix<f64>,
+    /// Coefficients with a prior, and their precision `p`.
+    priors: Vec<(usize, f64)>,
 }
 
 impl Uncertainty {
     /// Scatter of all parameters at the solution; `None` where the columns do not determine the coefficients.
     pub fn new(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Self> {
-        let mut system = problem.system(terms, Part::Train, false).system;
+        let mut system = problem.system_of_deviating(terms).system;
         let stribeck_at = add_stribeck(problem, fitted, &mut system);
         let shape_at = add_shapes(problem, terms, fitted, &mut system);
         let of_term = |(index, term): (usize, &&Term)| {
@@ -158,8 +160,9 @@ impl Jackknife {
         for (joint, block) in system.blocks.iter().enumerate() {
             let (e, w, s) = (&solution.residual[joint], &solution.weights[joint], solution.scale[joint]);
             let slope = mean_slope(e, w, s);
+            let trust = system.trust.get(joint).copied().unwrap_or(1.0);
             for (row, (group, (e, w))) in blocks[joint].iter().zip(e.iter().zip(w)).enumerate() {
-                let weight = w / (s * s);
+                let weight = trust * w / (s * s);
                 for (position, (i, x)) in block.columns.iter().enumerate() {
                     score[*group][*i] += x[row] * weight * e;
                     let weighted = slope * weight * x[row];
@@ -172,7 +175,8 @@ impl Jackknife {
         for matrix in &mut information {
             matrix.fill_upper_triangle_with_lower_triangle();
         }
-        let all: DMatrix<f64> = information.iter().fold(DMatrix::zeros(n, n), |sum, matrix| sum + matrix);
+        let mut all: DMatrix<f64> = information.iter().fold(DMatrix::zeros(n, n), |sum, matrix| sum + matrix);
+        system.priors.iter().for_each(|(at, precision)| all[(*at, *at)] += precision);
         let factor = Equilibrated::new(&all)?;
         let (lower, size, inverse) = (factor.lower(), factor.size(), factor.inverse());
         let step = |(a, s): (&DMatrix<f64>, &DVector<f64>)| {
@@ -186,7 +190,7 @@ impl Jackknife {
             Some(lower.tr_solve_lower_triangular(&corrected)?.component_mul(size))
         };
         let moved = information.iter().zip(&score).map(step).collect::<Option<_>>()?;
-        Some(Self { moved, information, inverse })
+        Some(Self { moved, information, inverse, priors: system.priors.clone() })
     }
 
     fn std_error(&self, c: &DVector<f64>) -> f64 {
@@ -195,7 +199,9 @@ impl Jackknife {
         let held = self.information.iter().map(|a| carrier.dot(&(a * &carrier)));
         let (sum, squares) = held.fold((0.0, 0.0), |(sum, squares), h| (sum + h, squares + h * h));
         let effective = if squares > 0.0 { sum * sum / squares } else { 1.0 };
-        variance.sqrt() * widening(effective - 1.0)
+        // What the blocks do not tell is as uncertain as its prior: the variance of −A⁻¹ P z for z ~ N(0, P⁻¹).
+        let stated: f64 = self.priors.iter().map(|(at, precision)| precision * carrier[*at].powi(2)).sum();
+        (variance.sqrt() * widening(effective - 1.0)).hypot(stated.sqrt())
     }
 }
 
@@ -271,7 +277,7 @@ mod tests {
     fn analytic_an_error_across_nearly_parallel_columns_weighs_more() {
         let (beta, angle) = (-2.0, 0.2_f64);
         let columns = vec![(0, vec![1.0, 0.0]), (1, vec![angle.cos(), angle.sin()])];
-        let system = System { blocks: vec![Block { y: vec![0.0; 2], columns }], unknowns: 2, priors: Vec::new() };
+        let system = System { blocks: vec![Block { y: vec![0.0; 2], columns }], unknowns: 2, ..System::default() };
         let error = |shapes: &[usize], position| {
             MovedTorque::new(&system, 0..1, shapes, &[beta]).expect("two columns").error(&[(position, 1.0)])
         };
@@ -290,7 +296,7 @@ mod tests {
         let level = |block: usize| ((block * 17 % count) as f64 + 0.5) / count as f64 - 0.5;
         let y = (0..count * length).map(|row| 3.0 + level(row / length) + 0.01 * (row as f64 * 1.7).sin()).collect();
         let columns = vec![(0, vec![1.0; count * length])];
-        let system = System { blocks: vec![Block { y, columns }], unknowns: 1, priors: Vec::new() };
+        let system = System { blocks: vec![Block { y, columns }], unknowns: 1, ..System::default() };
         let blocks = [(0..count * length).map(|row| row / length).collect()];
         let solution = system.solve(NU).expect("a mean");
         let jackknife = Jackknife::new(&system, &solution, &blocks, count).expect("a scatter");

@@ -57,7 +57,8 @@ impl<'m> Scan<'m> {
         let block = Block { y: thin(&block.y), columns };
         let solution = &fitted.solution;
         let (residual, weights) = (thin(&solution.residual[joint]), thin(&solution.weights[joint]));
-        let score = Score::new(&block, &residual, &weights, solution.scale[joint]);
+        let priors = system.priors_per_row(problem.independence[joint] * stride as f64);
+        let score = Score::new(&block, &residual, &weights, solution.scale[joint], &priors);
         let picked: Vec<usize> = rows.iter().step_by(stride).copied().collect();
         Self {
             joint,

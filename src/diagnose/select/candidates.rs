@@ -1,11 +1,12 @@
 //! Candidates: each effect of the catalogue where it can act, with its best shape and its evidence.
 
-use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction};
+use crate::diagnose::evidence::prediction::{Evidence, Prediction, fall_beside, prediction};
 use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::options::Rules;
 use rayon::prelude::*;
 
 use crate::diagnose::fit::golden::golden_section;
+use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::{Block, Score};
 use crate::effects::Scope;
@@ -69,7 +70,8 @@ struct Search<'p, 'm> {
     problem: &'p Problem<'m>,
     terms: Vec<&'p Term>,
     fitted: &'p Fitted,
-    before: &'p [f64],
+    /// Predictions without any candidate, by the joints that are fitted together.
+    before: &'p [(Vec<usize>, Prediction)],
 }
 
 impl Search<'_, '_> {
@@ -81,11 +83,20 @@ impl Search<'_, '_> {
         self.problem.fit_near(&joints, &terms, Part::Train, self.fitted)
     }
 
-    /// Training gain [nats] of a term; not finite where it cannot be fitted.
+    /// The prediction without a candidate on these joints.
+    fn before(&self, joints: &[usize]) -> &Prediction {
+        let together = self.problem.coupled(&self.terms, joints);
+        let own = self.before.iter().find(|(of, _)| *of == together);
+        &own.unwrap_or(&self.before[0]).1
+    }
+
+    /// Training gain [nats of rows] of a term; not finite where it cannot be fitted.
     fn gain(&self, term: &Term) -> f64 {
         let Some(fitted) = self.with(term) else { return f64::NEG_INFINITY };
+        let before = self.before(&term.joints);
         let after = &fitted.solution.log_likelihood;
-        fitted.joints.iter().map(|joint| after[*joint] - self.before[*joint]).sum()
+        let of_rows: f64 = fitted.joints.iter().map(|joint| after[*joint] - before.training[*joint]).sum();
+        of_rows + (before.prior_loss - fitted.prior_loss()) / self.problem.independence[term.joints[0]]
     }
 
     fn shortlist(&self, effect: Cause, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
@@ -95,7 +106,8 @@ impl Search<'_, '_> {
         let joint = joints[0];
         let rows = self.problem.rows(joint, Part::Train);
         let system = self.problem.system_of(joints, &self.terms, Part::Train, true).system;
-        let solution = &self.fitted.solution;
+        let near = self.problem.fit_near(joints, &self.terms, Part::Train, self.fitted);
+        let solution = near.as_ref().map_or(&self.fitted.solution, |near| &near.solution);
         // A scan only has to find the peaks, and some thousand rows are enough for that.
         let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
         let thin = |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride).copied().collect() };
@@ -103,7 +115,9 @@ impl Search<'_, '_> {
         let columns = block.columns.iter().map(|(index, column)| (*index, thin(column))).collect();
         let block = Block { y: thin(&block.y), columns };
         let (residual, weights) = (thin(&solution.residual[joint]), thin(&solution.weights[joint]));
-        let score = Score::new(&block, &residual, &weights, solution.scale[joint]);
+        // The rows of the scan stand for all rows, which count with their independence.
+        let priors = system.priors_per_row(self.problem.independence[joint] * stride as f64);
+        let score = Score::new(&block, &residual, &weights, solution.scale[joint], &priors);
         let picked: Vec<usize> = rows.iter().step_by(stride).copied().collect();
         let motion = self.problem.motion.at_rows(&picked);
         let gains: Vec<f64> =
@@ -180,11 +194,11 @@ fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
 pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence) -> bool + Sync)) -> Vec<Candidate> {
     let own: Vec<&Term> = terms.iter().collect();
     let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
-    let Some(before) = prediction(problem, &own, &loose) else { return Vec::new() };
-    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before.training };
     let places = places(problem, terms);
+    let Some(before) = without_any(problem, &own, &loose, &places) else { return Vec::new() };
+    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before };
     let found: Vec<Option<Candidate>> =
-        places.par_iter().map(|(effect, joints)| assess(&search, &before, *effect, joints)).collect();
+        places.par_iter().map(|(effect, joints)| assess(&search, *effect, joints)).collect();
     let mut gathered: Vec<Candidate> = Vec::new();
     for candidate in found.into_iter().flatten() {
         let effect = candidate.effect();
@@ -214,6 +228,28 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
     gathered
 }
 
+/// Predictions without a candidate: of all joints, and where deviations of the model are fitted, of the joints that each candidate is fitted to.
+fn without_any(
+    problem: &Problem,
+    own: &[&Term],
+    loose: &Fitted,
+    places: &[(Cause, Vec<usize>)],
+) -> Option<Vec<(Vec<usize>, Prediction)>> {
+    let mut before = vec![(problem.joints(), prediction(problem, own, loose)?)];
+    if loose.inertial == Treated::Fixed {
+        return Some(before);
+    }
+    for (_, joints) in places {
+        let together = problem.coupled(own, joints);
+        if before.iter().all(|(of, _)| *of != together) {
+            let near = problem.fit_near(&together, own, Part::Train, loose)?;
+            let prediction = prediction(problem, own, &near)?;
+            before.push((together, prediction));
+        }
+    }
+    Some(before)
+}
+
 /// Effects with the joints where they can act and are not yet in the model.
 fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
     let dof = problem.baseline.len();
@@ -238,9 +274,9 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
     places
 }
 
-fn assess(search: &Search, before: &Prediction, effect: Cause, joints: &[usize]) -> Option<Candidate> {
+fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate> {
     let (term, training_gain, shapes) = search.best(effect, joints)?;
-    let dof = before.folds.len();
+    let dof = search.problem.baseline.len();
     let mut evidence = vec![Evidence::default(); dof];
     let mut terms = search.terms.clone();
     terms.push(&term);
@@ -250,7 +286,11 @@ fn assess(search: &Search, before: &Prediction, effect: Cause, joints: &[usize])
     let sensible = is_sensible(search.problem, &term, &coefficients);
     // A term that gains nothing on the rows of the fit needs no cross-validation.
     if training_gain > LEAST_GAIN {
-        evidence = prediction(search.problem, &terms, &fitted)?.against(before);
+        evidence = prediction(search.problem, &terms, &fitted)?.against(search.before(joints));
+        if fitted.inertial != Treated::Fixed {
+            let falls = fall_beside(search.problem, &search.terms, &fitted)?;
+            evidence.iter_mut().zip(falls).for_each(|(evidence, fall)| evidence.log_scale = fall);
+        }
         evidence[joints[0]].nats -= (shapes as f64).ln();
         evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);
     }

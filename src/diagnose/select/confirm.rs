@@ -46,7 +46,11 @@ pub fn confirm(
         };
         withdrawn.push(Withdrawn { effect: terms[index].effect.label(), joints: names(problem, terms[index]), reason });
         remove(selection, index);
-        selection.fitted = resettle(problem, &mut selection.taken)?;
+        if given == 0 {
+            selection.settle(problem)?;
+        } else {
+            selection.fitted = resettle(problem, &mut selection.taken)?;
+        }
     }
 }
 

@@ -6,8 +6,9 @@
 //! fewer parameters is taken. Held-out data are not used.
 
 use super::candidates::{Candidate, candidates};
-use crate::diagnose::evidence::prediction::{Evidence, predict};
+use crate::diagnose::evidence::prediction::{Evidence, fall_beside, predict, prediction};
 use crate::diagnose::fit::baseline::JointBaseline;
+use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::options::{MODEL_ERROR, Rules};
 use crate::effects::{Kind, SymmetricFriction};
@@ -77,6 +78,16 @@ impl Selection {
     pub fn terms(&self) -> Vec<&Term> {
         self.taken.iter().flat_map(|taken| &taken.terms).collect()
     }
+
+    /// Fits what is left after an effect was removed.
+    pub fn settle(&mut self, problem: &mut Problem) -> Option<()> {
+        let of_nominal = self.as_recorded == self.nominal.residuals;
+        self.fitted = settled(problem, &mut self.taken, &mut self.nominal)?;
+        if of_nominal {
+            self.as_recorded.clone_from(&self.nominal.residuals);
+        }
+        Some(())
+    }
 }
 
 /// Selects effects; `progress` receives the current step and the finished share.
@@ -84,13 +95,13 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     let mut taken: Vec<Taken> = Vec::new();
     let mut first_round = Vec::new();
     let mut fitted = problem.settle(&[])?;
-    let nominal = Nominal::new(problem)?;
+    let mut nominal = Nominal::new(problem)?;
     // Add effects, then exchange earlier ones that a later effect made worse than a rival; repeat if that changed anything.
     for pass in 0..PASSES {
         while taken.len() <= rules.most {
             progress("trying effects", (pass + taken.len()).min(rules.most) as f64 / (rules.most + 1) as f64);
-            problem.count_independent(&fitted);
             let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
+            problem.count_independent(&terms.iter().collect::<Vec<_>>(), &fitted);
             let found = candidates(problem, &terms, &|evidence| evidence.is_enough(rules));
             if first_round.is_empty() {
                 first_round.clone_from(&found);
@@ -108,10 +119,25 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     // Weak effects beside another are accepted during the passes, because they affect the fit, but are removed at the end.
     prune(problem, &rules.beside_another(), &mut taken);
     drop_residues(problem, rules, &mut taken)?;
-    let fitted = resettle(problem, &mut taken)?;
-    problem.count_independent(&fitted);
+    let fitted = settled(problem, &mut taken, &mut nominal)?;
+    let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    problem.count_independent(&terms, &fitted);
     let as_recorded = nominal.residuals.clone();
     Some(Selection { taken, first_round, fitted, nominal, as_recorded })
+}
+
+/// The final fit of what was taken. The nominal model deviates as in that fit, within its stated accuracy, in all that follows: also where
+/// it is judged without an effect, whose part the deviations could otherwise take over.
+fn settled(problem: &mut Problem, taken: &mut [Taken], nominal: &mut Nominal) -> Option<Fitted> {
+    problem.free();
+    let fitted = resettle(problem, taken)?;
+    if fitted.inertial == Treated::Fixed {
+        return Some(fitted);
+    }
+    problem.hold(&fitted);
+    problem.settle(&[])?;
+    *nominal = Nominal::new(problem)?;
+    resettle(problem, taken)
 }
 
 /// Replaces a taken effect by another one that predicts better beside the others, and returns whether it did.
@@ -172,8 +198,14 @@ pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize) -> Opti
     let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
     let others: Vec<&Term> =
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
-    let (after, before) = (predict(problem, &all)?, predict(problem, &others)?);
-    Some(after.against(&before))
+    let with = problem.fit_loosely(&all, Part::Train)?;
+    let (after, before) = (prediction(problem, &all, &with)?, predict(problem, &others)?);
+    let mut evidence = after.against(&before);
+    if with.inertial != Treated::Fixed {
+        let falls = fall_beside(problem, &others, &with)?;
+        evidence.iter_mut().zip(falls).for_each(|(evidence, fall)| evidence.log_scale = fall);
+    }
+    Some(evidence)
 }
 
 /// RMS torque [N·m or N] that each taken effect moves on each joint: `moved[effect][joint]`.
@@ -183,7 +215,7 @@ fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
     let moved = |index: usize| {
         let others: Vec<&Term> =
             taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
-        let without = problem.fit_loosely(&others, Part::Train)?;
+        let without = problem.fit_beside(&others, &with)?;
         let pairs = with.solution.residual.iter().zip(&without.solution.residual);
         Some(
             pairs

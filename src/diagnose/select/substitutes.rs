@@ -5,7 +5,7 @@
 //! [pattern](crate::diagnose::evidence::patterns) describes that torque better. If a pattern does, on rows that were not used for its fit and by more
 //! than [`CLEARLY`], the name is withdrawn and the structure is reported as unexplained.
 
-use super::selection::{Selection, Taken, resettle};
+use super::selection::{Selection, Taken};
 use crate::diagnose::evidence::pattern_search::likeliest;
 use crate::diagnose::evidence::prediction::{Prediction, predict};
 use crate::diagnose::fit::problem::{Part, Problem, Term};
@@ -20,11 +20,11 @@ pub fn withdraw(problem: &mut Problem, selection: &mut Selection) -> Option<()> 
     let mut withdrawn = false;
     while let Some(index) = (0..selection.taken.len()).find(|index| stands_in(problem, &selection.taken, *index)) {
         selection.taken.remove(index);
-        selection.fitted = resettle(problem, &mut selection.taken)?;
+        selection.settle(problem)?;
         withdrawn = true;
     }
     if withdrawn {
-        problem.count_independent(&selection.fitted);
+        problem.count_independent(&selection.terms(), &selection.fitted);
     }
     Some(())
 }

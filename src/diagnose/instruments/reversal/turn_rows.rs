@@ -65,7 +65,7 @@ impl<'p, 'm> TurnRows<'p, 'm> {
         let y = picked.iter().map(|index| self.residual[*index] - lack[*index]).collect();
         let columns: Vec<_> = further.iter().chain(&self.free).map(|column| pick(column)).enumerate().collect();
         let unknowns = columns.len();
-        System { blocks: vec![Block { y, columns }], unknowns, priors: Vec::new() }
+        System { blocks: vec![Block { y, columns }], unknowns, ..System::default() }
     }
 
     /// Fits the rows of a part.

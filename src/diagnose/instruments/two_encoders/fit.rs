@@ -255,7 +255,7 @@ fn explained_by_lag(rows: &Difference, problem: &Problem) -> Option<f64> {
     let plain = |columns: Vec<Vec<f64>>| -> Option<f64> {
         let unknowns = columns.len();
         let block = Block { y: rows.ahead.clone(), columns: columns.into_iter().enumerate().collect() };
-        let solution = System { blocks: vec![block], unknowns, priors: Vec::new() }.solve(f64::INFINITY)?;
+        let solution = System { blocks: vec![block], unknowns, ..System::default() }.solve(f64::INFINITY)?;
         Some(root_mean_square(&solution.residual[0]).powi(2))
     };
     let before = plain(constants.clone())?;

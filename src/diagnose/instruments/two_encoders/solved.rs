@@ -30,7 +30,7 @@ pub struct Solved {
 /// Fits columns to values.
 pub fn solve(y: &[f64], columns: &[Vec<f64>]) -> Option<Solved> {
     let block = Block { y: y.to_vec(), columns: columns.iter().cloned().enumerate().collect() };
-    let system = System { blocks: vec![block], unknowns: columns.len(), priors: Vec::new() };
+    let system = System { blocks: vec![block], unknowns: columns.len(), ..System::default() };
     let mut solution = system.solve(NU)?;
     let residual = solution.residual.swap_remove(0);
     let rms = root_mean_square(&residual);
