@@ -185,6 +185,16 @@ pub trait Diagnosable: Effect {
     /// motor must add to the baseline. For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 
+    /// A better shape, from the coefficients that were fitted with this one, where the coefficients tell.
+    fn improved(&self, _motion: &Motion, _shape: &[f64], _coefficients: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Coefficients that are expected near 0, by their index, each with the inverse of its variance.
+    fn priors(&self, _shape: &[f64]) -> Vec<(usize, f64)> {
+        Vec::new()
+    }
+
     /// Number of shape entries that may be refined, counted from the first; the entries after them are discrete choices.
     fn refined_shapes(&self, shape: &[f64]) -> usize {
         if self.refines() { shape.len() } else { 0 }

@@ -227,7 +227,8 @@ impl Motion<'_> {
         let mut y = DMatrix::zeros(dof, changes.nrows());
         let mut product = DMatrix::zeros(dof, changes.ncols());
         for row in 0..self.rows() {
-            let each = |of: fn(&JointMotion) -> &Vec<f64>| -> Vec<f64> { self.joints.iter().map(|m| of(m)[row]).collect() };
+            let each =
+                |of: fn(&JointMotion) -> &Vec<f64>| -> Vec<f64> { self.joints.iter().map(|m| of(m)[row]).collect() };
             dynamics.regressor(&each(|m| &m.q), &each(|m| &m.v), &each(|m| &m.a), &mut y);
             y.mul_to(changes, &mut product);
             for (joint, torques) in torques.iter_mut().enumerate() {

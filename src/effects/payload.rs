@@ -1,32 +1,36 @@
-//! A mass on the last link that is not in the model.
+//! A mass on a link, by default on the last one: a tool or a workpiece that the nominal model does not contain.
 //!
-//! A point mass `m` at `(x, y, z)` in the frame of the last body. All joints feel it: by their own acceleration, coupling, Coriolis and
-//! centrifugal terms, and gravity where present. The torque is linear in `m` for a given position.
-//! The position is sought along the line from the last joint through the centre of mass of its body; a mass beside that line is
-//! identified at the nearest position on it.
+//! A point mass `m` at `r = (x, y, z)` in the frame of a body. All joints below feel it: by their own acceleration, coupling, Coriolis and
+//! centrifugal terms, and gravity where present. The torque is linear in the ten parameters of the body, `m`, `h = m r` and
+//! `I = (h·h E − h hᵀ)/m`, and `I` is linear in `m` and `h` near a position `r₀`: `I ≈ Σ_k h_k (2 r₀_k E − e_k r₀ᵀ − r₀ e_kᵀ) − m (r₀·r₀ E − r₀ r₀ᵀ)`, with
+//! no error at `r = r₀`. So mass and first moments are fitted together, and `r₀` follows them.
+//! Where the motion does not show the position, the mass stays near the centre of mass of its link: `h − m r_c ~ N(0, (m ρ)²)`.
 //! Left out: the size of the payload.
 //! Reference: W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters of industrial manipulators.
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::robot::{Inertia, Model, Robot};
-use crate::units::JointKind;
 
 static ABOUT: About = About {
     name: "payload",
-    summary: "A mass that the model does not know of rides on the last link.",
-    equation: "τ = m · Y(q, q̇, q̈, r), a point mass at r = (x, y, z) of the last body",
+    summary: "A mass that the model does not know of rides on a link, by default the last one.",
+    equation: "τ = m · Y(q, q̇, q̈, r), a point mass at r = (x, y, z) of the body",
     kind: Kind::Physics,
     scope: Scope::Machine,
     parameters: &[
-        ParameterSpec::new("mass", "m", "kg", "mass that the model lacks").between(0.0, 1e5),
+        ParameterSpec::new("mass", "m", "kg", "mass that the model lacks; negative where a load was taken off")
+            .between(-1e5, 1e5),
         position("x"),
         position("y"),
         position("z"),
+        ParameterSpec::new("link", "i", "1", "number of the joint whose link carries it, counted from 1; 0: the last")
+            .between(0.0, 128.0)
+            .or(0.0),
     ],
     signature: "torque in proportion to acceleration and to the Coriolis terms of all joints at once",
     look_alikes: &["load_dependent_friction", "sensor_delay", "base_tilt"],
@@ -35,33 +39,58 @@ static ABOUT: About = About {
 };
 
 const fn position(axis: &'static str) -> ParameterSpec {
-    ParameterSpec::new(axis, axis, "m", "position in the frame of the last body").between(-1e3, 1e3).or(0.0)
+    ParameterSpec::new(axis, axis, "m", "position in the frame of the body").between(-1e3, 1e3).or(0.0)
 }
 
-/// A mass on the last link.
+/// A mass on a link.
 pub struct Payload;
+
+/// `ρ` [m] How far from the centre of mass of its link a load is expected: a gripper with a workpiece reaches that far.
+const EXPECTED_WITHIN: f64 = 0.3;
 
 /// A point mass.
 fn point(mass: f64, position: Vector3<f64>) -> Inertia {
     Inertia { mass, com: position, tensor: Matrix3::zeros() }
 }
 
-/// The line along which the payload is sought: unit vector from the last joint's origin through its body's centre of mass, and that
-/// distance. On a wrist that turns about the tool's axis, the line is that axis; on a planar arm it is perpendicular to the joint axis.
-fn line(robot: &Robot) -> Option<(Vector3<f64>, f64)> {
-    let body = robot.bodies.last()?;
-    if body.joint.kind == JointKind::Prismatic {
-        return None;
-    }
-    let distance = body.inertia.com.norm();
-    (distance > 1e-9).then(|| (body.inertia.com / distance, distance))
+/// Index of the body that a parameter `link` means.
+fn body_of(robot: &Robot, link: f64) -> usize {
+    let last = robot.bodies.len().saturating_sub(1);
+    if link >= 1.0 { (link as usize - 1).min(last) } else { last }
 }
 
-fn place(robot: &Robot, shape: &[f64]) -> Vector3<f64> {
-    match (line(robot), shape.first()) {
-        (Some((direction, _)), Some(radius)) => direction * *radius,
-        _ => Vector3::zeros(),
+/// Where a load is tried: `r₀`, a typical `m ρ` [kg·m], and the parameter `link`.
+struct Place {
+    position: Vector3<f64>,
+    spread: f64,
+    link: f64,
+}
+
+impl Place {
+    fn of(shape: &[f64]) -> Self {
+        let at = |k: usize| shape.get(k).copied().unwrap_or(0.0);
+        Self { position: Vector3::new(at(0), at(1), at(2)), spread: at(3), link: at(4) }
     }
+
+    fn shape(&self) -> Vec<f64> {
+        vec![self.position.x, self.position.y, self.position.z, self.spread, self.link]
+    }
+}
+
+/// Changes of a body's ten parameters per unit of the mass at the point `centre` and of the first moments beside it.
+fn changes(centre: &Vector3<f64>, position: &Vector3<f64>) -> [[f64; 10]; 4] {
+    let listed = |m: f64, h: Vector3<f64>, i: Matrix3<f64>| {
+        [m, h.x, h.y, h.z, i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(1, 1)], i[(1, 2)], i[(2, 2)]]
+    };
+    let r = position;
+    let slope = |k: usize| {
+        let e = Vector3::ith(k, 1.0);
+        Matrix3::identity() * (2.0 * r[k]) - e * r.transpose() - r * e.transpose()
+    };
+    let of_mass =
+        (0..3).fold(-(Matrix3::identity() * r.norm_squared() - r * r.transpose()), |sum, k| sum + slope(k) * centre[k]);
+    let moment = |k: usize| listed(0.0, Vector3::ith(k, 1.0), slope(k));
+    [listed(1.0, *centre, of_mass), moment(0), moment(1), moment(2)]
 }
 
 impl Effect for Payload {
@@ -72,8 +101,14 @@ impl Effect for Payload {
     fn install(&self, model: &mut Model, _joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
         let given = Parameters::check(&ABOUT, model, given)?;
         let position = Vector3::new(given.get("x"), given.get("y"), given.get("z"));
-        if let Some(body) = model.robot.bodies.last_mut() {
+        let index = body_of(&model.robot, given.get("link"));
+        if let Some(body) = model.robot.bodies.get_mut(index) {
             body.inertia = body.inertia.joined(&point(given.get("mass"), position));
+            if let Some(fault) = body.inertia.fault() {
+                let expected = format!("a mass that leaves {} a body that can exist, not with {fault}", body.name);
+                let place = crate::error::Place::File;
+                return Err(Error::input(&model.source, place, "effects.payload.mass", given.get("mass"), expected));
+            }
         }
         Ok(Vec::new())
     }
@@ -92,25 +127,56 @@ impl Diagnosable for Payload {
         true
     }
 
+    /// The last link first.
     fn shapes(&self, motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
-        match line(&motion.model.robot) {
-            Some((_, distance)) => [0.5, 1.0, 1.5, 2.0, 3.0].iter().map(|part| vec![part * distance]).collect(),
-            None => vec![Vec::new()],
-        }
+        let bodies = &motion.model.robot.bodies;
+        let on = |(index, body): (usize, &crate::robot::Body)| {
+            let link = if index + 1 == bodies.len() { 0.0 } else { (index + 1) as f64 };
+            // A load as heavy as its link, to begin with.
+            Place { position: body.inertia.com, spread: EXPECTED_WITHIN * body.inertia.mass, link }.shape()
+        };
+        bodies.iter().enumerate().rev().map(on).collect()
+    }
+
+    /// A link is not lighter than its nominal mass by a load; a change may be.
+    fn is_itself(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> bool {
+        coefficients[0] > 0.0
+    }
+
+    fn refines(&self) -> bool {
+        false
+    }
+
+    fn priors(&self, shape: &[f64]) -> Vec<(usize, f64)> {
+        let precision = Place::of(shape).spread.max(1e-9).powi(-2);
+        (1..4).map(|k| (k, precision)).collect()
+    }
+
+    fn improved(&self, motion: &Motion, shape: &[f64], coefficients: &[f64]) -> Option<Vec<f64>> {
+        let place = Place::of(shape);
+        let [mass, x, y, z] = *coefficients.first_chunk::<4>()?;
+        let centre = motion.model.robot.bodies[body_of(&motion.model.robot, place.link)].inertia.com;
+        let position = centre + Vector3::new(x, y, z) / mass;
+        let improved = Place { position, spread: EXPECTED_WITHIN * mass.abs(), ..place };
+        position.iter().all(|x| x.is_finite()).then(|| improved.shape())
     }
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        let mut robot = motion.model.robot.clone();
-        let position = place(&robot, shape);
-        let last = robot.bodies.len().saturating_sub(1);
-        for (index, body) in robot.bodies.iter_mut().enumerate() {
-            body.inertia = point(if index == last { 1.0 } else { 0.0 }, position);
+        let robot = &motion.model.robot;
+        let place = Place::of(shape);
+        let body = body_of(robot, place.link);
+        let mut of_bodies = DMatrix::zeros(10 * robot.bodies.len(), 4);
+        for (k, change) in changes(&robot.bodies[body].inertia.com, &place.position).iter().enumerate() {
+            of_bodies.view_mut((10 * body, k), (10, 1)).copy_from_slice(change);
         }
-        vec![motion.inverse_dynamics(&robot, false).swap_remove(joint)]
+        motion.regressed(&of_bodies).swap_remove(joint)
     }
 
     fn parameters(&self, motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
-        let position = place(&motion.model.robot, shape);
-        vec![coefficients[0], position.x, position.y, position.z]
+        let place = Place::of(shape);
+        let centre = motion.model.robot.bodies[body_of(&motion.model.robot, place.link)].inertia.com;
+        let [mass, x, y, z] = coefficients.first_chunk::<4>().copied().unwrap_or_default();
+        let position = centre + Vector3::new(x, y, z) / if mass == 0.0 { 1.0 } else { mass };
+        vec![mass, position.x, position.y, position.z, place.link]
     }
 }

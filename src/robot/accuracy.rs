@@ -1,8 +1,8 @@
 //! How well the nominal values of a model are known: one standard deviation of each group of values.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::{Inertia, Masses, Robot};
+use super::{Inertia, Masses, Model, Robot};
 use crate::error::Result;
 use crate::toml_input::{Range, Table};
 
@@ -40,19 +40,17 @@ impl Default for Accuracy {
 
 /// [1] Largest share: a mass known to a factor of ten is not known.
 const LARGEST: f64 = 10.0;
+/// [1] A value never falls below this share of its nominal value.
+const LEAST_FACTOR: f64 = 0.1;
+/// [1] Relative changes below this one, and changes of numbers below it, are not written.
+const SHOWN: f64 = 1e-9;
 /// Numbers of a body in which the equations of motion are linear, see [`Inertia::parameters`].
 const NUMBERS: usize = 10;
 
 impl Accuracy {
     /// Every nominal value is exact.
-    pub const EXACT: Self = Self {
-        masses: 0.0,
-        centres: 0.0,
-        inertias: 0.0,
-        torque_constants: 0.0,
-        rotor_inertias: 0.0,
-        stiffness: 0.0,
-    };
+    pub const EXACT: Self =
+        Self { masses: 0.0, centres: 0.0, inertias: 0.0, torque_constants: 0.0, rotor_inertias: 0.0, stiffness: 0.0 };
 
     /// Masses, centres and inertias that are guesses of an order of magnitude; the rest as by default.
     pub fn of_guesses() -> Self {
@@ -123,6 +121,42 @@ impl Accuracy {
             *change = listed(0.0, Vector3::zeros(), tensor);
         }
         changes
+    }
+}
+
+impl Model {
+    /// The machine with nominal values moved by `u` standard deviations: ten a body, then the rotors, then the torque constants. Each body is the
+    /// nearest that can exist. Bodies that move by less than their text shows stay.
+    pub fn deviating(&self, u: &[f64]) -> Self {
+        let n = self.robot.bodies.len();
+        let of_bodies = DVector::from_iterator(NUMBERS * n, u.iter().copied().take(NUMBERS * n));
+        let changes = self.accuracy.inertial_deviations(&self.robot) * of_bodies;
+        let mut model = self.clone();
+        let mut changed = Vec::new();
+        for (index, body) in model.robot.bodies.iter_mut().enumerate() {
+            let mut parameters = body.inertia.parameters();
+            let change = &changes.as_slice()[NUMBERS * index..NUMBERS * (index + 1)];
+            if change.iter().zip(&parameters).any(|(change, value)| change.abs() > SHOWN * value.abs().max(SHOWN)) {
+                parameters.iter_mut().zip(change).for_each(|(value, change)| *value += change);
+                body.inertia = Inertia::nearest(&parameters);
+                changed.push(index);
+            }
+        }
+        let rotors = u.iter().skip(NUMBERS * n);
+        let constants = rotors.clone().skip(n);
+        for (joint, (rotor, constant)) in model.joints.iter_mut().zip(rotors.zip(constants)) {
+            joint.rotor_inertia *= (1.0 + self.accuracy.rotor_inertias * rotor).max(LEAST_FACTOR);
+            joint.motor.torque_constant *= self.accuracy.torque_factor(*constant);
+        }
+        model.write_inertias(&changed);
+        model
+    }
+}
+
+impl Accuracy {
+    /// True torque per torque computed with the nominal constant, for a constant that is off by `u` standard deviations.
+    pub fn torque_factor(&self, u: f64) -> f64 {
+        (1.0 + self.torque_constants * u).max(LEAST_FACTOR)
     }
 }
 

@@ -19,6 +19,9 @@ use crate::units::JointKind;
 /// Most effects: several on every joint of a large machine.
 const MOST_EFFECTS: usize = 256;
 
+/// Folder in the name of a URDF that exists only as a text: [`Model::save`] writes it beside the model file.
+const OWN_FOLDER: &str = "(identified)";
+
 /// [bytes] Longest URDF: the largest that CAD programs export have a megabyte.
 const LONGEST_URDF: u64 = 8 << 20;
 
@@ -168,6 +171,20 @@ impl Model {
 }
 
 impl Model {
+    /// Writes the inertias of some bodies of the tree into the text of the URDF, which becomes a file of this model's own.
+    pub(super) fn write_inertias(&mut self, changed: &[usize]) {
+        if changed.is_empty() {
+            return;
+        }
+        let text = Urdf::parse(&self.urdf, &self.urdf_text)
+            .map(|urdf| urdf.with_inertias(&self.urdf_text, &self.robot, changed));
+        // A text that was read once is read again; if not, the tree alone is changed.
+        if let Ok(text) = text {
+            self.urdf_text = text;
+            self.urdf = Path::new(OWN_FOLDER).join(self.urdf.file_name().unwrap_or("robot.urdf".as_ref()));
+        }
+    }
+
     /// Notes on values of its files that are read in a different way, or have no effect.
     pub fn notes(&self) -> Vec<String> {
         let moving: BTreeSet<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();

@@ -93,7 +93,7 @@ impl Machine {
             joints: vec![joint],
             held: Vec::new(),
             masses: lostmotion::robot::Masses::Known,
-        accuracy: lostmotion::robot::Accuracy::EXACT,
+            accuracy: lostmotion::robot::Accuracy::EXACT,
             effects: Vec::new(),
             loads: Vec::new(),
             places: lostmotion::toml_input::Places::default(),

@@ -174,7 +174,7 @@ fn entry(found: &FoundEffect, catalogue: &Catalogue) -> EffectEntry {
 /// the models of the machine in the reference and now.
 pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [before, now]: &[Vec<Option<SideGap>>; 2]) {
     let catalogue = &parts.catalogue;
-    let model = problem.motion.model;
+    let (model, factors) = problem.deviating_model();
     let (new, old): (Vec<FoundEffect>, Vec<FoundEffect>) =
         std::mem::take(&mut parts.findings.effects).into_iter().partition(|found| changed(&found.effect).is_some());
     let plain = |name: &str| changed(name).unwrap_or(name).to_owned();
@@ -190,10 +190,10 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
     let values = |side: &[Option<SideGap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
     let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
     let friction: Vec<SymmetricFriction> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
-    let was = extend::with_baseline(model, &friction, &values(before), &shares);
-    let mut was = extend::with_effects(model, &was, &old, catalogue);
-    let is = extend::with_baseline(model, &friction_now(problem, &changes), &values(now), &shares);
-    let mut is = extend::with_effects(model, &is, &old, catalogue);
+    let was = extend::with_baseline(&model, &factors, &friction, &values(before), &shares);
+    let mut was = extend::with_effects(&model, &was, &factors, &old, catalogue);
+    let is = extend::with_baseline(&model, &factors, &friction_now(problem, &changes), &values(now), &shares);
+    let mut is = extend::with_effects(&model, &is, &factors, &old, catalogue);
     is.effects.extend(parts.findings.effects.iter().map(|found| entry(found, catalogue)));
     for change in &changes {
         let Some(joint) = model.joints.iter().position(|joint| joint.name == change.joint) else { continue };

@@ -10,9 +10,11 @@ use crate::robot::{EffectEntry, Model};
 /// Share of friction behind the gear where it is unknown.
 const LINK_SHARE: f64 = 0.1;
 
-/// The nominal model with symmetric friction and gaps as fitted; a gap in the model file stays.
+/// The nominal model with symmetric friction and gaps as fitted; a gap in the model file stays. Friction was fitted in the nominal torque:
+/// `factors` are the true torque of each joint relative to it.
 pub fn with_baseline(
     model: &Model,
+    factors: &[f64],
     friction: &[SymmetricFriction],
     gaps: &[Option<f64>],
     shares: &[Option<f64>],
@@ -27,14 +29,25 @@ pub fn with_baseline(
             viscous: law.viscous.max(0.0),
         };
         let link_share = joint.friction.map(|friction| friction.link_share).or(shares[index]).unwrap_or(LINK_SHARE);
-        joint.friction = Some(Friction { law: FrictionLaw::Exponential([side; 2]), link_share });
+        let given = joint.friction.is_some();
+        let mut law = FrictionLaw::Exponential([side; 2]);
+        scale(&mut law, factors[index], given);
+        joint.friction = Some(Friction { law, link_share });
         joint.backlash = joint.backlash.or(gaps[index]);
     }
     model
 }
 
 /// The baseline model with the found effects added. Friction that was fitted in a torque with a wrong scale is corrected.
-pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], catalogue: &Catalogue) -> Model {
+///
+/// `deviating` are factors as in [`with_baseline`], which friction already has.
+pub fn with_effects(
+    nominal: &Model,
+    baseline: &Model,
+    deviating: &[f64],
+    found: &[FoundEffect],
+    catalogue: &Catalogue,
+) -> Model {
     let mut model = baseline.clone();
     let factors: Vec<f64> = model.joints.iter().map(|joint| torque_factor(&joint.name, found, catalogue)).collect();
     for ((joint, nominal), factor) in model.joints.iter_mut().zip(&nominal.joints).zip(&factors) {
@@ -46,7 +59,7 @@ pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], ca
         let scope = catalogue.find(&effect.effect).map(|effect| effect.about().scope);
         let joint = if scope == Some(Scope::Joint) { effect.joints.first().cloned() } else { None };
         let index = joint.as_ref().and_then(|name| model.joints.iter().position(|joint| joint.name == *name));
-        let factor = index.map_or(1.0, |index| factors[index]);
+        let factor = index.map_or(1.0, |index| factors[index] * deviating[index]);
         let value = |measured: &Measured| {
             let is_torque = measured.unit.starts_with('N');
             measured.value * if is_torque { factor } else { 1.0 }

@@ -145,14 +145,14 @@ fn models(
     other_gaps: &[(usize, f64)],
     catalogue: &Catalogue,
 ) -> [Model; 2] {
-    let model = problem.motion.model;
+    let (model, factors) = problem.deviating_model();
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
     let gaps: Vec<_> = gaps.iter().map(MeasuredGap::value).collect();
     let nominal = if findings.effects.is_empty() { &friction } else { &selection.nominal.friction };
-    let baseline = extend::with_baseline(model, nominal, &gaps, &shares);
-    let extended = extend::with_baseline(model, &friction, &gaps, &shares);
-    let mut extended = extend::with_effects(model, &extended, &findings.effects, catalogue);
+    let baseline = extend::with_baseline(&model, &factors, nominal, &gaps, &shares);
+    let extended = extend::with_baseline(&model, &factors, &friction, &gaps, &shares);
+    let mut extended = extend::with_effects(&model, &extended, &factors, &findings.effects, catalogue);
     for (joint, gap) in other_gaps {
         extended.joints[*joint].backlash = Some(*gap);
     }

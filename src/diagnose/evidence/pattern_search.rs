@@ -72,8 +72,13 @@ fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: u
     let system = problem.system_of(&[joint], terms, Part::Train, true).system;
     let priors = system.priors_per_row(problem.independence[joint]);
     let solution = &fitted.solution;
-    let score =
-        Score::new(&system.blocks[joint], &solution.residual[joint], &solution.weights[joint], solution.scale[joint], &priors);
+    let score = Score::new(
+        &system.blocks[joint],
+        &solution.residual[joint],
+        &solution.weights[joint],
+        solution.scale[joint],
+        &priors,
+    );
     let orders = orders(motion, joint);
     let seen = motion.at_rows(&rows);
     // All kinds in one pass: they differ only in the amplitude of the harmonic.

@@ -31,10 +31,13 @@ impl Assembled {
             place(baseline.len() + usize::from(loose && baseline.stribeck_derivative().is_some()))
         };
         let baseline_at = problem.baseline.iter().map(of_baseline).collect();
-        let term_at = terms.iter().map(|term| place(term.coefficients())).collect();
+        let term_at: Vec<usize> = terms.iter().map(|term| place(term.coefficients())).collect();
         let inertial = inertial(place(0));
-        let priors: Vec<_> = inertial.range().map(|at| (at, 1.0)).collect();
+        let mut priors: Vec<(usize, f64)> = inertial.range().map(|at| (at, 1.0)).collect();
         unknowns += priors.len();
+        for (term, at) in terms.iter().zip(&term_at) {
+            priors.extend(term.effect.priors(&term.shape).into_iter().map(|(k, precision)| (at + k, precision)));
+        }
         let blocks = vec![Block::default(); problem.baseline.len()];
         // Priors count against independent samples; without them, the weight of a whole block changes nothing.
         let trust = if priors.is_empty() { Vec::new() } else { problem.independence.clone() };
@@ -139,11 +142,8 @@ impl Problem<'_> {
             }
             assembled.system.blocks[*joint] = block;
         }
-        let solution = assembled.system.solve_from(
-            NU,
-            deviating.solution.weights.clone(),
-            deviating.solution.scale.clone(),
-        )?;
+        let solution =
+            assembled.system.solve_from(NU, deviating.solution.weights.clone(), deviating.solution.scale.clone())?;
         Some(assembled.fitted(deviating.joints.clone(), solution))
     }
 

@@ -33,6 +33,11 @@ impl Cause {
         }
     }
 
+    /// Whether an effect of this strength deserves its name; a change may have either sign.
+    pub fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {
+        self.within.is_some() || self.effect.is_itself(motion, joint, shape, coefficients)
+    }
+
     /// Torque on a joint [N·m or N] per unit of each coefficient, as [`Diagnosable::columns`].
     pub fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         let mut columns = self.effect.columns(motion, joint, shape);

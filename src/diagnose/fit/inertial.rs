@@ -19,7 +19,7 @@ use super::regression::Block;
 use crate::diagnose::rows::observe::root_mean_square;
 use crate::effects::Motion;
 use crate::linear::Equilibrated;
-use crate::robot::Accuracy;
+use crate::robot::{Accuracy, Model};
 
 /// [1] Torque of one standard deviation, as a share of the RMS torque, below which a direction is left out: no friction law is as accurate.
 const LEAST_TORQUE: f64 = 1e-3;
@@ -39,8 +39,10 @@ pub struct Inertial {
     columns: Vec<Vec<Vec<f64>>>,
     /// What each joint can still decide; `None` before the first fit.
     views: Vec<Option<View>>,
-    /// Deviations that are no longer fitted.
-    held: Option<Deviations>,
+    /// The deviations of the last fit that was held.
+    last: Option<Deviations>,
+    /// Whether they are no longer fitted.
+    fixed: bool,
 }
 
 /// Deviations `z` and their torque.
@@ -107,7 +109,10 @@ impl Inertial {
         }
         let rows: Vec<usize> = (0..motion.rows()).step_by(motion.rows().div_ceil(ROWS).max(1)).collect();
         let few = motion.at_rows(&rows);
-        let unit = DMatrix::identity(deviations.ncols() + 2 * motion.joints.len(), deviations.ncols() + 2 * motion.joints.len());
+        let unit = DMatrix::identity(
+            deviations.ncols() + 2 * motion.joints.len(),
+            deviations.ncols() + 2 * motion.joints.len(),
+        );
         let torques = torques(&few, &accuracy, &deviations, &unit);
         let mut gram = DMatrix::zeros(unit.nrows(), unit.nrows());
         for (joint, torques) in torques.iter().enumerate() {
@@ -115,7 +120,8 @@ impl Inertial {
             let shown: Vec<usize> = (0..torques.len()).filter(|k| torques[*k].iter().any(|x| *x != 0.0)).collect();
             for a in &shown {
                 for b in shown.iter().take_while(|b| *b <= a) {
-                    let sum: f64 = torques[*a].iter().zip(&torques[*b]).map(|(x, y)| x * y).sum::<f64>() / (size * size);
+                    let sum: f64 =
+                        torques[*a].iter().zip(&torques[*b]).map(|(x, y)| x * y).sum::<f64>() / (size * size);
                     gram[(*a, *b)] += sum;
                     if a != b {
                         gram[(*b, *a)] += sum;
@@ -131,7 +137,7 @@ impl Inertial {
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
         let columns = self::torques(motion, &accuracy, &deviations, &directions);
-        Some(Self { directions, columns, views: vec![None; motion.joints.len()], held: None })
+        Some(Self { directions, columns, views: vec![None; motion.joints.len()], last: None, fixed: false })
     }
 
     /// Number of directions.
@@ -154,14 +160,19 @@ impl Inertial {
         &self.columns
     }
 
+    fn held(&self) -> Option<&Deviations> {
+        self.last.as_ref().filter(|_| self.fixed)
+    }
+
     fn torque_of(&self, joint: usize, z: &DVector<f64>) -> Vec<f64> {
         combined(&self.columns[joint], z)
     }
 
     /// `z` of a fit; for the fit of one joint, what its rows and those of the other joints say together.
     fn estimate(&self, fitted: &Fitted) -> DVector<f64> {
-        let own = |treated: Treated| DVector::from_column_slice(&fitted.solution.coefficients.as_slice()[treated.range()]);
-        match (fitted.inertial, &self.held) {
+        let own =
+            |treated: Treated| DVector::from_column_slice(&fitted.solution.coefficients.as_slice()[treated.range()]);
+        match (fitted.inertial, self.held()) {
             (Treated::Fixed, Some(held)) => held.z.clone(),
             (Treated::Fixed, None) => DVector::zeros(self.count()),
             (treated @ Treated::Shared { .. }, _) => own(treated),
@@ -215,14 +226,14 @@ fn torques(
 impl Problem<'_> {
     /// The joints that a fit of some joints has to include: all, where deviations of the model couple several.
     pub fn within(&self, joints: Vec<usize>) -> Vec<usize> {
-        let free = self.inertial.as_ref().is_some_and(|inertial| inertial.held.is_none());
+        let free = self.inertial.as_ref().is_some_and(|inertial| inertial.held().is_none());
         if free && joints.len() > 1 { self.joints() } else { joints }
     }
 
     /// How a fit of these joints treats the deviations, with the first coefficient that is free.
     pub fn treated(&self, joints: &[usize], at: usize) -> Treated {
-        match (&self.inertial, joints) {
-            (Some(Inertial { held: Some(_), .. }) | None, _) => Treated::Fixed,
+        match (self.inertial.as_ref().filter(|inertial| !inertial.fixed), joints) {
+            (None, _) => Treated::Fixed,
             (Some(inertial), [joint]) => Treated::Seen { joint: *joint, at, count: inertial.seen(*joint).0.len() },
             (Some(inertial), _) => Treated::Shared { at, count: inertial.count() },
         }
@@ -231,7 +242,7 @@ impl Problem<'_> {
     /// Columns of the deviations for a joint, and the torque that is known of them.
     pub fn deviations(&self, joint: usize, treated: Treated) -> (&[Vec<f64>], Option<&[f64]>) {
         let Some(inertial) = &self.inertial else { return (&[], None) };
-        match (treated, &inertial.held) {
+        match (treated, inertial.held()) {
             (Treated::Fixed, Some(held)) => (&[], Some(&held.torque[joint])),
             (Treated::Fixed, None) => (&[], None),
             (Treated::Shared { .. }, _) => (&inertial.columns[joint], None),
@@ -242,7 +253,7 @@ impl Problem<'_> {
     /// Torque of the deviations of a fit on a joint in all rows; `None` where there are none.
     pub fn deviating_torque(&self, fitted: &Fitted, joint: usize) -> Option<Vec<f64>> {
         let inertial = self.inertial.as_ref()?;
-        match (fitted.inertial, &inertial.held) {
+        match (fitted.inertial, inertial.held()) {
             (Treated::Fixed, Some(held)) => Some(held.torque[joint].clone()),
             (Treated::Fixed, None) => None,
             _ => Some(inertial.torque_of(joint, &inertial.estimate(fitted))),
@@ -254,21 +265,36 @@ impl Problem<'_> {
         if let Some(inertial) = &mut self.inertial {
             let z = inertial.estimate(fitted);
             let torque = (0..inertial.columns.len()).map(|joint| inertial.torque_of(joint, &z)).collect();
-            inertial.held = Some(Deviations { z, torque });
+            (inertial.last, inertial.fixed) = (Some(Deviations { z, torque }), true);
         }
     }
 
     /// From now on the deviations are fitted.
     pub fn free(&mut self) {
         if let Some(inertial) = &mut self.inertial {
-            inertial.held = None;
+            inertial.fixed = false;
         }
     }
 
-    /// `u` [standard deviations] of each nominal value in a fit; `None` where all nominal values are exact.
-    pub fn nominal_deviations(&self, fitted: &Fitted) -> Option<DVector<f64>> {
+    /// From now on the deviations have the values that were held before.
+    pub fn hold_again(&mut self) {
+        if let Some(inertial) = &mut self.inertial {
+            inertial.fixed = inertial.last.is_some();
+        }
+    }
+
+    /// `u` [standard deviations] of each nominal value, where deviations are held.
+    pub fn held_deviations(&self) -> Option<DVector<f64>> {
         let inertial = self.inertial.as_ref()?;
-        Some(inertial.values(&inertial.estimate(fitted)))
+        Some(inertial.values(&inertial.held()?.z))
+    }
+
+    /// The nominal model with the deviations that are held, and the true torque of each joint relative to that of the nominal model.
+    pub fn deviating_model(&self) -> (Model, Vec<f64>) {
+        let (model, dof) = (self.motion.model, self.baseline.len());
+        let Some(u) = self.held_deviations() else { return (model.clone(), vec![1.0; dof]) };
+        let factor = |joint: usize| model.accuracy.torque_factor(u[u.len() - dof + joint]);
+        (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
     }
 
     /// Updates what each joint can decide of the deviations, from a fit of all joints with these terms.

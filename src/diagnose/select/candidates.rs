@@ -19,6 +19,8 @@ const MANY_SHAPES: usize = 6;
 const LEAST_GAIN: f64 = 10.0;
 /// Approximate number of rows for a scan of many shapes.
 const SCANNED_ROWS: usize = 2500;
+/// Steps by which a shape follows the coefficients: each leaves the square of the relative error before it.
+const IMPROVEMENTS: usize = 3;
 /// Steps of the golden section that refines a shape.
 const REFINEMENTS: usize = 12;
 
@@ -146,11 +148,31 @@ impl Search<'_, '_> {
             }
         }
         let (term, gain) = best?;
+        let (term, gain) = self.improved(term, gain);
         let (term, gain) = match neighbours(&all, &term.shape) {
             Some(ends) if effect.refines() => self.refined(term, gain, ends),
             _ => (term, gain),
         };
         Some((term, gain, count))
+    }
+
+    /// The term with the shape that its own coefficients suggest, while that fits better.
+    fn improved(&self, mut term: Term, mut gain: f64) -> (Term, f64) {
+        for _ in 0..IMPROVEMENTS {
+            let suggested = self.with(&term).and_then(|fitted| {
+                let at = *fitted.term_at.last()?;
+                let own = &fitted.solution.coefficients.as_slice()[at..at + term.coefficients()];
+                term.effect.improved(&self.problem.motion, &term.shape, own)
+            });
+            let Some(shape) = suggested else { break };
+            let better = Term::new(&self.problem.motion, term.effect, &term.joints, shape);
+            let found = self.gain(&better);
+            if !found.is_finite() || found < gain {
+                break;
+            }
+            (term, gain) = (better, found);
+        }
+        (term, gain)
     }
 
     /// Golden section of the first shape parameter between two ends.

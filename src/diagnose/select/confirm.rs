@@ -31,7 +31,10 @@ pub fn confirm(
 ) -> Option<Confirmed> {
     let mut withdrawn = Vec::new();
     loop {
+        // Evidence is weighed against deviations of the model, a gain is what the model as it is now loses.
+        problem.free();
         let strength = strength(problem, selection);
+        problem.hold_again();
         let gains = own_gains::of_terms(problem, selection, given, &strength)?;
         let terms = selection.terms();
         let judged = || (given..terms.len()).filter(|index| is_effect(terms[*index]));

@@ -4,6 +4,7 @@
 
 mod checks;
 mod grammar;
+mod inertials;
 mod mesh;
 mod scan;
 mod text;

@@ -9,6 +9,8 @@ pub(super) struct Element<'a> {
     pub parent: Option<usize>,
     /// Indices of its direct children.
     pub children: Vec<usize>,
+    /// Bytes of the text from its opening to its closing tag.
+    pub range: std::ops::Range<usize>,
 }
 
 impl Element<'_> {
@@ -36,8 +38,10 @@ pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
         line += newlines(&rest[..start]);
         let length = markup_length(&rest[start..]).ok_or_else(|| (line, "the end of this tag".to_owned()))?;
         let (markup, after) = rest[start..].split_at(length);
+        let end = text.len() - after.len();
         if let Some(name) = markup.strip_prefix("</") {
-            close(&elements, &mut open, name.trim_end_matches('>').trim()).map_err(|expected| (line, expected))?;
+            let closed = close(&elements, &mut open, name.trim_end_matches('>').trim());
+            elements[closed.map_err(|expected| (line, expected))?].range.end = end;
         } else if !markup.starts_with("<!") && !markup.starts_with("<?") {
             if open.is_empty() && !elements.is_empty() {
                 return Err((line, "nothing after the outermost element".to_owned()));
@@ -55,7 +59,7 @@ pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
                 let index = elements.len();
                 elements[parent].children.push(index);
             }
-            elements.push(Element { line, name, attributes, parent, children: Vec::new() });
+            elements.push(Element { line, name, attributes, parent, children: Vec::new(), range: end - length..end });
         }
         line += newlines(markup);
         rest = after;
@@ -66,12 +70,14 @@ pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
     }
 }
 
-fn close(elements: &[Element<'_>], open: &mut Vec<usize>, name: &str) -> Result<(), String> {
-    let Some(last) = open.pop().map(|index| &elements[index]) else {
+/// Closes the innermost open element, and returns its index.
+fn close(elements: &[Element<'_>], open: &mut Vec<usize>, name: &str) -> Result<usize, String> {
+    let Some(index) = open.pop() else {
         return Err(format!("no </{name}> here"));
     };
+    let last = &elements[index];
     if last.name == name {
-        return Ok(());
+        return Ok(index);
     }
     Err(format!("</{}> for the tag of line {}, not </{name}>", last.name, last.line))
 }

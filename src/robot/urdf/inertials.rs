@@ -1,0 +1,83 @@
+//! The text of a URDF with other inertias, all else unchanged.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use super::scan::Element;
+use super::{Urdf, kind_of};
+use crate::robot::tree::{Inertia, Robot};
+
+impl Urdf<'_> {
+    /// The text with the inertias of some bodies of a tree. The link that a joint moves gets the inertia of its whole body, so that links fixed
+    /// to it have none.
+    pub(in crate::robot) fn with_inertias(&self, text: &str, robot: &Robot, changed: &[usize]) -> String {
+        let bodies: BTreeMap<&str, usize> = changed.iter().map(|body| (&*robot.bodies[*body].name, *body)).collect();
+        let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+        for link in self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0)) {
+            let Some(name) = link.attribute("name") else { continue };
+            let Some(body) = self.carrier(name, robot).and_then(|carrier| bodies.get(carrier)) else { continue };
+            let moved = robot.bodies[*body].name == name;
+            let inertial = if moved { written(&robot.bodies[*body].inertia) } else { String::new() };
+            edits.push(self.edit(text, link, name, inertial));
+        }
+        edits.sort_by_key(|(range, _)| range.start);
+        let mut out = String::new();
+        let mut from = 0;
+        for (range, replacement) in edits {
+            out.push_str(&text[from..range.start]);
+            out.push_str(&replacement);
+            from = range.end;
+        }
+        out.push_str(&text[from..]);
+        out
+    }
+
+    /// Name of the link whose body a link is part of: of the next link towards the base that a joint of the tree moves.
+    fn carrier<'s>(&'s self, link: &'s str, robot: &Robot) -> Option<&'s str> {
+        let mut at = link;
+        loop {
+            let joint = self.robot.joints.iter().find(|joint| joint.child.link == at)?;
+            if kind_of(joint).is_some() && robot.bodies.iter().any(|body| body.joint.name == joint.name) {
+                return Some(at);
+            }
+            at = &joint.parent.link;
+        }
+    }
+
+    /// Where a link's element `inertial` is or belongs, and its new text.
+    fn edit(&self, text: &str, link: &Element<'_>, name: &str, inertial: String) -> (Range<usize>, String) {
+        let own =
+            link.children.iter().map(|child| &self.text.elements()[*child]).find(|child| child.name == "inertial");
+        if let Some(own) = own {
+            return (own.range.clone(), inertial);
+        }
+        let opening = link.range.start + text[link.range.clone()].find('>').unwrap_or(0) + 1;
+        if text[..opening].ends_with("/>") {
+            return (link.range.clone(), format!("<link name=\"{name}\">{inertial}</link>"));
+        }
+        (opening..opening, inertial)
+    }
+}
+
+fn written(inertia: &Inertia) -> String {
+    let (c, i) = (inertia.com, inertia.tensor);
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let _ = write!(
+        out,
+        "<inertial><origin xyz=\"{} {} {}\" rpy=\"0 0 0\"/><mass value=\"{}\"/>\
+         <inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/></inertial>",
+        c.x,
+        c.y,
+        c.z,
+        inertia.mass,
+        i[(0, 0)],
+        i[(0, 1)],
+        i[(0, 2)],
+        i[(1, 1)],
+        i[(1, 2)],
+        i[(2, 2)]
+    );
+    out
+}
