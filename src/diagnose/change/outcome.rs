@@ -190,9 +190,10 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
     let values = |side: &[Option<SideGap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
     let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
     let friction: Vec<SymmetricFriction> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
-    let was = extend::with_baseline(model, &friction, &values(before), &shares);
+    let rotors: Vec<Option<f64>> = parts.baseline_model.joints.iter().map(|joint| joint.rotor_inertia).collect();
+    let was = extend::with_baseline(model, &friction, &rotors, &values(before), &shares);
     let mut was = extend::with_effects(model, &was, &old, catalogue);
-    let is = extend::with_baseline(model, &friction_now(problem, &changes), &values(now), &shares);
+    let is = extend::with_baseline(model, &friction_now(problem, &changes), &rotors, &values(now), &shares);
     let mut is = extend::with_effects(model, &is, &old, catalogue);
     is.effects.extend(parts.findings.effects.iter().map(|found| entry(found, catalogue)));
     for change in &changes {

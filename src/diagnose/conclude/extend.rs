@@ -10,10 +10,11 @@ use crate::robot::{EffectEntry, Model};
 /// Share of friction behind the gear where it is unknown.
 const LINK_SHARE: f64 = 0.1;
 
-/// The nominal model with symmetric friction and gaps as fitted; a gap in the model file stays.
+/// The nominal model with symmetric friction, rotors [kg·m²] and gaps as fitted; a rotor and a gap in the model file stay.
 pub fn with_baseline(
     model: &Model,
     friction: &[SymmetricFriction],
+    rotors: &[Option<f64>],
     gaps: &[Option<f64>],
     shares: &[Option<f64>],
 ) -> Model {
@@ -29,17 +30,21 @@ pub fn with_baseline(
         let link_share = joint.friction.map(|friction| friction.link_share).or(shares[index]).unwrap_or(LINK_SHARE);
         joint.friction = Some(Friction { law: FrictionLaw::Exponential([side; 2]), link_share });
         joint.backlash = joint.backlash.or(gaps[index]);
+        joint.rotor_inertia = joint.rotor_inertia.or(rotors[index]);
     }
     model
 }
 
-/// The baseline model with the found effects added. Friction that was fitted in a torque with a wrong scale is corrected.
+/// The baseline model with the found effects added. Friction and rotors that were fitted in a torque with a wrong scale are corrected.
 pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], catalogue: &Catalogue) -> Model {
     let mut model = baseline.clone();
     let factors: Vec<f64> = model.joints.iter().map(|joint| torque_factor(&joint.name, found, catalogue)).collect();
     for ((joint, nominal), factor) in model.joints.iter_mut().zip(&nominal.joints).zip(&factors) {
         if let Some(friction) = &mut joint.friction {
             scale(&mut friction.law, *factor, nominal.friction.is_some());
+        }
+        if nominal.rotor_inertia.is_none() {
+            joint.rotor_inertia = joint.rotor_inertia.map(|inertia| inertia * factor);
         }
     }
     for effect in found {

@@ -149,9 +149,13 @@ fn models(
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
     let gaps: Vec<_> = gaps.iter().map(MeasuredGap::value).collect();
-    let nominal = if findings.effects.is_empty() { &friction } else { &selection.nominal.friction };
-    let baseline = extend::with_baseline(model, nominal, &gaps, &shares);
-    let extended = extend::with_baseline(model, &friction, &gaps, &shares);
+    let rotors = problem.rotors(&selection.fitted);
+    let (nominal, nominal_rotors) = match findings.effects.is_empty() {
+        true => (&friction, &rotors),
+        false => (&selection.nominal.friction, &selection.nominal.rotors),
+    };
+    let baseline = extend::with_baseline(model, nominal, nominal_rotors, &gaps, &shares);
+    let extended = extend::with_baseline(model, &friction, &rotors, &gaps, &shares);
     let mut extended = extend::with_effects(model, &extended, &findings.effects, catalogue);
     for (joint, gap) in other_gaps {
         extended.joints[*joint].backlash = Some(*gap);
@@ -179,7 +183,9 @@ fn baseline(
         let friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
         let torque_offset = estimate::offsets(problem, joint, &selection.fitted, uncertainty, sessions);
         let MeasuredGap { measured: backlash, left_out: backlash_left_out, .. } = gaps[joint].clone();
-        estimates.insert(model.name.clone(), BaselineEstimate { friction, backlash, backlash_left_out, torque_offset });
+        let rotor_inertia = estimate::rotor_inertia(problem, joint, &selection.fitted, uncertainty);
+        let estimate = BaselineEstimate { friction, rotor_inertia, backlash, backlash_left_out, torque_offset };
+        estimates.insert(model.name.clone(), estimate);
     }
     estimates
 }
