@@ -20,8 +20,12 @@ fn amplifier(voltage_limit: f64) -> Amplifier {
 
 /// A joint whose rotor is too heavy to move: the winding alone.
 fn blocked(voltage_limit: f64) -> Plant {
-    let joint =
-        JointModel { rotor_inertia: Some(1e9), motor: Some(MOTOR), amplifier: amplifier(voltage_limit), ..plain_joint("joint1") };
+    let joint = JointModel {
+        rotor_inertia: Some(1e9),
+        motor: Some(MOTOR),
+        amplifier: amplifier(voltage_limit),
+        ..plain_joint("joint1")
+    };
     Plant::new(&model(turntable(0.05), vec![joint]), &Options { ideal_sensors: true, ..Options::default() }).unwrap()
 }
 

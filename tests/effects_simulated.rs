@@ -309,7 +309,8 @@ fn analytic_teeth_shake_the_link_with_the_square_of_speed() {
 #[test]
 fn analytic_the_gap_is_that_of_the_place() {
     let (gap, a, n, phi, v, k) = (0.02, 0.012, 3.0, 0.3, 0.8, 500.0);
-    let joint = JointModel { backlash: Some(gap), gear_stiffness: Some(k), gear_damping: Some(0.0), ..plain_joint("joint1") };
+    let joint =
+        JointModel { backlash: Some(gap), gear_stiffness: Some(k), gear_damping: Some(0.0), ..plain_joint("joint1") };
     let parameters = [("amplitude", a), ("order", n), ("phase", phi)];
     let mut plant = ideal(&with(rotor_in_a_vice(joint), "position_dependent_backlash", &parameters));
     for theta in [0.0_f64, 0.4, 1.1, -2.0] {

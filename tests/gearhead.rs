@@ -239,7 +239,12 @@ fn published_exponential_has_the_lines_as_tangents() {
 #[test]
 fn analytic_two_masses_on_a_spring() {
     let (j, link, k) = (0.02, 0.05, 3000.0);
-    let joint = JointModel { rotor_inertia: Some(j), gear_stiffness: Some(k), gear_damping: Some(0.0), ..plain_joint("joint1") };
+    let joint = JointModel {
+        rotor_inertia: Some(j),
+        gear_stiffness: Some(k),
+        gear_damping: Some(0.0),
+        ..plain_joint("joint1")
+    };
     let mut plant = single(joint);
     plant.launch(&[JointState { motor_velocity: 1.0, ..JointState::default() }]);
     let omega = (k * (1.0 / j + 1.0 / link)).sqrt();

@@ -76,7 +76,8 @@ impl Oscillator {
 #[test]
 fn analytic_two_inertias_on_a_spring() {
     let (j, i, k, d, torque) = (0.02, 0.05, 300.0, 0.2, 0.4);
-    let joint = JointModel { rotor_inertia: Some(j), gear_stiffness: Some(k), gear_damping: Some(d), ..plain_joint("joint1") };
+    let joint =
+        JointModel { rotor_inertia: Some(j), gear_stiffness: Some(k), gear_damping: Some(d), ..plain_joint("joint1") };
     let inverse = 1.0 / j + 1.0 / i;
     let (omega0, v0) = (3.0, -1.0);
     let windup = Oscillator {

@@ -1,7 +1,7 @@
 //! Where a model meets its recordings: what the model file leaves out and the recordings tell.
 
-use super::encoder_step::encoder_step;
 use super::Session;
+use super::encoder_step::encoder_step;
 use crate::drive::Encoder;
 use crate::error::{Error, Place, Result};
 use crate::robot::{JointModel, Model};

@@ -57,7 +57,8 @@ impl Effect for Presliding {
         }
         // The bristles oscillate with the rotor, and follow it while sliding; the integrator has to resolve both.
         // Where the rotor is unknown, the plant takes a share of its link, which the bound on the gear's fastest motion judges.
-        let inertia = model.joints[joint].rotor_inertia.map_or(f64::INFINITY, |_| model.joints[joint].reflected_inertia());
+        let inertia =
+            model.joints[joint].rotor_inertia.map_or(f64::INFINITY, |_| model.joints[joint].reflected_inertia());
         let speed = Some(model.robot.bodies[joint].joint.limits.velocity).filter(|limit| limit.is_finite());
         let bound =
             (0.01 * FASTEST * FASTEST * inertia).min(speed.map_or(f64::INFINITY, |speed| FASTEST * dry / speed));

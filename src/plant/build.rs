@@ -224,7 +224,8 @@ fn laws(model: &Model) -> Vec<JointLaws> {
     let of_joint = |(i, (joint, body)): (usize, (&JointModel, &Body))| {
         let rotor_inertia = joint.rotor_beside(mass[(i, i)]);
         let of_link = mobility.as_ref().map_or(f64::INFINITY, |w| w[(i, i)]);
-        let dead_zone = joint.flanks(joint.backlash.unwrap_or(0.0), 1.0 / rotor_inertia + of_link);
+        let (inertia, mobility) = (rotor_inertia + mass[(i, i)], 1.0 / rotor_inertia + of_link);
+        let dead_zone = joint.flanks(joint.backlash.unwrap_or(0.0), inertia, mobility);
         laws_of(joint, &body.joint, rotor_inertia, dead_zone)
     };
     model.joints.iter().zip(&model.robot.bodies).enumerate().map(of_joint).collect()

@@ -138,10 +138,11 @@ impl JointModel {
         if self.rotor_inertia.is_some() { self.reflected_inertia() } else { rigid::ROTOR_SHARE * link_inertia }
     }
 
-    /// The flanks of the gear around a gap [rad or m]. Where its stiffness is unknown, it is rigid ([`rigid`]) for a
-    /// `mobility` `1/J + W` [1/(kg·m²) or 1/kg] of rotor against link. A damping that alone is unknown is left out.
-    pub fn flanks(&self, backlash: f64, mobility: f64) -> DeadZone {
-        let rigid = DeadZone::rigid(backlash, mobility);
+    /// The flanks of the gear around a gap [rad or m]. Where its stiffness is unknown, it is rigid ([`rigid`]) for the `inertia`
+    /// `J + M` [kg·m² or kg] of rotor and link and their `mobility` `1/J + W` [1/(kg·m²) or 1/kg]. A damping that alone is
+    /// unknown is left out.
+    pub fn flanks(&self, backlash: f64, inertia: f64, mobility: f64) -> DeadZone {
+        let rigid = DeadZone::rigid(backlash, inertia, mobility);
         match self.gear_stiffness {
             Some(stiffness) => DeadZone { backlash, stiffness, damping: self.gear_damping.unwrap_or(0.0) },
             None => DeadZone { damping: self.gear_damping.unwrap_or(rigid.damping), ..rigid },

@@ -88,7 +88,7 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
     let link_inertia = session.rigid.link_inertia_of()(&posture);
     let rotor_inertia = joint.rotor_beside(link_inertia);
     let mobility = 1.0 / rotor_inertia + 1.0 / link_inertia;
-    let known = joint.flanks(0.0, mobility);
+    let known = joint.flanks(0.0, rotor_inertia + link_inertia, mobility);
     // A rigid gear is not stiffer than the steps of a sample in contact can follow.
     let followed = (STEP_ANGLE * CONTACT_STEPS as f64 / session.signals.interval).powi(2) / mobility;
     let softer = if joint.gear_stiffness.is_none() { (followed / known.stiffness).min(1.0) } else { 1.0 };

@@ -161,7 +161,8 @@ fn compared(problem: &Problem, sessions: &[&TimeSeries], fit: &AxisFit, lag: f64
     let nominal = |rows: &Difference| -> Option<Vec<f64>> {
         let gap = 0.5 * model.backlash.unwrap_or(0.0);
         let side = rows.side(0.0);
-        let wound = rows.load.iter().zip(&side).map(|(load, side)| model.gear_stiffness.map_or(0.0, |k| load / k) + gap * side);
+        let wound =
+            rows.load.iter().zip(&side).map(|(load, side)| model.gear_stiffness.map_or(0.0, |k| load / k) + gap * side);
         let left: Vec<f64> = rows.ahead.iter().zip(wound).map(|(ahead, wound)| ahead - wound).collect();
         rest(problem, rows, &left)
     };
