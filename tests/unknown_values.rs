@@ -153,7 +153,7 @@ fn regress_a_current_without_a_torque_constant_is_refused() {
     assert_eq!(fault.file, Path::new("model.toml"));
     assert_eq!(fault.key, "joints.joint1.motor.torque_constant");
     assert!(fault.expected.ends_with("since the recording has a current and no torque"), "{fault}");
-    assert!(fault.to_string().starts_with("model.toml:6: "), "the table of the joint: {fault}");
+    assert!(fault.to_string().starts_with("model.toml:5: "), "the table of the joint: {fault}");
     let torque = session(as_torque(&recorded.series));
     assert!(meet(&model, &[&torque]).is_ok());
 }

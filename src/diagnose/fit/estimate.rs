@@ -120,8 +120,8 @@ pub fn friction(
 pub fn rotor_inertia(problem: &Problem, joint: usize, fitted: &Fitted, uncertainty: &Uncertainty) -> Option<Measured> {
     let squared = problem.motion.model.joints[joint].gear_ratio.powi(2);
     let at = fitted.baseline_at[joint] + problem.baseline[joint].rotor_at()?;
-    let std_error = uncertainty.std_error(&[(at, 1.0)]) / squared;
     let value = problem.rotors(fitted)[joint]?;
+    let std_error = (uncertainty.std_error(&[(at, 1.0)]) / squared).hypot(SYSTEMATIC * value);
     Some(Measured { value, std_error, unit: "kg·m²" })
 }
 
