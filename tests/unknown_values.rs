@@ -19,8 +19,11 @@ use rigid_arm::{INTERVAL, arm, fast_sessions};
 /// Inertia [kg·m²] of the arm's rotors at the motor shaft.
 const ROTOR: f64 = 0.0008;
 
+/// Takes values away from a joint.
+type Forget = fn(&mut JointModel);
+
 /// What a model file may leave out, by the word that is then not in it.
-const UNKNOWN: [(&str, fn(&mut JointModel)); 5] = [
+const UNKNOWN: [(&str, Forget); 5] = [
     ("gear_stiffness", |joint| joint.gear_stiffness = None),
     ("gear_damping", |joint| joint.gear_damping = None),
     ("rotor_inertia", |joint| joint.rotor_inertia = None),
@@ -31,7 +34,7 @@ const UNKNOWN: [(&str, fn(&mut JointModel)); 5] = [
 ];
 
 /// The arm without a value on its first joint.
-fn without(forget: fn(&mut JointModel), with_friction: bool) -> Model {
+fn without(forget: Forget, with_friction: bool) -> Model {
     let mut model = arm(with_friction);
     forget(&mut model.joints[0]);
     model
