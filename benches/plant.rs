@@ -16,6 +16,7 @@ use std::time::Instant;
 use closed_loop::{Loop, Trace, fast, truth};
 use divan::Bencher;
 use divan::counter::ItemsCount;
+use lostmotion::drive::Motor;
 use lostmotion::dynamics::Dynamics;
 use lostmotion::plant::{Engine, Evaluations, Options, Plant, RigidBody, World};
 use lostmotion::robot::Model;
@@ -106,10 +107,10 @@ fn fitted(joints: usize) -> Model {
     let mut model = geared(chain(joints));
     for (i, joint) in model.joints.iter_mut().enumerate() {
         let scale = 0.75_f64.powi(i as i32);
-        joint.gear_stiffness *= scale;
-        joint.gear_damping *= scale;
-        joint.rotor_inertia *= scale;
-        joint.motor.torque_constant *= scale;
+        for value in [&mut joint.gear_stiffness, &mut joint.gear_damping, &mut joint.rotor_inertia] {
+            *value = value.map(|value| value * scale);
+        }
+        joint.motor = joint.motor.map(|motor| Motor { torque_constant: motor.torque_constant * scale, ..motor });
         if let Some(lostmotion::gearhead::FrictionLaw::Exponential(sides)) = joint.friction.as_mut().map(|f| &mut f.law)
         {
             for side in sides {

@@ -49,7 +49,7 @@ fn ideal(obstacles: Vec<Obstacle>) -> Options {
 
 /// A drive that can hardly be felt: what the link does is its own.
 fn loose() -> JointModel {
-    JointModel { gear_stiffness: 1e-9, gear_damping: 0.0, ..plain_joint("joint1") }
+    JointModel { gear_stiffness: Some(1e-9), gear_damping: Some(0.0), ..plain_joint("joint1") }
 }
 
 /// A slide of 1 kg along y with the finger on it: `d = WALL − FINGER − q`, and nothing but the wall acts on it.
@@ -341,7 +341,7 @@ fn property_a_fast_link_does_not_get_through_a_thin_wall() {
 fn stopped(stiffness: Option<f64>) -> Model {
     let mut robot = turntable(LINK);
     robot.bodies[0].joint.limits = Limits { lower: -0.5, upper: 0.5, ..UNLIMITED };
-    model(robot, vec![JointModel { end_stop_stiffness: stiffness, gear_damping: 20.0, ..plain_joint("joint1") }])
+    model(robot, vec![JointModel { end_stop_stiffness: stiffness, gear_damping: Some(20.0), ..plain_joint("joint1") }])
 }
 
 #[test]

@@ -20,8 +20,12 @@ fn amplifier(voltage_limit: f64) -> Amplifier {
 
 /// A joint whose rotor is too heavy to move: the winding alone.
 fn blocked(voltage_limit: f64) -> Plant {
-    let joint =
-        JointModel { rotor_inertia: 1e9, motor: MOTOR, amplifier: amplifier(voltage_limit), ..plain_joint("joint1") };
+    let joint = JointModel {
+        rotor_inertia: Some(1e9),
+        motor: Some(MOTOR),
+        amplifier: amplifier(voltage_limit),
+        ..plain_joint("joint1")
+    };
     Plant::new(&model(turntable(0.05), vec![joint]), &Options { ideal_sensors: true, ..Options::default() }).unwrap()
 }
 
@@ -62,10 +66,10 @@ fn analytic_current_rises_at_the_voltage_limit_and_leaves_it() {
 fn analytic_motor_without_load_runs_up_to_its_voltage() {
     // No inductance, a command beyond reach: J ω̇ = K (V − K ω)/R.
     let joint = JointModel {
-        motor: Motor { inductance: None, ..MOTOR },
+        motor: Some(Motor { inductance: None, ..MOTOR }),
         amplifier: Amplifier { current_limit: 1e3, ..amplifier(12.0) },
         gear_ratio: 5.0,
-        rotor_inertia: 0.001,
+        rotor_inertia: Some(0.001),
         backlash: Some(1e9),
         ..plain_joint("joint1")
     };
@@ -83,7 +87,7 @@ fn analytic_motor_without_load_runs_up_to_its_voltage() {
 
 #[test]
 fn property_without_resistance_the_current_obeys_at_once() {
-    let stage = PowerStage::new(&Motor { resistance: None, ..MOTOR }, &amplifier(1.0), 0.25);
+    let stage = PowerStage::new(Some(&Motor { resistance: None, ..MOTOR }), &amplifier(1.0), 0.25);
     let demand = stage.demand(7.0, 0.0, 100.0);
     assert_eq!(stage.current(7.0, 0.0, 100.0, stage.saturation(demand)), 7.0);
 }

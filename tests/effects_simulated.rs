@@ -273,7 +273,7 @@ fn analytic_a_hum_shakes_a_free_rotor() {
 fn analytic_teeth_shake_the_link_with_the_square_of_speed() {
     let (e, z, k, d) = (1e-4, 40.0, 3000.0, 2.0);
     let amplitude_at = |omega: f64| {
-        let rotor = JointModel { rotor_inertia: FLYWHEEL, ..plain_joint("joint1") };
+        let rotor = JointModel { rotor_inertia: Some(FLYWHEEL), ..plain_joint("joint1") };
         let nominal = model(turntable(I), vec![rotor]);
         let mut plant = ideal(&with(nominal, "transmission_error", &[("amplitude", e), ("teeth", z)]));
         let big = z * omega;
@@ -309,7 +309,8 @@ fn analytic_teeth_shake_the_link_with_the_square_of_speed() {
 #[test]
 fn analytic_the_gap_is_that_of_the_place() {
     let (gap, a, n, phi, v, k) = (0.02, 0.012, 3.0, 0.3, 0.8, 500.0);
-    let joint = JointModel { backlash: Some(gap), gear_stiffness: k, gear_damping: 0.0, ..plain_joint("joint1") };
+    let joint =
+        JointModel { backlash: Some(gap), gear_stiffness: Some(k), gear_damping: Some(0.0), ..plain_joint("joint1") };
     let parameters = [("amplitude", a), ("order", n), ("phase", phi)];
     let mut plant = ideal(&with(rotor_in_a_vice(joint), "position_dependent_backlash", &parameters));
     for theta in [0.0_f64, 0.4, 1.1, -2.0] {
@@ -351,7 +352,7 @@ fn analytic_no_current_below_the_dead_band() {
 #[test]
 fn analytic_a_disc_that_runs_out_reads_a_ripple() {
     let (e, ratio, phi, omega) = (0.004, 8.0, 0.6, 1.5);
-    let joint = JointModel { gear_ratio: ratio, rotor_inertia: J / ratio / ratio, ..plain_joint("joint1") };
+    let joint = JointModel { gear_ratio: ratio, rotor_inertia: Some(J / ratio / ratio), ..plain_joint("joint1") };
     let nominal = model(turntable(I), vec![joint]);
     let model = with(nominal.clone(), "encoder_eccentricity", &[("amplitude", e), ("phase", phi)]);
     let (mut plant, mut plain) = (ideal(&model), ideal(&nominal));

@@ -170,9 +170,9 @@ fn regress_the_plant_integrates_the_dead_zone_that_is_tested() {
     let (gap, stiffness, damping) = (0.01, 2000.0, 3.0);
     let gear = DeadZone { backlash: gap, stiffness, damping };
     let joint = JointModel {
-        rotor_inertia: 0.02,
-        gear_stiffness: stiffness,
-        gear_damping: damping,
+        rotor_inertia: Some(0.02),
+        gear_stiffness: Some(stiffness),
+        gear_damping: Some(damping),
         backlash: Some(gap),
         ..plain_joint("joint1")
     };
@@ -239,7 +239,12 @@ fn published_exponential_has_the_lines_as_tangents() {
 #[test]
 fn analytic_two_masses_on_a_spring() {
     let (j, link, k) = (0.02, 0.05, 3000.0);
-    let joint = JointModel { rotor_inertia: j, gear_stiffness: k, gear_damping: 0.0, ..plain_joint("joint1") };
+    let joint = JointModel {
+        rotor_inertia: Some(j),
+        gear_stiffness: Some(k),
+        gear_damping: Some(0.0),
+        ..plain_joint("joint1")
+    };
     let mut plant = single(joint);
     plant.launch(&[JointState { motor_velocity: 1.0, ..JointState::default() }]);
     let omega = (k * (1.0 / j + 1.0 / link)).sqrt();
@@ -259,9 +264,9 @@ fn analytic_two_masses_on_a_spring() {
 fn analytic_pendulum_in_its_backlash_keeps_its_period() {
     let (j, link, k, gap, v0) = (0.02, 0.05, 3000.0, 0.02, 0.8);
     let joint = JointModel {
-        rotor_inertia: j,
-        gear_stiffness: k,
-        gear_damping: 0.0,
+        rotor_inertia: Some(j),
+        gear_stiffness: Some(k),
+        gear_damping: Some(0.0),
         backlash: Some(gap),
         ..plain_joint("joint1")
     };
@@ -283,9 +288,9 @@ fn analytic_pendulum_in_its_backlash_keeps_its_period() {
 fn analytic_bounce_off_a_damped_flank() {
     let (j, link, k, d, gap, v0) = (0.02, 0.05, 3000.0, 4.0, 0.02, 0.8);
     let joint = JointModel {
-        rotor_inertia: j,
-        gear_stiffness: k,
-        gear_damping: d,
+        rotor_inertia: Some(j),
+        gear_stiffness: Some(k),
+        gear_damping: Some(d),
         backlash: Some(gap),
         ..plain_joint("joint1")
     };
@@ -314,9 +319,9 @@ fn published_coulomb_oscillator_loses_the_same_each_half_turn() {
     // within ±F/k (J. P. Den Hartog 1931; the case of Modelica's BearingFriction).
     let (k, level) = (300.0, 0.6);
     let joint = JointModel {
-        rotor_inertia: 1e9,
-        gear_stiffness: k,
-        gear_damping: 0.0,
+        rotor_inertia: Some(1e9),
+        gear_stiffness: Some(k),
+        gear_damping: Some(0.0),
         friction: Some(friction(level, level, 0.1, 0.0, 1.0)),
         ..plain_joint("joint1")
     };

@@ -76,7 +76,8 @@ impl Oscillator {
 #[test]
 fn analytic_two_inertias_on_a_spring() {
     let (j, i, k, d, torque) = (0.02, 0.05, 300.0, 0.2, 0.4);
-    let joint = JointModel { rotor_inertia: j, gear_stiffness: k, gear_damping: d, ..plain_joint("joint1") };
+    let joint =
+        JointModel { rotor_inertia: Some(j), gear_stiffness: Some(k), gear_damping: Some(d), ..plain_joint("joint1") };
     let inverse = 1.0 / j + 1.0 / i;
     let (omega0, v0) = (3.0, -1.0);
     let windup = Oscillator {
@@ -105,8 +106,8 @@ fn analytic_two_inertias_on_a_spring() {
 /// A link on the gear of a rotor in a vice.
 fn link_on_a_gap(inertia: f64, k: f64, d: f64, gap: f64) -> Model {
     let joint = JointModel {
-        gear_stiffness: k,
-        gear_damping: d,
+        gear_stiffness: Some(k),
+        gear_damping: Some(d),
         backlash: Some(gap),
         friction: Some(friction(VICE, VICE, 1.0, 0.0, 0.0)),
         ..plain_joint("joint1")
@@ -229,9 +230,9 @@ fn analytic_stick_slip_of_a_mass_pulled_by_a_spring() {
     let Cycle { slip, stick, stroke } = case.cycle();
     assert!(slip > 0.1 && stick > 0.1, "{slip} {stick}");
     let joint = JointModel {
-        rotor_inertia: FLYWHEEL,
-        gear_stiffness: case.k,
-        gear_damping: 0.0,
+        rotor_inertia: Some(FLYWHEEL),
+        gear_stiffness: Some(case.k),
+        gear_damping: Some(0.0),
         friction: Some(Friction { law: FrictionLaw::TwoLines([case.law; 2]), link_share: 1.0 }),
         ..plain_joint("joint1")
     };
@@ -262,9 +263,9 @@ fn analytic_weight_on_a_gear_driven_backwards() {
     for (level, mu) in [(0.9, 0.0), (0.999, 0.0), (1.001, 0.0), (0.5, 0.0), (0.5, 0.4), (0.5, 0.51)] {
         let level = level * m * g;
         let joint = JointModel {
-            rotor_inertia: j,
-            gear_stiffness: k,
-            gear_damping: 0.0,
+            rotor_inertia: Some(j),
+            gear_stiffness: Some(k),
+            gear_damping: Some(0.0),
             friction: Some(friction(level, level, 1.0, 0.0, 0.0)),
             ..plain_joint("joint1")
         };
@@ -337,7 +338,7 @@ fn property_nothing_creeps_in_a_minute() {
             .map(|(joint, sign)| {
                 let friction = joint.friction.unwrap();
                 let level = 0.9 * friction.law.magnitude(Direction::Positive, 0.0);
-                let windup = friction.link_share * level / joint.gear_stiffness;
+                let windup = friction.link_share * level / joint.gear_stiffness.expect("a gear");
                 JointState {
                     motor_position: sign * (0.5 * joint.backlash.unwrap() + windup),
                     current: sign * level / joint.torque_per_ampere(),

@@ -74,7 +74,7 @@ fn pulled_truth() -> ([f64; 2], f64) {
 fn pulled(options: &Options, period: f64) -> [f64; 2] {
     let mut model = plain(planar_arm());
     for (joint, [k, d, _]) in model.joints.iter_mut().zip(PULL) {
-        (joint.rotor_inertia, joint.gear_stiffness, joint.gear_damping) = (1e12, k, d);
+        (joint.rotor_inertia, joint.gear_stiffness, joint.gear_damping) = (Some(1e12), Some(k), Some(d));
     }
     let mut plant = Plant::new(&model, options).unwrap();
     let start = |j: usize| JointState { motor_velocity: PULL[j][2], link_position: START[j], ..JointState::default() };
@@ -133,7 +133,7 @@ fn equivalent_smooth_motion_converges_at_fourth_order() {
 fn links_alone() -> Plant {
     let mut model = plain(planar_arm());
     for joint in &mut model.joints {
-        (joint.gear_stiffness, joint.gear_damping) = (1e-12, 0.0);
+        (joint.gear_stiffness, joint.gear_damping) = (Some(1e-12), Some(0.0));
     }
     Plant::new(&model, &on(WAYS[1])).unwrap()
 }

@@ -59,7 +59,7 @@ fn analytic_kink_of_a_two_line_law_is_located() {
         friction: Some(Friction { law: FrictionLaw::TwoLines([lines, lines]), link_share: 0.0 }),
         ..plain_joint("joint1")
     };
-    (joint.gear_stiffness, joint.gear_damping, joint.rotor_inertia) = (1e-12, 0.0, inertia);
+    (joint.gear_stiffness, joint.gear_damping, joint.rotor_inertia) = (Some(1e-12), Some(0.0), Some(inertia));
     let options = Options { substeps: 10, ..Options::default() };
     for sign in [1.0, -1.0] {
         let mut plant = Plant::new(&model(turntable(1.0), vec![joint.clone()]), &options).unwrap();
@@ -84,7 +84,7 @@ fn property_a_hammering_rotor_costs_a_bounded_number_of_steps() {
     for gap in [0.1, 1e-3, 1e-5, 1e-7, 1e-12] {
         let mut machine = scara();
         for joint in &mut machine.joints {
-            (joint.backlash, joint.gear_damping) = (Some(gap), 0.0);
+            (joint.backlash, joint.gear_damping) = (Some(gap), Some(0.0));
         }
         let mut plant = Plant::new(&machine, &Options { ideal_sensors: true, ..Options::default() }).unwrap();
         let (start, mut most) = (plant.energy(), 0);

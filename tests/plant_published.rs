@@ -42,8 +42,8 @@ fn drive(plant: &mut Plant, amplitude: f64, frequency: f64, lets_go: f64, until:
 #[test]
 fn published_modelica_backlash() {
     let joint = |gap| JointModel {
-        gear_stiffness: 20e3,
-        gear_damping: 50.0,
+        gear_stiffness: Some(20e3),
+        gear_damping: Some(50.0),
         backlash: Some(gap),
         // The wall: a rotor that friction holds.
         friction: Some(friction(1e9, 1e9, 1.0, 0.0, 0.0)),
@@ -85,9 +85,9 @@ fn published_modelica_first() {
     let joint = JointModel {
         gear_ratio: 10.0,
         // At the motor: its own inertia, and that behind the gear seen through the ratio squared.
-        rotor_inertia: 0.1 + 2.0 / 100.0,
-        gear_stiffness: 1e4,
-        gear_damping: 0.0,
+        rotor_inertia: Some(0.1 + 2.0 / 100.0),
+        gear_stiffness: Some(1e4),
+        gear_damping: Some(0.0),
         friction: Some(friction(0.0, 0.0, 1.0, 10.0, 0.0)),
         ..plain_joint("joint1")
     };
@@ -111,10 +111,10 @@ fn published_modelica_first() {
 fn published_modelica_stribeck_friction() {
     let joint = JointModel {
         kind: JointKind::Prismatic,
-        rotor_inertia: 1.0,
+        rotor_inertia: Some(1.0),
         // The mass is the rotor: nothing hangs on it.
-        gear_stiffness: 1e-12,
-        gear_damping: 0.0,
+        gear_stiffness: Some(1e-12),
+        gear_damping: Some(0.0),
         friction: Some(friction(5.0, 15.0, 0.5, 1.0, 0.0)),
         ..plain_joint("joint1")
     };

@@ -120,7 +120,8 @@ fn analytic_in_open_loop_an_inertia_scales_the_motion_and_a_moving_start_goes_on
     let mut heavier = machine.clone();
     let before = 0.1 + machine.joints[0].reflected_inertia();
     let ratio = 1.25;
-    heavier.joints[0].rotor_inertia *= (ratio * before - 0.1) / machine.joints[0].reflected_inertia();
+    let rotor = heavier.joints[0].rotor_inertia.as_mut().expect("a rotor");
+    *rotor *= (ratio * before - 0.1) / machine.joints[0].reflected_inertia();
     let replay = replay::replay(&heavier, &session, &open()).expect("a replay");
     let recorded = session.series.joints[0].get(Channel::Position).expect("positions").to_vec();
     // From rest without friction J q̈ = τ: the same torque on J' = 1.25 J makes the motion q J/J'. The controller sets out so steeply

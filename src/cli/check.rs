@@ -8,7 +8,7 @@ use crate::dataset;
 use crate::error::Result;
 use crate::plant::{Options, Plant};
 use crate::robot::Model;
-use crate::scenario::{Recorded, Scenario};
+use crate::scenario::{Recorded, Scenario, channels};
 use crate::toml_input::{Document, nearest};
 
 use super::{Outcome, console, input};
@@ -79,7 +79,7 @@ fn scenario(file: &Path) -> Result<String> {
 /// A scenario on recordings: its recordings and model are read as in a run.
 fn on_recordings(scenario: &Recorded) -> Result<String> {
     let model = model(&scenario.robot)?;
-    let read = input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &[])?;
+    let read = input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &channels())?;
     let sessions = read.data.len() + read.hold_out.len();
     Ok(format!("scenario {}, {sessions} recordings of {}", scenario.name, model.name))
 }

@@ -41,7 +41,7 @@ impl Diagnose {
     /// Reads, diagnoses, replays the nominal and the extended model, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let input::Recordings { data: train, hold_out, reference, mut drawn, drawn_before } =
+        let input::Recordings { model, data: train, hold_out, reference, mut drawn, drawn_before } =
             input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model, &channels())?;
         let notes: Vec<String> =
             [&train, &hold_out, &reference].into_iter().flat_map(|one| input::notes(one)).collect();

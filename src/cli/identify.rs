@@ -32,7 +32,7 @@ impl Identify {
     /// Reads, identifies, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let input::Recordings { data: sessions, drawn, .. } =
+        let input::Recordings { model, data: sessions, drawn, .. } =
             input::Recordings::read(&self.data, &[], &[], &model, &identify::CHANNELS)?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),

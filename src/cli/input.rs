@@ -19,6 +19,8 @@ pub fn model(given: &Path) -> Result<Model> {
 
 /// The recordings of a command with held-out data, or of a comparison.
 pub struct Recordings {
+    /// The model as it is used with them ([`dataset::meet`]).
+    pub model: Model,
     /// Of `--data`.
     pub data: Vec<Session>,
     /// Of `--hold-out`.
@@ -35,7 +37,8 @@ impl Recordings {
     /// Reads them for the joints of a model, and keeps the `wanted` channels.
     ///
     /// # Errors
-    /// A file cannot be read or used, is given twice, has samples of another one, or has the name of another one.
+    /// A file cannot be read or used, is given twice, has samples of another one, or has the name of another one; the model lacks
+    /// what these recordings need.
     pub fn read(
         data: &[PathBuf],
         hold_out: &[PathBuf],
@@ -49,7 +52,9 @@ impl Recordings {
         let (hold_out, drawn_too) = self::read(hold_out, model, wanted)?;
         drawn.extend(drawn_too);
         let (reference, drawn_before) = self::read(reference, model, wanted)?;
-        let recordings = Self { data, hold_out, reference, drawn, drawn_before };
+        let all: Vec<&Session> = data.iter().chain(&hold_out).chain(&reference).collect();
+        let model = dataset::meet(model, &all)?;
+        let recordings = Self { model, data, hold_out, reference, drawn, drawn_before };
         let Self { data, hold_out, reference, .. } = &recordings;
         identity::of_names(&[("--data", data), ("--hold-out", hold_out)])?;
         identity::of_names(&[("--reference", reference)])?;

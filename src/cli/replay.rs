@@ -40,7 +40,7 @@ impl Replay {
     /// Reads, simulates, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let input::Recordings { data: sessions, .. } = input::Recordings::read(
+        let input::Recordings { model, data: sessions, .. } = input::Recordings::read(
             &self.data,
             &[],
             &[],

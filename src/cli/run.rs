@@ -110,7 +110,7 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
 /// Diagnoses recordings, and checks the named effects.
 fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = Model::load(&scenario.robot)?;
-    let input::Recordings { data: train, hold_out, drawn, .. } =
+    let input::Recordings { model, data: train, hold_out, drawn, .. } =
         input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &channels())?;
     let mut inputs = input::files(&model, &[&scenario.data, &scenario.hold_out], &[&train, &hold_out]);
     inputs.push(source.to_owned());

@@ -10,11 +10,13 @@ mod bounds;
 mod checks;
 mod columns;
 mod csv;
+mod encoder_step;
 mod guess;
 mod manifest;
 mod mat;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod meet;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod plan;
@@ -30,7 +32,9 @@ use std::path::{Path, PathBuf};
 
 pub use self::columns::{CHANNEL_COLUMNS, column_of};
 pub use self::csv::{text as csv_text, write as write_csv, write_rows as write_csv_rows};
+pub use self::encoder_step::encoder_step;
 pub use self::manifest::Manifest;
+pub use self::meet::meet;
 pub use self::plan::Controller;
 pub use self::survey::{first_manifest, is_canonical, survey, survey_session};
 pub use self::table::{Column, Table};

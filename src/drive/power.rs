@@ -48,8 +48,13 @@ pub enum Winding {
 }
 
 impl PowerStage {
-    /// From the numbers of the model file and `K = ratio · K_t`.
-    pub fn new(motor: &Motor, amplifier: &Amplifier, torque_per_ampere: f64) -> Self {
+    /// From the numbers of the model file and `K = ratio · K_t`. Without a motor a command is a torque at the joint, and limits in
+    /// volts and amperes do not apply.
+    pub fn new(motor: Option<&Motor>, amplifier: &Amplifier, torque_per_ampere: f64) -> Self {
+        let Some(motor) = motor else {
+            let (voltage_limit, current_limit) = (f64::INFINITY, f64::INFINITY);
+            return Self { torque_per_ampere, voltage_limit, current_limit, winding: Winding::Ideal };
+        };
         let winding = match (motor.resistance, motor.inductance) {
             (Some(resistance), Some(inductance)) if inductance > 0.0 => {
                 Winding::Inductive { resistance, inductance, time_constant: amplifier.current_time_constant }

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use super::parameters::need_joint;
 use super::{About, Action, Claim, Effect, Kind, ParameterSpec, Parameters, Phenomenon, Scope};
 use crate::error::Result;
+use crate::gearhead::rigid::RELAXATION;
 use crate::robot::Model;
 
 static ABOUT: About = About {
@@ -40,8 +41,11 @@ impl Effect for JointCompliance {
         let k = Parameters::check(&ABOUT, model, given)?.get("stiffness");
         let joint = need_joint(&ABOUT, model, joint)?;
         let joint = &mut model.joints[joint];
-        joint.gear_damping *= k / joint.gear_stiffness;
-        joint.gear_stiffness = k;
+        joint.gear_damping = match joint.gear_stiffness {
+            Some(nominal) => joint.gear_damping.map(|damping| damping * (k / nominal)),
+            None => joint.gear_damping.or(Some(RELAXATION * k)),
+        };
+        joint.gear_stiffness = Some(k);
         Ok(Vec::new())
     }
 

@@ -1,6 +1,7 @@
 //! The parameters of an effect from a model file, checked against its specification.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::About;
 use crate::error::{Error, Place, Result};
@@ -78,6 +79,17 @@ pub fn need_friction<'m>(
     joint.friction.as_mut().ok_or_else(|| {
         let expected = format!("the friction that `{}` alters: `lostmotion identify` finds it", about.name);
         Error::input(source, Place::File, key, "", expected)
+    })
+}
+
+/// A value of the model file that an effect changes.
+///
+/// # Errors
+/// The model file does not give it.
+pub fn need<'m, T>(about: &About, file: &Path, key: String, value: Option<&'m mut T>) -> Result<&'m mut T> {
+    value.ok_or_else(|| {
+        let expected = format!("the nominal value that `{}` changes (missing)", about.name);
+        Error::input(file, Place::File, key, "", expected)
     })
 }
 

@@ -56,7 +56,9 @@ impl Effect for Presliding {
             return Err(misfit(&ABOUT, model, "stiffness", stiffness, expected));
         }
         // The bristles oscillate with the rotor, and follow it while sliding; the integrator has to resolve both.
-        let inertia = model.joints[joint].reflected_inertia();
+        // Where the rotor is unknown, the plant takes a share of its link, which the bound on the gear's fastest motion judges.
+        let inertia =
+            model.joints[joint].rotor_inertia.map_or(f64::INFINITY, |_| model.joints[joint].reflected_inertia());
         let speed = Some(model.robot.bodies[joint].joint.limits.velocity).filter(|limit| limit.is_finite());
         let bound =
             (0.01 * FASTEST * FASTEST * inertia).min(speed.map_or(f64::INFINITY, |speed| FASTEST * dry / speed));
@@ -86,9 +88,11 @@ impl AtTurns for Presliding {
         let joint = &seen.motion.model.joints[seen.joint];
         let dry = seen.motion.joints[seen.joint].friction.coulomb;
         let count = joint.encoder_step();
+        let links = &seen.motion.joints[seen.joint].link_inertia;
+        let rotor = joint.rotor_beside(links.first().copied().unwrap_or(0.0));
         let trial = |bend: f64| {
             let stiffness = dry / (bend * count);
-            let damping = DAMPED * (stiffness * joint.reflected_inertia()).sqrt();
+            let damping = DAMPED * (stiffness * rotor).sqrt();
             Trial {
                 values: vec![stiffness, damping],
                 // Smooth motion blurs the damping: its estimate is up to twice too large.

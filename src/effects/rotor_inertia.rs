@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use super::parameters::need_joint;
+use super::parameters::{need, need_joint};
 use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
@@ -37,7 +37,9 @@ impl Effect for RotorInertia {
     fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
         let a = Parameters::check(&ABOUT, model, given)?.get("error");
         let joint = need_joint(&ABOUT, model, joint)?;
-        model.joints[joint].rotor_inertia *= 1.0 + a;
+        let key = format!("joints.{}.rotor_inertia", model.joints[joint].name);
+        let nominal = need(&ABOUT, &model.source, key, model.joints[joint].rotor_inertia.as_mut())?;
+        *nominal *= 1.0 + a;
         Ok(Vec::new())
     }
 
@@ -51,6 +53,7 @@ impl Effect for RotorInertia {
 }
 
 impl Diagnosable for RotorInertia {
+    /// An unknown inertia is fitted with the baseline.
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         motion.model.joints[joint].reflected_inertia() > 0.0
     }

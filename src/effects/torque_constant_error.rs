@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use super::parameters::need_joint;
+use super::parameters::{need, need_joint};
 use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::Model;
@@ -39,7 +39,9 @@ impl Effect for TorqueConstantError {
     fn install(&self, model: &mut Model, joint: Option<usize>, given: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
         let a = Parameters::check(&ABOUT, model, given)?.get("error");
         let joint = need_joint(&ABOUT, model, joint)?;
-        model.joints[joint].motor.torque_constant *= 1.0 + a;
+        let key = format!("joints.{}.motor.torque_constant", model.joints[joint].name);
+        let motor = need(&ABOUT, &model.source, key, model.joints[joint].motor.as_mut())?;
+        motor.torque_constant *= 1.0 + a;
         Ok(Vec::new())
     }
 
@@ -55,7 +57,7 @@ impl Effect for TorqueConstantError {
 impl Diagnosable for TorqueConstantError {
     /// Where a torque was recorded, the constant was not used.
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
-        motion.joints[joint].has_current
+        motion.joints[joint].has_current && motion.model.joints[joint].motor.is_some()
     }
 
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {

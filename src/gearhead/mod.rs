@@ -16,6 +16,7 @@ pub mod friction;
 pub mod grip;
 pub mod memory;
 pub mod mesh;
+pub mod rigid;
 pub mod slip;
 
 pub use component::Gearhead;

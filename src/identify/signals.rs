@@ -36,9 +36,12 @@ impl<'a> Signals<'a> {
         let position = recorded.get(Channel::Position)?;
         let gain = joint.torque_per_ampere();
         let (torque, from_current) = match (recorded.get(Channel::Current), recorded.get(Channel::Torque)) {
-            (Some(current), _) => (current.iter().map(|i| gain * i).collect(), true),
-            (None, Some(torque)) => (torque.to_vec(), false),
-            (None, None) => return None,
+            // Without a torque constant a current beside a torque has no scale.
+            (Some(current), torque) if joint.motor.is_some() || torque.is_none() => {
+                (current.iter().map(|i| gain * i).collect(), true)
+            }
+            (_, Some(torque)) => (torque.to_vec(), false),
+            (_, None) => return None,
         };
         let sensor = joint.current_sensor.filter(|_| from_current);
         let interval = series.sample_interval();

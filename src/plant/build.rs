@@ -1,5 +1,7 @@
 //! From a model to a machine.
 
+use nalgebra::DMatrix;
+
 use super::contact::{Barrier, Barriers, Cause};
 use super::coupled::Coupled;
 use super::integrator::Integrator;
@@ -18,7 +20,7 @@ use crate::dynamics::Dynamics;
 use crate::effects::{Action, Catalogue, JointState, Reading, Scope, Stop};
 use crate::error::{Error, Place, Result};
 use crate::gearhead::{DeadZone, Gearhead, Grip, Memory, Slip};
-use crate::robot::{JointModel, Model};
+use crate::robot::{Body, JointModel, Model};
 use crate::toml_input::nearest;
 
 /// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
@@ -36,8 +38,7 @@ impl Plant {
     fn build(model: &Model, options: &Options) -> Result<Self> {
         let mut model = model.clone();
         let actions = install(&mut model, &options.catalogue)?;
-        let mut laws: Vec<JointLaws> =
-            model.joints.iter().zip(&model.robot.bodies).map(|(joint, body)| laws_of(joint, &body.joint)).collect();
+        let mut laws = laws(&model);
         let mut sensors: Vec<Sensors> = (model.joints.iter().enumerate())
             .map(|(i, joint)| Sensors::new(joint, options.ideal_sensors, options.seed, i as u64))
             .collect();
@@ -92,12 +93,7 @@ impl Plant {
         let (joint, fastest) = plant.integrator.machine.fastest();
         let pole = fastest.pole();
         if !pole.is_finite() || pole > FASTEST {
-            let key = format!("joints.{}.gear_stiffness", model.joints[joint].name);
-            let expected = format!(
-                "a gear between rotor and link whose fastest motion is below {FASTEST:.0} rad/s, with inertia on both sides \
-                 (here {pole:.3e} rad/s)"
-            );
-            return Err(Error::input(&model.source, Place::File, key, model.joints[joint].gear_stiffness, expected));
+            return Err(too_fast(&model, joint, pole));
         }
         let asked = options.substeps.max(1) as f64 / options.step;
         plant.fastest = pole;
@@ -217,16 +213,46 @@ fn numbered(error: Error, number: usize, effect: &str) -> Error {
     Error::Input(fault)
 }
 
-/// The laws of a joint. Friction acts on the rotor in its share; without any, effects may still bring some.
-fn laws_of(joint: &JointModel, link: &crate::robot::Joint) -> JointLaws {
-    let dead_zone = DeadZone {
-        backlash: joint.backlash.unwrap_or(0.0),
-        stiffness: joint.gear_stiffness,
-        damping: joint.gear_damping,
+/// The laws of all joints. What is unknown of gears and rotors is inferred from the links with all joints at zero, where the plant's
+/// steps are chosen as well.
+fn laws(model: &Model) -> Vec<JointLaws> {
+    let n = model.joints.len();
+    let mut mass = DMatrix::zeros(n, n);
+    Dynamics::new(&model.robot).mass_matrix(&vec![0.0; n], &mut mass);
+    // Links without inertia make no finite W: the plant is refused once its fastest motion is known.
+    let mobility = mass.clone().cholesky().map(|cholesky| cholesky.inverse());
+    let of_joint = |(i, (joint, body)): (usize, (&JointModel, &Body))| {
+        let rotor_inertia = joint.rotor_beside(mass[(i, i)]);
+        let of_link = mobility.as_ref().map_or(f64::INFINITY, |w| w[(i, i)]);
+        let (inertia, mobility) = (rotor_inertia + mass[(i, i)], 1.0 / rotor_inertia + of_link);
+        let dead_zone = joint.flanks(joint.backlash.unwrap_or(0.0), inertia, mobility);
+        laws_of(joint, &body.joint, rotor_inertia, dead_zone)
     };
+    model.joints.iter().zip(&model.robot.bodies).enumerate().map(of_joint).collect()
+}
+
+/// The error of a gear that no step can follow, about what the model file gives of it.
+fn too_fast(model: &Model, joint: usize, pole: f64) -> Error {
+    let own = &model.joints[joint];
+    let given = [
+        ("gear_stiffness", own.gear_stiffness),
+        ("gear_damping", own.gear_damping),
+        ("rotor_inertia", own.rotor_inertia),
+    ];
+    let known = given.iter().find_map(|(key, value)| Some((format!(".{key}"), value.as_ref()?.to_string())));
+    let (key, value) = known.unwrap_or_default();
+    let expected = format!(
+        "a gear between rotor and link whose fastest motion is below {FASTEST:.0} rad/s, with inertia on both sides \
+         (here {pole:.3e} rad/s)"
+    );
+    Error::input(&model.source, Place::File, format!("joints.{}{key}", own.name), value, expected)
+}
+
+/// The laws of a joint. Friction acts on the rotor in its share; without any, effects may still bring some.
+fn laws_of(joint: &JointModel, link: &crate::robot::Joint, rotor_inertia: f64, dead_zone: DeadZone) -> JointLaws {
     JointLaws {
-        rotor_inertia: joint.reflected_inertia(),
-        power: PowerStage::new(&joint.motor, &joint.amplifier, joint.torque_per_ampere()),
+        rotor_inertia,
+        power: PowerStage::new(joint.motor.as_ref(), &joint.amplifier, joint.torque_per_ampere()),
         gearhead: Gearhead::new(dead_zone, joint.friction.as_ref(), link.friction),
         link_damping: link.damping,
         actions: Vec::new(),

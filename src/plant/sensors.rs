@@ -37,7 +37,7 @@ impl Sensors {
         let velocity = joint.velocity_sensor.filter(|_| counter.is_some()).map(VelocityMeter::new);
         Self {
             tracker: Tracker { count: 0.0, velocity },
-            current: joint.current_sensor.filter(|_| !ideal),
+            current: joint.current_sensor.filter(|_| !ideal && joint.motor.is_some()),
             counter,
             link,
             noise,

@@ -295,6 +295,7 @@ fn residuals(diagnosis: &Diagnosis, joint: &str, kind: JointKind) -> Section {
             table.row([name.to_owned(), format!("{value} ± {std_error}"), unit.to_owned()]);
         };
         baseline.friction.iter().for_each(|(name, found)| row(name, found));
+        baseline.rotor_inertia.iter().for_each(|found| row("rotor_inertia", found));
         baseline.backlash.iter().for_each(|found| row("backlash", found));
         baseline.torque_offset.iter().for_each(|(session, found)| row(&format!("offset, {session}"), found));
         section.tables.push(table);

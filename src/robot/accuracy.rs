@@ -145,8 +145,11 @@ impl Model {
         let rotors = u.iter().skip(NUMBERS * n);
         let constants = rotors.clone().skip(n);
         for (joint, (rotor, constant)) in model.joints.iter_mut().zip(rotors.zip(constants)) {
-            joint.rotor_inertia *= (1.0 + self.accuracy.rotor_inertias * rotor).max(LEAST_FACTOR);
-            joint.motor.torque_constant *= self.accuracy.torque_factor(*constant);
+            let factor = (1.0 + self.accuracy.rotor_inertias * rotor).max(LEAST_FACTOR);
+            joint.rotor_inertia = joint.rotor_inertia.map(|inertia| inertia * factor);
+            if let Some(motor) = &mut joint.motor {
+                motor.torque_constant *= self.accuracy.torque_factor(*constant);
+            }
         }
         model.write_inertias(&changed);
         model

@@ -25,12 +25,12 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
         name: body.joint.name.clone(),
         kind,
         gear_ratio: table.number("gear_ratio", &ranges::gear_ratio(kind))?,
-        rotor_inertia: table.number("rotor_inertia", &ranges::ROTOR_INERTIA)?,
-        gear_stiffness: table.number("gear_stiffness", &ranges::stiffness(kind))?,
-        gear_damping: table.number_or("gear_damping", &ranges::damping(kind), 0.0)?,
+        rotor_inertia: table.optional_number("rotor_inertia", &ranges::ROTOR_INERTIA)?,
+        gear_stiffness: table.optional_number("gear_stiffness", &ranges::stiffness(kind))?,
+        gear_damping: table.optional_number("gear_damping", &ranges::damping(kind))?,
         end_stop_stiffness: table.optional_number("end_stop_stiffness", &ranges::stiffness(kind))?,
         backlash: table.optional_number("backlash", &ranges::backlash(kind))?,
-        motor: read(table.table("motor")?, read_motor)?,
+        motor: table.optional_table("motor")?.map(|table| read(table, read_motor)).transpose()?,
         amplifier: table.optional_table("drive")?.map_or_else(
             || {
                 let (voltage_limit, current_limit) = (f64::INFINITY, f64::INFINITY);

@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 
 use super::{Accuracy, Inertia, Robot};
 use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, VelocitySensor};
-use crate::gearhead::Friction;
+use crate::gearhead::{DeadZone, Friction, rigid};
 use crate::toml_input::Places;
 use crate::units::JointKind;
 
@@ -99,20 +99,21 @@ pub struct JointModel {
     pub kind: JointKind,
     /// Motor turns [rad] per joint motion [rad or m], > 0.
     pub gear_ratio: f64,
-    /// [kg·m²] at the motor shaft, > 0.
-    pub rotor_inertia: f64,
-    /// [N·m/rad or N/m] at the joint, outside the gap, > 0.
-    pub gear_stiffness: f64,
-    /// [N·m·s/rad or N·s/m] at the joint, outside the gap, ≥ 0.
-    pub gear_damping: f64,
+    /// [kg·m²] at the motor shaft, > 0; `None`: unknown, to be fitted ([`rotor_beside`](Self::rotor_beside) in a simulation).
+    pub rotor_inertia: Option<f64>,
+    /// [N·m/rad or N/m] at the joint, outside the gap, > 0; `None`: the gear counts as rigid outside its gap
+    /// ([`flanks`](Self::flanks)).
+    pub gear_stiffness: Option<f64>,
+    /// [N·m·s/rad or N·s/m] at the joint, outside the gap, ≥ 0; `None`: none, or that of a rigid gear ([`flanks`](Self::flanks)).
+    pub gear_damping: Option<f64>,
     /// [N·m/rad or N/m] Stiffness of the stops at the ends of the URDF's range, > 0; `None`: there are no stops. A
     /// URDF's limit is the commanded range of a joint; whether a mechanical stop exists there is stated by the model
     /// file.
     pub end_stop_stiffness: Option<f64>,
     /// [rad or m] total gap at the joint, ≥ 0; `None`: unknown, to be identified.
     pub backlash: Option<f64>,
-    /// The motor.
-    pub motor: Motor,
+    /// The motor; `None`: torques are recorded, and a command is a torque at the joint.
+    pub motor: Option<Motor>,
     /// The power stage.
     pub amplifier: Amplifier,
     /// The encoder on the motor shaft; `None`: exact.
@@ -128,20 +129,43 @@ pub struct JointModel {
 }
 
 impl JointModel {
-    /// Rotor inertia on the joint side, `ratio² · J_r` [kg·m² or kg].
+    /// Rotor inertia on the joint side, `ratio² · J_r` [kg·m² or kg]; 0 where it is unknown.
     pub fn reflected_inertia(&self) -> f64 {
-        self.gear_ratio * self.gear_ratio * self.rotor_inertia
+        self.gear_ratio * self.gear_ratio * self.rotor_inertia.unwrap_or(0.0)
+    }
+
+    /// Rotor inertia on the joint side [kg·m² or kg] as a simulation takes it beside a link of this inertia: where it is
+    /// unknown, the share [`rigid::ROTOR_SHARE`] of that.
+    pub fn rotor_beside(&self, link_inertia: f64) -> f64 {
+        if self.rotor_inertia.is_some() { self.reflected_inertia() } else { rigid::ROTOR_SHARE * link_inertia }
+    }
+
+    /// The flanks of the gear around a gap [rad or m]. Where its stiffness is unknown, it is rigid ([`rigid`]) for the `inertia`
+    /// `J + M` [kg·m² or kg] of rotor and link and their `mobility` `1/J + W` [1/(kg·m²) or 1/kg]. A damping that alone is
+    /// unknown is left out.
+    pub fn flanks(&self, backlash: f64, inertia: f64, mobility: f64) -> DeadZone {
+        let rigid = DeadZone::rigid(backlash, inertia, mobility);
+        match self.gear_stiffness {
+            Some(stiffness) => DeadZone { backlash, stiffness, damping: self.gear_damping.unwrap_or(0.0) },
+            None => DeadZone { damping: self.gear_damping.unwrap_or(rigid.damping), ..rigid },
+        }
     }
 
     /// Stiffness and damping of the stops at the ends of the range, [N·m/rad or N/m] and [N·m·s/rad or N·s/m]. The
-    /// ratio of damping to stiffness is that of the gear.
+    /// ratio of damping to stiffness is that of the gear, as far as it is known.
     pub fn end_stop(&self) -> Option<(f64, f64)> {
-        self.end_stop_stiffness.map(|stiffness| (stiffness, self.gear_damping * stiffness / self.gear_stiffness))
+        let stiffness = self.end_stop_stiffness?;
+        let damping = match self.gear_stiffness {
+            Some(of_gear) => self.gear_damping.unwrap_or(0.0) * stiffness / of_gear,
+            None => rigid::RELAXATION * stiffness,
+        };
+        Some((stiffness, damping))
     }
 
-    /// Motor torque on the joint side per unit of current, `ratio · K_t` [N·m/A or N/A].
+    /// Motor torque on the joint side per unit of current, `ratio · K_t` [N·m/A or N/A]; 1 without a motor, whose
+    /// "current" is a torque at the joint.
     pub fn torque_per_ampere(&self) -> f64 {
-        self.gear_ratio * self.motor.torque_constant
+        self.motor.map_or(1.0, |motor| self.gear_ratio * motor.torque_constant)
     }
 
     /// Size of an encoder count at the joint [rad or m]; 0 if the encoder is exact.

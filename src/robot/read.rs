@@ -201,8 +201,11 @@ impl Model {
         notes.extend(self.robot.unread_shapes.iter().map(unread));
         for joint in &self.joints {
             let JointModel { name, motor, amplifier, friction, .. } = joint;
-            if amplifier.voltage_limit.is_finite() && motor.resistance.is_none() {
+            if amplifier.voltage_limit.is_finite() && motor.is_none_or(|motor| motor.resistance.is_none()) {
                 notes.push(format!("joint {name}: voltage_limit is without effect, the motor has no resistance"));
+            }
+            if amplifier.current_limit.is_finite() && motor.is_none() {
+                notes.push(format!("joint {name}: current_limit is without effect, the motor is unknown"));
             }
             if let Some(FrictionLaw::Exponential(laws)) = friction.as_ref().map(|friction| friction.law)
                 && laws.iter().any(|law| law.breakaway < law.coulomb)
@@ -242,12 +245,12 @@ fn first_joint(body: &Body) -> JointModel {
         name: body.joint.name.clone(),
         kind: body.joint.kind,
         gear_ratio,
-        rotor_inertia: 1e-5,
-        gear_stiffness,
-        gear_damping,
+        rotor_inertia: Some(1e-5),
+        gear_stiffness: Some(gear_stiffness),
+        gear_damping: Some(gear_damping),
         end_stop_stiffness: None,
         backlash: None,
-        motor: Motor { torque_constant: 0.05, resistance: None, inductance: None },
+        motor: Some(Motor { torque_constant: 0.05, resistance: None, inductance: None }),
         amplifier: Amplifier {
             voltage_limit: f64::INFINITY,
             current_limit: f64::INFINITY,

@@ -126,16 +126,18 @@ fn write_joint(out: &mut String, joint: &JointModel) {
     };
     section(out, "");
     number(out, "gear_ratio", joint.gear_ratio, "motor turns [rad] per joint motion");
-    number(out, "rotor_inertia", joint.rotor_inertia, "[kg·m²] at the motor shaft");
-    number(out, "gear_stiffness", joint.gear_stiffness, stiffness);
-    number(out, "gear_damping", joint.gear_damping, damping);
+    known(out, "rotor_inertia", joint.rotor_inertia, "[kg·m²] at the motor shaft");
+    known(out, "gear_stiffness", joint.gear_stiffness, stiffness);
+    known(out, "gear_damping", joint.gear_damping, damping);
     known(out, "end_stop_stiffness", joint.end_stop_stiffness, "of the stops at the ends of its range");
     known(out, "backlash", joint.backlash, position);
 
-    section(out, ".motor");
-    number(out, "torque_constant", joint.motor.torque_constant, "[N·m/A]");
-    known(out, "resistance", joint.motor.resistance, "[Ω]");
-    known(out, "inductance", joint.motor.inductance, "[H]");
+    if let Some(motor) = &joint.motor {
+        section(out, ".motor");
+        number(out, "torque_constant", motor.torque_constant, "[N·m/A]");
+        known(out, "resistance", motor.resistance, "[Ω]");
+        known(out, "inductance", motor.inductance, "[H]");
+    }
 
     section(out, ".drive");
     known(out, "voltage_limit", Some(joint.amplifier.voltage_limit), "[V]");

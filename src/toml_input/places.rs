@@ -47,7 +47,7 @@ impl Places {
     }
 
     /// Adds the line of the key that the error names, if the error has no line and the file contains the key with that
-    /// value, or contains the table that lacks the key.
+    /// value, or contains the table that lacks the key, or one above it.
     #[must_use]
     pub fn locate(&self, error: Error) -> Error {
         let Error::Input(mut fault) = error else { return error };
@@ -59,7 +59,8 @@ impl Places {
                 }
                 Some((place, "")) => fault.place = place,
                 None if fault.value.is_empty() => {
-                    let table = fault.key.rsplit_once('.').and_then(|(table, _)| self.get(table));
+                    let mut tables = std::iter::successors(above(&fault.key), |table| above(table));
+                    let table = tables.find_map(|table| self.get(table));
                     fault.place = table.map_or(Place::File, |(place, _)| place);
                 }
                 _ => {}
@@ -67,6 +68,11 @@ impl Places {
         }
         Error::Input(fault)
     }
+}
+
+/// Key of the table that contains a key.
+fn above(key: &str) -> Option<&str> {
+    key.rsplit_once('.').map(|(table, _)| table)
 }
 
 /// Whether a text in a file is this value: the same number, or the same text in quotes.

@@ -75,6 +75,12 @@ const CASES: &[Case] = &[
         "model.toml:10: joints.turn.gear_damping = 1e300",
         &["from 0 to 1e9"],
     ),
+    (
+        "gear_stiffness = 3000.0\ngear_damping = 2.0",
+        "gear_damping = 1e8",
+        "model.toml:9: joints.turn.gear_damping = 1e8",
+        &["100000 rad/s"],
+    ),
     ("backlash = 0.008", "backlash = -0.1", "model.toml:11: joints.turn.backlash = -0.1", &["from 0 to", "[rad]"]),
     ("backlash = 0.008", "backlash = 1e300", "model.toml:11: joints.turn.backlash = 1e300", &["from 0 to", "[rad]"]),
     (

@@ -146,18 +146,9 @@ pub fn data() -> Result<PathBuf, String> {
     missing.map_or(Ok(data), |folder| Err(folder.display().to_string()))
 }
 
-/// A recorded set; gears whose stiffness a model file leaves out are stiff.
+/// A recorded set.
 pub fn recorded(name: &str, model: &Path, files: &[PathBuf]) -> Set {
-    let text = std::fs::read_to_string(model).expect("a model");
-    let model = if text.contains("gear_stiffness") {
-        Model::load(model).expect("a model")
-    } else {
-        let stiff = |line: &str| {
-            format!("{line}\n{}", if line.starts_with("gear_ratio") { "gear_stiffness = 1e5\n" } else { "" })
-        };
-        let urdf = std::fs::read_to_string(model.with_file_name("robot.urdf")).expect("a robot");
-        Model::from_texts(&text.lines().map(stiff).collect::<String>(), &urdf, model).expect("a model")
-    };
+    let model = Model::load(model).expect("a model");
     let joints = dataset::joints_of(&model);
     let load = |file: &PathBuf| dataset::load(file, &joints).expect("a recording").series;
     let sessions = files.iter().map(load).collect();

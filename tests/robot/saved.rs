@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lostmotion::drive::{CurrentSensor, LinkEncoder, Sensing, VelocitySensor};
+use lostmotion::drive::{CurrentSensor, LinkEncoder, Motor, Sensing, VelocitySensor};
 use lostmotion::gearhead::{FrictionLaw, Lines};
 use lostmotion::robot::{EffectEntry, Load, Masses, Model};
 use rand::RngExt;
@@ -18,10 +18,16 @@ fn equivalent_saved_models_load_as_they_were() {
         let mut model = texts(MODEL, URDF).unwrap();
         for joint in &mut model.joints {
             joint.gear_ratio = number(1.0);
-            joint.rotor_inertia = number(1e-5);
+            joint.rotor_inertia = (case % 6 != 0).then(|| number(1e-5));
+            joint.gear_stiffness = (case % 7 != 0).then(|| number(1e3));
+            joint.gear_damping = (case % 8 != 0).then(|| number(1.0));
+            joint.encoder = joint.encoder.filter(|_| case % 9 != 0);
             joint.backlash = (case % 3 != 0).then(|| number(1e-4));
-            joint.motor.resistance = (case % 2 == 0).then(|| number(1.0));
-            joint.motor.inductance = (case % 4 == 0).then(|| number(1e-3));
+            joint.motor = (case % 5 != 0).then(|| Motor {
+                torque_constant: number(0.1),
+                resistance: (case % 2 == 0).then(|| number(1.0)),
+                inductance: (case % 4 == 0).then(|| number(1e-3)),
+            });
             joint.amplifier.voltage_limit = if case % 5 == 0 { f64::INFINITY } else { number(10.0) };
             joint.velocity_sensor =
                 [None, Some(VelocitySensor::PulsePeriod), Some(VelocitySensor::LowPass(0.02))][case % 3];

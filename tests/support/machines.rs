@@ -123,12 +123,12 @@ pub fn plain_joint(name: &str) -> JointModel {
         name: name.to_owned(),
         kind: JointKind::Revolute,
         gear_ratio: 1.0,
-        rotor_inertia: 0.02,
-        gear_stiffness: 3000.0,
-        gear_damping: 2.0,
+        rotor_inertia: Some(0.02),
+        gear_stiffness: Some(3000.0),
+        gear_damping: Some(2.0),
         end_stop_stiffness: None,
         backlash: None,
-        motor: Motor { torque_constant: 1.0, resistance: None, inductance: None },
+        motor: Some(Motor { torque_constant: 1.0, resistance: None, inductance: None }),
         amplifier: Amplifier {
             voltage_limit: f64::INFINITY,
             current_limit: f64::INFINITY,
@@ -174,9 +174,9 @@ pub fn plain(robot: Robot) -> Model {
 pub fn scara() -> Model {
     let joint = |name: &str, gear_ratio, rotor_inertia, backlash, friction| JointModel {
         gear_ratio,
-        rotor_inertia,
+        rotor_inertia: Some(rotor_inertia),
         backlash: Some(backlash),
-        motor: Motor { torque_constant: 0.023, resistance: Some(0.5), inductance: Some(0.0005) },
+        motor: Some(Motor { torque_constant: 0.023, resistance: Some(0.5), inductance: Some(0.0005) }),
         amplifier: Amplifier { voltage_limit: 24.0, current_limit: 18.0, current_time_constant: 4e-4 },
         encoder: Some(Encoder { counts_per_turn: 2000.0 }),
         velocity_sensor: Some(VelocitySensor::LowPass(0.02)),

@@ -238,6 +238,7 @@ fn report(
     let nominal = Nominal {
         residuals: unchanged.clone(),
         friction: problem.motion.joints.iter().map(|joint| joint.friction).collect(),
+        rotors: problem.rotors(&fitted),
     };
     let mut selection = Selection { taken, first_round: changes.first_round, fitted, nominal, as_recorded: unchanged };
     let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();

@@ -5,7 +5,7 @@ use super::judge::probability;
 use super::quantity;
 use super::quantity::MachineQuantity;
 use super::select::{Changes, SURE};
-use crate::diagnose::conclude::extend;
+use crate::diagnose::conclude::extend::{self, Identified};
 use crate::diagnose::fit::cause::changed;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::result::{Change, FoundEffect, Measured, Parts};
@@ -190,9 +190,13 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
     let values = |side: &[Option<SideGap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
     let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
     let friction: Vec<SymmetricFriction> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
-    let was = extend::with_baseline(&model, &factors, &friction, &values(before), &shares);
+    let rotors: Vec<Option<f64>> = parts.baseline_model.joints.iter().map(|joint| joint.rotor_inertia).collect();
+    let (gaps_were, gaps_are, friction_is) = (values(before), values(now), friction_now(problem, &changes));
+    let then = Identified { factors: &factors, friction: &friction, rotors: &rotors, gaps: &gaps_were, shares: &shares };
+    let today = Identified { friction: &friction_is, gaps: &gaps_are, ..then };
+    let was = extend::with_baseline(&model, &then);
     let mut was = extend::with_effects(&model, &was, &factors, &old, catalogue);
-    let is = extend::with_baseline(&model, &factors, &friction_now(problem, &changes), &values(now), &shares);
+    let is = extend::with_baseline(&model, &today);
     let mut is = extend::with_effects(&model, &is, &factors, &old, catalogue);
     is.effects.extend(parts.findings.effects.iter().map(|found| entry(found, catalogue)));
     for change in &changes {

@@ -121,7 +121,7 @@ impl MachineQuantity {
             What::StribeckVelocity if free => (law.stribeck_velocity, vec![(baseline.len(), 1.0 / fall)]),
             What::StribeckVelocity => (law.stribeck_velocity, Vec::new()),
             What::Viscous => (law.viscous, vec![(VISCOUS, 1.0)]),
-            What::RotorInertia => (problem.motion.model.joints[joint].rotor_inertia, Vec::new()),
+            What::RotorInertia => (problem.motion.model.joints[joint].rotor_inertia.unwrap_or(0.0), Vec::new()),
         }
     }
 
@@ -145,7 +145,7 @@ impl MachineQuantity {
         use crate::gearhead::FrictionLaw;
         let joint = &mut model.joints[joint];
         if self.what == What::RotorInertia {
-            joint.rotor_inertia = value.max(0.0);
+            joint.rotor_inertia = Some(value.max(0.0));
             return;
         }
         let Some(friction) = &mut joint.friction else { return };
@@ -176,7 +176,10 @@ impl Effect for MachineQuantity {
             _ => None,
         };
         let before = match (self.what, law) {
-            (What::RotorInertia, _) => model.joints[index].rotor_inertia,
+            (What::RotorInertia, _) => match model.joints[index].rotor_inertia {
+                Some(inertia) => inertia,
+                None => return Ok(Vec::new()),
+            },
             (What::Coulomb, Some(law)) => law.coulomb,
             (What::Breakaway, Some(law)) => law.breakaway,
             (What::StribeckVelocity, Some(law)) => law.stribeck_velocity,
@@ -199,7 +202,8 @@ impl Diagnosable for MachineQuantity {
             What::Coulomb | What::Viscous | What::Breakaway => true,
             // Where friction hardly falls, the Stribeck velocity is not determined.
             What::StribeckVelocity => law.breakaway > 1.03 * law.coulomb,
-            What::RotorInertia => motion.model.joints[joint].rotor_inertia > 0.0,
+            // An unknown inertia is in the baseline, which both sides share.
+            What::RotorInertia => motion.model.joints[joint].rotor_inertia.is_some_and(|inertia| inertia > 0.0),
         }
     }
 
@@ -207,7 +211,7 @@ impl Diagnosable for MachineQuantity {
         let law = motion.joints[joint].friction;
         let v_s = law.stribeck_velocity;
         let model = &motion.model.joints[joint];
-        let seen = model.reflected_inertia() / model.rotor_inertia.max(1e-300);
+        let seen = model.reflected_inertia() / model.rotor_inertia.unwrap_or(0.0).max(1e-300);
         vec![motion.column(joint, |m, row| {
             let speed = m.v[row].abs();
             let falling = m.direction[row] * (-speed / v_s).exp();

@@ -10,15 +10,24 @@ use crate::robot::{EffectEntry, Model};
 /// Share of friction behind the gear where it is unknown.
 const LINK_SHARE: f64 = 0.1;
 
-/// The nominal model with symmetric friction and gaps as fitted; a gap in the model file stays. Friction was fitted in the nominal torque:
-/// `factors` are the true torque of each joint relative to it.
-pub fn with_baseline(
-    model: &Model,
-    factors: &[f64],
-    friction: &[SymmetricFriction],
-    gaps: &[Option<f64>],
-    shares: &[Option<f64>],
-) -> Model {
+/// What a fit tells of the joints of a model, one entry each.
+#[derive(Debug, Clone, Copy)]
+pub struct Identified<'f> {
+    /// True torque relative to that of the nominal model, in which friction was fitted.
+    pub factors: &'f [f64],
+    /// Symmetric friction.
+    pub friction: &'f [SymmetricFriction],
+    /// [kg·m²] Rotors whose inertia the model file does not give.
+    pub rotors: &'f [Option<f64>],
+    /// [rad or m] Gaps that the model file does not give.
+    pub gaps: &'f [Option<f64>],
+    /// Shares of friction behind the gear.
+    pub shares: &'f [Option<f64>],
+}
+
+/// The nominal model with what was identified; a rotor and a gap in the model file stay.
+pub fn with_baseline(model: &Model, identified: &Identified) -> Model {
+    let Identified { factors, friction, rotors, gaps, shares } = *identified;
     let mut model = model.clone();
     for (index, joint) in model.joints.iter_mut().enumerate() {
         let law = friction[index];
@@ -34,13 +43,14 @@ pub fn with_baseline(
         scale(&mut law, factors[index], given);
         joint.friction = Some(Friction { law, link_share });
         joint.backlash = joint.backlash.or(gaps[index]);
+        joint.rotor_inertia = joint.rotor_inertia.or(rotors[index]);
     }
     model
 }
 
-/// The baseline model with the found effects added. Friction that was fitted in a torque with a wrong scale is corrected.
+/// The baseline model with the found effects added. Friction and rotors that were fitted in a torque with a wrong scale are corrected.
 ///
-/// `deviating` are factors as in [`with_baseline`], which friction already has.
+/// `deviating` are factors as in [`Identified`], which friction already has.
 pub fn with_effects(
     nominal: &Model,
     baseline: &Model,
@@ -53,6 +63,9 @@ pub fn with_effects(
     for ((joint, nominal), factor) in model.joints.iter_mut().zip(&nominal.joints).zip(&factors) {
         if let Some(friction) = &mut joint.friction {
             scale(&mut friction.law, *factor, nominal.friction.is_some());
+        }
+        if nominal.rotor_inertia.is_none() {
+            joint.rotor_inertia = joint.rotor_inertia.map(|inertia| inertia * factor);
         }
     }
     for effect in found {

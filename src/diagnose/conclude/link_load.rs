@@ -39,7 +39,7 @@ pub fn why_not(problem: &Problem, selection: &Selection, joint: usize, sessions:
     }
     let held = root_mean_square(&torque);
     let coulomb = motion.joints[joint].friction.coulomb;
-    (held > HOLDS * coulomb).then(|| {
+    (!names.is_empty() && held > HOLDS * coulomb).then(|| {
         let unit = motion.model.joints[joint].kind.effort_unit();
         format!(
             "{} holds the link on a flank of the gear ({held:.2} {unit} RMS, {:.0} % of Coulomb friction): the gap is not crossed as a reversal crosses it",

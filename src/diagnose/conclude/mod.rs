@@ -37,6 +37,7 @@ use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
+use extend::Identified;
 use gaps::MeasuredGap;
 
 /// Inputs of the conclusion, beside the problem.
@@ -149,9 +150,14 @@ fn models(
     let friction: Vec<_> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
     let gaps: Vec<_> = gaps.iter().map(MeasuredGap::value).collect();
-    let nominal = if findings.effects.is_empty() { &friction } else { &selection.nominal.friction };
-    let baseline = extend::with_baseline(&model, &factors, nominal, &gaps, &shares);
-    let extended = extend::with_baseline(&model, &factors, &friction, &gaps, &shares);
+    let rotors = problem.rotors(&selection.fitted);
+    let after = Identified { factors: &factors, friction: &friction, rotors: &rotors, gaps: &gaps, shares: &shares };
+    let before = match findings.effects.is_empty() {
+        true => after,
+        false => Identified { friction: &selection.nominal.friction, rotors: &selection.nominal.rotors, ..after },
+    };
+    let baseline = extend::with_baseline(&model, &before);
+    let extended = extend::with_baseline(&model, &after);
     let mut extended = extend::with_effects(&model, &extended, &factors, &findings.effects, catalogue);
     for (joint, gap) in other_gaps {
         extended.joints[*joint].backlash = Some(*gap);
@@ -179,7 +185,9 @@ fn baseline(
         let friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
         let torque_offset = estimate::offsets(problem, joint, &selection.fitted, uncertainty, sessions);
         let MeasuredGap { measured: backlash, left_out: backlash_left_out, .. } = gaps[joint].clone();
-        estimates.insert(model.name.clone(), BaselineEstimate { friction, backlash, backlash_left_out, torque_offset });
+        let rotor_inertia = estimate::rotor_inertia(problem, joint, &selection.fitted, uncertainty);
+        let estimate = BaselineEstimate { friction, rotor_inertia, backlash, backlash_left_out, torque_offset };
+        estimates.insert(model.name.clone(), estimate);
     }
     estimates
 }

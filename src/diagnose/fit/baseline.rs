@@ -1,6 +1,7 @@
 //! Free parameters of the nominal model: symmetric friction of equation 6, and the zero of a recorded torque.
 //!
 //! `τ_m − τ_rigid = (F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v (+ offset of the session, where a torque and not a current was recorded)`.
+//! Where the model file gives no rotor inertia, `J q̈` joins them, `J` the rotor's inertia at the joint.
 //! All parameters are linear except `v_S`, which is scanned (variable projection). Where the model file gives friction, its Stribeck part
 //! is kept, and `F_C` and `F_V` are fitted again because they drift.
 
@@ -59,6 +60,9 @@ impl JointBaseline {
                 target.iter_mut().zip(fixed).for_each(|(e, x)| *e -= (law.breakaway - law.coulomb) * x);
             }
         }
+        if motion.model.joints[joint].rotor_inertia.is_none() {
+            columns.push(motion.joints[joint].a.clone());
+        }
         for session in &offset_sessions {
             columns.push(motion.session.iter().map(|s| f64::from(u8::from(s == session))).collect());
         }
@@ -93,6 +97,12 @@ impl JointBaseline {
     /// Left side of the regression: measured torque minus the part that the model file fixes.
     pub fn target(&self) -> &[f64] {
         &self.target
+    }
+
+    /// Position of the rotor's inertia in [`columns`](Self::columns), where it is fitted.
+    pub fn rotor_at(&self) -> Option<usize> {
+        let at = if matches!(self.falling, Falling::Free(_)) { FALLING + 1 } else { FALLING };
+        (at + self.offset_sessions.len() < self.columns.len()).then_some(at)
     }
 
     /// The friction law of these coefficients.

@@ -116,6 +116,15 @@ pub fn friction(
     friction
 }
 
+/// Inertia of the rotor at the motor shaft, where the model file gives none; `None` if the fit gives none above zero.
+pub fn rotor_inertia(problem: &Problem, joint: usize, fitted: &Fitted, uncertainty: &Uncertainty) -> Option<Measured> {
+    let squared = problem.motion.model.joints[joint].gear_ratio.powi(2);
+    let at = fitted.baseline_at[joint] + problem.baseline[joint].rotor_at()?;
+    let value = problem.rotors(fitted)[joint]?;
+    let std_error = (uncertainty.std_error(&[(at, 1.0)]) / squared).hypot(SYSTEMATIC * value);
+    Some(Measured { value, std_error, unit: "kg·m²" })
+}
+
 /// Offset of the recorded torque by session.
 pub fn offsets(
     problem: &Problem,

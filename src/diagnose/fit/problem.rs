@@ -256,6 +256,16 @@ impl<'m> Problem<'m> {
         residual
     }
 
+    /// Inertia [kg·m²] of each rotor at the motor shaft, where the model file gives none and the fit gives one above zero.
+    pub fn rotors(&self, fitted: &Fitted) -> Vec<Option<f64>> {
+        let of_joint = |(joint, baseline): (usize, &JointBaseline)| {
+            let at = fitted.baseline_at[joint] + baseline.rotor_at()?;
+            let inertia = fitted.solution.coefficients[at] / self.motion.model.joints[joint].gear_ratio.powi(2);
+            (inertia > 0.0).then_some(inertia)
+        };
+        self.baseline.iter().enumerate().map(of_joint).collect()
+    }
+
     /// Writes the fitted friction into the motion, for the columns of effects that depend on it.
     pub fn adopt(&mut self, fitted: &Fitted) {
         for (joint, baseline) in self.baseline.iter().enumerate() {

@@ -40,7 +40,7 @@ impl Overload {
 pub fn found(model: &Model, rows: &[Rows]) -> Vec<Overload> {
     let of_joint = |joint: usize| {
         let own = &model.joints[joint];
-        let drive = own.torque_per_ampere() * own.amplifier.current_limit;
+        let drive = own.motor.map_or(f64::INFINITY, |_| own.torque_per_ampere() * own.amplifier.current_limit);
         let effort = model.robot.bodies[joint].joint.limits.effort;
         // The larger of the given limits: the smaller one may be a continuous limit.
         let given = [drive, effort].into_iter().filter(|limit| limit.is_finite() && *limit > 0.0);

@@ -249,12 +249,15 @@ pub fn never_negative(rows: &[Rows], joint: usize) -> bool {
 /// Factors of one joint that have a name.
 fn scales(model: &Model, rows: &[Rows], i: usize) -> Vec<Change> {
     let joint = &model.joints[i];
-    let (n, constant) = (joint.gear_ratio, joint.motor.torque_constant);
-    let torque: &[f64] = if rows.iter().all(|session| session.from_current) {
-        &[1e-3, 1e3, 1.0 / (n * constant), 1.0 / constant]
+    let n = joint.gear_ratio;
+    let mut torque = vec![1e-3, 1e3];
+    let constant = joint.motor.map(|motor| motor.torque_constant);
+    if rows.iter().all(|session| session.from_current) {
+        torque.extend(constant.iter().flat_map(|constant| [1.0 / (n * constant), 1.0 / constant]));
     } else {
-        &[1e-3, 1e3, n * constant, n]
-    };
+        torque.extend(constant.map(|constant| n * constant));
+        torque.push(n);
+    }
     let motion: &[f64] = match joint.kind {
         JointKind::Revolute => &[DEG, 1.0 / DEG, 1.0 / n, DEG / n],
         JointKind::Prismatic => &[1e-3, 1e3, 1.0 / n, DEG / n],

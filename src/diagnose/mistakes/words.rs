@@ -366,19 +366,17 @@ fn motion(factor: f64) -> &'static str {
 
 fn scale(model: &Model, which: Option<usize>, factor: f64, from_current: bool) -> &'static str {
     let is = |other: f64| (factor / other).ln().abs() < 0.25;
-    let gain = which.map(|joint| {
-        (
-            model.joints[joint].torque_per_ampere(),
-            model.joints[joint].motor.torque_constant,
-            model.joints[joint].gear_ratio,
-        )
+    let ratio = which.map(|joint| model.joints[joint].gear_ratio);
+    let gain = which.and_then(|joint| {
+        let joint = &model.joints[joint];
+        Some((joint.torque_per_ampere(), joint.motor?.torque_constant))
     });
-    match gain {
-        Some((gain, constant, _)) if from_current && (is(1.0 / gain) || is(1.0 / constant)) => {
+    match (gain, ratio) {
+        (Some((gain, constant)), _) if from_current && (is(1.0 / gain) || is(1.0 / constant)) => {
             "torque_recorded_as_current"
         }
-        Some((gain, ..)) if !from_current && is(gain) => "current_recorded_as_torque",
-        Some((.., n)) if !from_current && is(n) => "motor_torque_for_joint_torque",
+        (Some((gain, _)), _) if !from_current && is(gain) => "current_recorded_as_torque",
+        (_, Some(n)) if !from_current && is(n) => "motor_torque_for_joint_torque",
         _ if is(1e-3) && from_current => "milliampere_for_ampere",
         _ if is(1e3) && from_current => "ampere_for_milliampere",
         _ => "torque_scale",

@@ -213,6 +213,9 @@ pub struct ReplayError {
 pub struct BaselineEstimate {
     /// `coulomb`, `breakaway`, `stribeck_velocity`, `viscous`.
     pub friction: BTreeMap<&'static str, Measured>,
+    /// Inertia at the motor shaft, where the model file gives none and the data give one above zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotor_inertia: Option<Measured>,
     /// Total gap at the joint; `None` where the data do not determine it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash: Option<Measured>,

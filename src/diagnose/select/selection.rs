@@ -57,6 +57,8 @@ pub struct Nominal {
     pub residuals: Vec<Vec<f64>>,
     /// Friction of each joint.
     pub friction: Vec<SymmetricFriction>,
+    /// [kg·m²] Inertia of each rotor at the motor shaft that the model file does not give, where it is above zero.
+    pub rotors: Vec<Option<f64>>,
 }
 
 impl Nominal {
@@ -69,6 +71,7 @@ impl Nominal {
         Some(Self {
             residuals: (0..problem.baseline.len()).map(|joint| problem.residual(&[], &fitted, joint)).collect(),
             friction: problem.baseline.iter().zip(&fitted.baseline_at).map(friction).collect(),
+            rotors: problem.rotors(&fitted),
         })
     }
 }

@@ -10,7 +10,7 @@
 use crate::gearhead::{DeadZone, Direction, FrictionLaw, slowed};
 
 /// Steps a sample in contact: the rotor on the gear's stiffness turns by 0.1 rad a step at 400 rad/s and 1 ms.
-const CONTACT_STEPS: usize = 5;
+pub(super) const CONTACT_STEPS: usize = 5;
 
 /// What is known of a joint at one reversal.
 #[derive(Debug, Clone, PartialEq)]

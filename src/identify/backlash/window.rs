@@ -2,7 +2,7 @@
 
 use super::ensemble::Window;
 use super::reversal::{Reversal, SPEED_SPAN, Session, braking};
-use super::transmission::Transmission;
+use super::transmission::{CONTACT_STEPS, Transmission};
 use crate::gearhead::{DeadZone, Direction, Friction};
 use crate::robot::JointModel;
 
@@ -14,6 +14,10 @@ const LONGEST_TAIL: f64 = 6.0;
 const AFTER_CONTACT: f64 = 0.10;
 /// Smallest count, as a part of the range of motion: what an exact encoder is taken for.
 const FINEST_COUNT: f64 = 1e-5;
+
+/// [rad] Most by which rotor and link turn on the spring of a rigid gear in a step: the symplectic steps keep its energy within `x²/8`,
+/// 1 %.
+const STEP_ANGLE: f64 = 0.3;
 
 /// A reversal with its window.
 #[derive(Debug, Clone)]
@@ -81,10 +85,17 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
         q[index] += step;
         gravity(&q)
     };
+    let link_inertia = session.rigid.link_inertia_of()(&posture);
+    let rotor_inertia = joint.rotor_beside(link_inertia);
+    let mobility = 1.0 / rotor_inertia + 1.0 / link_inertia;
+    let known = joint.flanks(0.0, rotor_inertia + link_inertia, mobility);
+    // A rigid gear is not stiffer than the steps of a sample in contact can follow.
+    let followed = (STEP_ANGLE * CONTACT_STEPS as f64 / session.signals.interval).powi(2) / mobility;
+    let softer = if joint.gear_stiffness.is_none() { (followed / known.stiffness).min(1.0) } else { 1.0 };
     Transmission {
-        rotor_inertia: joint.reflected_inertia(),
-        link_inertia: session.rigid.link_inertia_of()(&posture),
-        dead_zone: DeadZone { backlash: 0.0, stiffness: joint.gear_stiffness, damping: joint.gear_damping },
+        rotor_inertia,
+        link_inertia,
+        dead_zone: DeadZone { stiffness: known.stiffness * softer, damping: known.damping * softer, ..known },
         friction: friction.law,
         breakaway: [Direction::Positive, Direction::Negative].map(|direction| friction.law.magnitude(direction, 0.0)),
         gravity: gravity_at(0.0),

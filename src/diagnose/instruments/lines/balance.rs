@@ -19,6 +19,9 @@ use crate::robot::Model;
 /// [Hz] Distance of the frequencies at which it is computed.
 const SPACING: f64 = 0.5;
 
+/// [1] Stiffness of a rigid gear over `ω² M`: it yields by this part, and the difference of two such terms keeps ten digits.
+const RIGID: f64 = 1e6;
+
 /// `1/R̄` of a joint at many frequencies.
 pub struct Stiffness {
     first: f64,
@@ -48,7 +51,10 @@ impl Stiffness {
 /// `R_j` in one posture.
 fn receptance(model: &Model, joint: usize, place: &Posture, omega: f64) -> Option<Complex<f64>> {
     let dof = model.joints.len();
-    let gear = |i: usize| Complex::new(model.joints[i].gear_stiffness, omega * model.joints[i].gear_damping);
+    let gear = |i: usize| match model.joints[i].gear_stiffness {
+        Some(stiffness) => Complex::new(stiffness, omega * model.joints[i].gear_damping.unwrap_or(0.0)),
+        None => Complex::from(RIGID * omega * omega * place.mass[(i, i)]),
+    };
     let diagonal = |i: usize, j: usize, value: Complex<f64>| if i == j { value } else { Complex::default() };
     let links = DMatrix::from_fn(dof, dof, |i, j| diagonal(i, j, gear(i)) - place.mass[(i, j)] * omega * omega);
     let follows = links.try_inverse()?;

@@ -161,7 +161,8 @@ fn compared(problem: &Problem, sessions: &[&TimeSeries], fit: &AxisFit, lag: f64
     let nominal = |rows: &Difference| -> Option<Vec<f64>> {
         let gap = 0.5 * model.backlash.unwrap_or(0.0);
         let side = rows.side(0.0);
-        let wound = rows.load.iter().zip(&side).map(|(load, side)| load / model.gear_stiffness + gap * side);
+        let wound =
+            rows.load.iter().zip(&side).map(|(load, side)| model.gear_stiffness.map_or(0.0, |k| load / k) + gap * side);
         let left: Vec<f64> = rows.ahead.iter().zip(wound).map(|(ahead, wound)| ahead - wound).collect();
         rest(problem, rows, &left)
     };
@@ -232,7 +233,9 @@ fn delay(lag: Estimate, fits: &[AxisFit], errors: &[FitError]) -> Sighting {
 
 fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError]) -> Option<Sighting> {
     let model = &problem.motion.model.joints[fit.joint];
-    let (c, soft) = (fit.wind_up, SOFT / model.gear_stiffness);
+    // A gear without a stiffness in the model file is nominally rigid: any wind-up is more.
+    let (c, soft) = (fit.wind_up, model.gear_stiffness.map_or(0.0, |k| SOFT / k));
+    let nominal = model.gear_stiffness.map_or_else(|| "none".to_owned(), |k| format!("{k:.3e}"));
     if c.value - soft < SURELY * c.std_error {
         return None;
     }
@@ -244,11 +247,10 @@ fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError]) -> Option<Sightin
         evidence_nats: evidence(c.value - soft, c.std_error),
         gain: Some(gain(errors)),
         words: format!(
-            "the gear winds up like one of {:.3e} ± {:.1e} {}, the model file says {:.3e}",
+            "the gear winds up like one of {:.3e} ± {:.1e} {}, the model file says {nominal}",
             stiffness.value,
             stiffness.std_error,
-            model.kind.stiffness_unit(),
-            model.gear_stiffness
+            model.kind.stiffness_unit()
         ),
     })
 }
