@@ -146,7 +146,7 @@ fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64], doubt: [f64
 fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
     let (mut first, mut last, mut sum) = (0, 0, 0.0);
     let near = |a: usize, b: usize| {
-        motion.session[a] == motion.session[b] && (motion.time[a] - motion.time[b]).abs() <= SETTLING
+        motion.part[a] == motion.part[b] && (motion.time[a] - motion.time[b]).abs() <= SETTLING
     };
     (0..values.len())
         .map(|row| {
