@@ -80,7 +80,8 @@ pub(super) fn continuous(
     let middle = sorted.len() / 2;
     let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
     let row = if (values[row - 1] - median).abs() > (values[row] - median).abs() { row - 1 } else { row };
-    let expected = format!("a position near the other samples (their median is {median:.4e}): no machine is as fast as this jump");
+    let expected =
+        format!("a position near the other samples (their median is {median:.4e}): no machine is as fast as this jump");
     Err(Error::input(file, Place::Row(row + 1), name, format!("{:e}", values[row]), expected))
 }
 

@@ -116,7 +116,9 @@ fn steps(file: &Path, (name, time): (&str, &[f64]), median: f64, notes: &mut Vec
         let step = time[*row] - time[row - 1];
         note(
             Place::Row(row + 1),
-            format!("a pause of {step:.4e} s, at steps of {median:.4e} s: nothing is computed across it, and samples near it are left out"),
+            format!(
+                "a pause of {step:.4e} s, at steps of {median:.4e} s: nothing is computed across it, and samples near it are left out"
+            ),
         );
     }
     let missing = |row: &usize| time[*row] - time[row - 1] > MISSING * median && pauses.binary_search(row).is_err();

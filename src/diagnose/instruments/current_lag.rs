@@ -58,7 +58,8 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division)
         places.flat_map(move |place| runs(sessions, division, session).into_iter().map(move |run| (place, run)))
     };
     let places: Vec<((usize, usize), Range<usize>)> = (0..sessions.len()).flat_map(of_session).collect();
-    let of_place = |((session, joint), run): &((usize, usize), Range<usize>)| lag(model, *joint, sessions[*session], run.clone());
+    let of_place =
+        |((session, joint), run): &((usize, usize), Range<usize>)| lag(model, *joint, sessions[*session], run.clone());
     // Memory for the torque, and for both signals after the filter.
     let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
     let mut lags: Vec<f64> = side_by_side(&places, 24 * longest, of_place).into_iter().flatten().collect();

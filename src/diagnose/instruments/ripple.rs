@@ -137,8 +137,7 @@ fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
         let same = motion.part[row] == motion.part[row - 1];
         if same && v[row].signum() != v[row - 1].signum() {
             let near = |other: &usize| {
-                motion.part[*other] == motion.part[row]
-                    && (motion.time[*other] - motion.time[row]).abs() < REVERSAL
+                motion.part[*other] == motion.part[row] && (motion.time[*other] - motion.time[row]).abs() < REVERSAL
             };
             (0..row).rev().take_while(near).for_each(|other| moving[other] = false);
             (row..motion.rows()).take_while(near).for_each(|other| moving[other] = false);

@@ -131,9 +131,8 @@ fn spectrum(problem: &Problem, joint: usize, values: &[f64]) -> (Vec<f64>, Vec<f
     let mut first = 0;
     while first < motion.rows() {
         let end = |from: usize, length: f64| {
-            let same = |row: &usize| {
-                motion.part[*row] == motion.part[from] && motion.time[*row] < motion.time[from] + length
-            };
+            let same =
+                |row: &usize| motion.part[*row] == motion.part[from] && motion.time[*row] < motion.time[from] + length;
             (from..motion.rows()).take_while(same).last().map_or(from + 1, |row| row + 1)
         };
         let rows = first..end(first, WINDOW);

@@ -98,7 +98,8 @@ fn of_cells(time: &[f64], t: f64, w: f64) -> Vec<[f64; 3]> {
 fn correct(weights: &mut [[f64; 3]], time: &[f64], t: f64, w: f64) {
     let mut gram = Matrix4::zeros();
     let mut lacking = Matrix4x3::from_fn(|power, kind| MOMENTS[kind][power]);
-    let powers: Vec<[f64; 4]> = time.iter().map(|sample| (sample - t) / w).map(|s| [1.0, s, s * s, s * s * s]).collect();
+    let powers: Vec<[f64; 4]> =
+        time.iter().map(|sample| (sample - t) / w).map(|s| [1.0, s, s * s, s * s * s]).collect();
     for (weight, powers) in weights.iter().zip(&powers) {
         for i in 0..4 {
             for j in 0..4 {

@@ -94,8 +94,7 @@ impl Path {
 
     /// Approximate number of instants of the path of a joint.
     pub fn instants(motion: &Motion) -> usize {
-        let steps =
-            motion.time.windows(2).zip(motion.part.windows(2)).filter(|(_, part)| part[0] == part[1]);
+        let steps = motion.time.windows(2).zip(motion.part.windows(2)).filter(|(_, part)| part[0] == part[1]);
         (steps.map(|(time, _)| time[1] - time[0]).sum::<f64>() / step(motion)) as usize
     }
 

@@ -60,7 +60,9 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
         if sampling.uneven_share() > 0.0 {
             // At uneven times, the kernel's centre moves by the delay.
             for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && contact[*row]) {
-                let Some(window) = sampling.around_time(motion.time[row] + lag, motion.half_width[row]) else { continue };
+                let Some(window) = sampling.around_time(motion.time[row] + lag, motion.half_width[row]) else {
+                    continue;
+                };
                 rows.push(row);
                 ahead.push(m.q[row] - window.averages(link).value);
             }
