@@ -1,7 +1,7 @@
 //! Checks of every recording: lengths, numbers, time, gaps, constant channels.
 //!
 //! Refused: a channel shorter than the rest, NaN and ±Inf, time that runs backwards or repeats with other samples. Repaired and
-//! reported: rows that repeat the row before them are dropped. Reported: pauses, single missing rows, uneven steps, constant channels.
+//! reported: rows that repeat the row before them are dropped. Reported: pauses, single missing rows, constant channels.
 
 use std::path::Path;
 
@@ -14,8 +14,6 @@ use crate::timeseries::pauses;
 const MIN_SAMPLES: usize = 2;
 /// A step longer than this many median steps lacks samples.
 const MISSING: f64 = 1.5;
-/// [1] Relative difference of the mean step from the median that is reported: a rate computed with one of them is off by as much.
-const UNEVEN: f64 = 0.01;
 
 /// Checks the time, which is the first column; the columns have equal lengths and finite numbers. Drops rows that
 /// repeat.
@@ -129,11 +127,6 @@ fn steps(file: &Path, (name, time): (&str, &[f64]), median: f64, notes: &mut Vec
             Place::Row(first + 1),
             format!("{count} steps longer than {MISSING} times the median {median:.4e} s, the first here"),
         );
-    }
-    let within = (1..time.len()).filter(|row| pauses.binary_search(row).is_err()).map(|row| time[row] - time[row - 1]);
-    let mean = within.sum::<f64>() / (time.len() - 1 - pauses.len()).max(1) as f64;
-    if (mean / median - 1.0).abs() > UNEVEN {
-        note(Place::File, format!("uneven steps: median {median:.4e} s, mean {mean:.4e} s"));
     }
 }
 
