@@ -44,6 +44,7 @@ fn motion(model: &Model) -> Motion<'_> {
         sessions: 1,
         start: vec![0.0],
         session: vec![0; rows],
+        part: vec![0; rows],
         time: (0..rows).map(|row| row as f64).collect(),
         half_width: vec![0.0; rows],
         joints: Vec::new(),

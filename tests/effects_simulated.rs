@@ -104,6 +104,7 @@ fn sizes() -> Vec<Amount> {
         ("torque_constant_error", vec![("error", 0.2)], Some(("error", 0.0))),
         ("torque_ripple", vec![("amplitude", 0.2), ("order", 6.0)], Some(("amplitude", 0.0))),
         ("transmission_error", vec![("amplitude", 0.002), ("teeth", 60.0)], Some(("amplitude", 0.0))),
+        ("velocity_lag", vec![("delay", 0.005)], Some(("delay", 0.0))),
         ("viscous_asymmetry", vec![("positive", 0.5), ("negative", 0.3)], None),
     ]
 }
@@ -127,7 +128,7 @@ fn property_sizes_name_the_whole_catalogue() {
     let named: Vec<&str> = sizes().iter().map(|(name, ..)| *name).collect();
     let catalogue: Vec<&str> = CATALOGUE.iter().map(|effect| effect.name()).collect();
     assert_eq!(named, catalogue);
-    assert_eq!(catalogue.len(), 26, "as many as the catalogue is said to have");
+    assert_eq!(catalogue.len(), 27, "as many as the catalogue is said to have");
 }
 
 #[test]

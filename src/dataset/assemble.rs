@@ -44,6 +44,12 @@ pub(super) fn assemble(mut table: Table, plan: Plan, limits: &JointLimits) -> Re
         }
     }
     checks::check(&table.file, &mut signals, &unit, &mut notes)?;
+    let (time, columns) = (&signals[0].1, &signals[1..]);
+    let channels =
+        plan.joints.iter().flat_map(|joint| joint.channels.iter().map(|(channel, _)| (*channel, joint.kind)));
+    for (channel, (name, values)) in channels.zip(columns) {
+        bounds::continuous(&table.file, name, channel, time, values)?;
+    }
     Ok(session(table.file.as_path(), plan.name, plan.joints, signals, notes))
 }
 

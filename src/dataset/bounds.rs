@@ -12,6 +12,11 @@ use crate::units::JointKind;
 /// tracking error at the limit and the error of a zero set by eye are about 1° each.
 const MARGIN: f64 = 0.02;
 
+/// Size and speed of a jump of a position that no machine makes: more than a hundred turns at five times the speed of the fastest spindle,
+/// 2e4 rad/s at the motor; more than 10 m at ten times that of the fastest linear axes. A count that overflows or wraps at a turn jumps less.
+const JUMP_TURNING: (f64, f64) = (628.0, 1e5);
+const JUMP_SLIDING: (f64, f64) = (10.0, 1e3);
+
 /// Refuses a number that no machine reaches. The bound is a thousand times that of the largest machines, so a value in
 /// a wrong unit may still pass.
 ///
@@ -48,6 +53,36 @@ fn range(channel: Channel, kind: JointKind) -> (f64, f64, &'static str) {
         _ => (f64::MAX, "SI"),
     };
     (-size, size, unit)
+}
+
+/// Refuses a position that no machine reaches from the one before, see [`JUMP_TURNING`]: each number alone may be possible.
+///
+/// # Errors
+/// The first such position, with row and column.
+pub(super) fn continuous(
+    file: &Path,
+    name: &str,
+    (channel, kind): (Channel, JointKind),
+    time: &[f64],
+    values: &[f64],
+) -> Result<()> {
+    if !matches!(channel, Channel::Position | Channel::ReferencePosition | Channel::LinkPosition) {
+        return Ok(());
+    }
+    let (far, fast) = if kind == JointKind::Revolute { JUMP_TURNING } else { JUMP_SLIDING };
+    let jumps = |row: &usize| {
+        let by = (values[*row] - values[row - 1]).abs();
+        by > far && by > fast * (time[*row] - time[row - 1])
+    };
+    let Some(row) = (1..values.len()).find(jumps) else { return Ok(()) };
+    // Of the two samples, the one that is farther from the median of all is the absurd one.
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let row = if (values[row - 1] - median).abs() > (values[row] - median).abs() { row - 1 } else { row };
+    let expected =
+        format!("a position near the other samples (their median is {median:.4e}): no machine is as fast as this jump");
+    Err(Error::input(file, Place::Row(row + 1), name, format!("{:e}", values[row]), expected))
 }
 
 /// A note on a position that lies outside the limits of its joint.

@@ -1,21 +1,19 @@
 //! Checks of every recording: lengths, numbers, time, gaps, constant channels.
 //!
-//! Refused: a channel shorter than the rest, NaN and ±Inf, time that runs backwards or repeats with other samples, long
-//! gaps. Repaired and reported: rows that repeat the row before them are dropped. Reported: single missing rows,
-//! constant channels.
+//! Refused: a channel shorter than the rest, NaN and ±Inf, time that runs backwards or repeats with other samples. Repaired and
+//! reported: rows that repeat the row before them are dropped. Reported: pauses, single missing rows, constant channels.
 
 use std::path::Path;
 
 use super::Note;
 use super::time_base::{self, TimeUnit};
 use crate::error::{Error, Place, Result};
+use crate::timeseries::pauses;
 
 /// Least number of samples of a session.
 const MIN_SAMPLES: usize = 2;
 /// A step longer than this many median steps lacks samples.
 const MISSING: f64 = 1.5;
-/// A step longer than this many median steps is a gap; no filter may run across it.
-const GAP: f64 = 10.5;
 
 /// Checks the time, which is the first column; the columns have equal lengths and finite numbers. Drops rows that
 /// repeat.
@@ -32,7 +30,7 @@ pub(super) fn check(
     let (name, time) = &signals[0];
     let median = median_step(time);
     time_base::check(file, (name, time), median, unit, notes)?;
-    gaps(file, (name, time), median, notes)?;
+    steps(file, (name, time), median, notes);
     constant(file, &signals[1..], notes);
     Ok(())
 }
@@ -106,19 +104,30 @@ fn increasing(file: &Path, signals: &mut [(String, Vec<f64>)], notes: &mut Vec<N
     Ok(())
 }
 
-fn gaps(file: &Path, (name, time): (&str, &[f64]), median: f64, notes: &mut Vec<Note>) -> Result<()> {
-    let long = |limit: f64| time.windows(2).position(|pair| pair[1] - pair[0] > limit * median);
-    if let Some(row) = long(GAP) {
-        let step = time[row + 1] - time[row];
-        let expected = format!("steps of about {median:.4e} s: cut the file at this gap into two sessions");
-        return Err(Error::input(file, Place::Row(row + 2), name, format!("a step of {step:.4e} s"), expected));
+/// Notes on steps that are longer than the others.
+fn steps(file: &Path, (name, time): (&str, &[f64]), median: f64, notes: &mut Vec<Note>) {
+    let mut note = |place: Place, text: String| {
+        notes.push(Note { file: file.to_owned(), place, column: name.to_owned(), text });
+    };
+    let pauses = pauses(time);
+    for row in &pauses {
+        let step = time[*row] - time[row - 1];
+        note(
+            Place::Row(row + 1),
+            format!(
+                "a pause of {step:.4e} s, at steps of {median:.4e} s: nothing is computed across it, and samples near it are left out"
+            ),
+        );
     }
-    if let Some(row) = long(MISSING) {
-        let count = time.windows(2).filter(|pair| pair[1] - pair[0] > MISSING * median).count();
-        let text = format!("{count} steps longer than {MISSING} times the median {median:.4e} s, the first here");
-        notes.push(Note { file: file.to_owned(), place: Place::Row(row + 2), column: name.to_owned(), text });
+    let missing = |row: &usize| time[*row] - time[row - 1] > MISSING * median && pauses.binary_search(row).is_err();
+    let rows: Vec<usize> = (1..time.len()).filter(missing).collect();
+    if let Some(first) = rows.first() {
+        let count = rows.len();
+        note(
+            Place::Row(first + 1),
+            format!("{count} steps longer than {MISSING} times the median {median:.4e} s, the first here"),
+        );
     }
-    Ok(())
 }
 
 fn constant(file: &Path, signals: &[(String, Vec<f64>)], notes: &mut Vec<Note>) {

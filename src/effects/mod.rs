@@ -39,6 +39,7 @@ mod thermal_friction_drift;
 mod torque_constant_error;
 mod torque_ripple;
 mod transmission_error;
+pub mod velocity_lag;
 mod viscous_asymmetry;
 
 pub use about::{About, Experiment, Kind, ParameterSpec, Scope};
@@ -85,6 +86,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &torque_constant_error::TorqueConstantError,
     &torque_ripple::TorqueRipple,
     &transmission_error::TransmissionError,
+    &velocity_lag::VelocityLag,
     &viscous_asymmetry::ViscousAsymmetry,
 ];
 

@@ -20,6 +20,8 @@ pub struct Motion<'a> {
     pub sessions: usize,
     /// Session of each row.
     pub session: Vec<usize>,
+    /// Uninterrupted part of each row, counted over all sessions: a pause of the recording begins a new one.
+    pub part: Vec<usize>,
     /// [s] Time of the first sample of each session.
     pub start: Vec<f64>,
     /// [s] Time of each row.
@@ -136,6 +138,7 @@ impl Motion<'_> {
             sessions: self.sessions,
             start: self.start.clone(),
             session: rows.iter().map(|row| self.session[*row]).collect(),
+            part: rows.iter().map(|row| self.part[*row]).collect(),
             time: pick(&self.time),
             half_width: pick(&self.half_width),
             joints: self.joints.iter().map(|joint| joint.each(&pick)).collect(),

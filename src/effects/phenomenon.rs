@@ -18,6 +18,15 @@ pub enum Phenomenon {
         /// [s]
         lag: Estimate,
     },
+    /// The velocity channel of a joint follows the derivative of its position late; both lags are given if the data do not tell which it is.
+    VelocityLag {
+        /// `T` [s] a delay.
+        delay: Option<Estimate>,
+        /// `τ` [s] of a first-order low-pass, beyond that of the model's sensor.
+        time_constant: Option<Estimate>,
+        /// `g` [1] reading of a constant velocity, relative to it.
+        gain: Estimate,
+    },
     /// A joint feels `a sin(2π f t + φ)` at any speed, `t` since the start of the session.
     Line {
         /// `f` [Hz]
@@ -63,9 +72,10 @@ const ONE: Estimate = Estimate { value: 1.0, std_error: 1.0 };
 
 impl Phenomenon {
     /// One phenomenon of each kind, to test whether an effect claims that kind.
-    pub const KINDS: [Self; 7] = [
+    pub const KINDS: [Self; 8] = [
         Self::CurrentLag { lag: ONE },
         Self::LinkEncoderLag { lag: ONE },
+        Self::VelocityLag { delay: Some(ONE), time_constant: Some(ONE), gain: ONE },
         Self::Line { frequency: ONE, amplitude: ONE, phase: ONE },
         Self::DeadBand { width: ONE },
         Self::Step { jump: ONE, time: ONE },

@@ -28,6 +28,8 @@ pub use result::{
     PerDirection,
 };
 
+use std::borrow::Cow;
+
 use balance::{Balance, Balanced};
 use fit::Observation;
 use motion::Track;
@@ -38,7 +40,7 @@ use summary::Laws;
 use crate::error::{Error, Result};
 use crate::gearhead::{Direction, Friction, FrictionLaw, Lines};
 use crate::robot::Model;
-use crate::timeseries::{Channel, TimeSeries};
+use crate::timeseries::{Channel, TimeSeries, pauses};
 
 /// Channels that an identification reads; all others may be dropped.
 pub const CHANNELS: [Channel; 7] = [
@@ -101,6 +103,14 @@ pub fn identify_joint(
     options: &Options,
 ) -> Result<JointIdentification> {
     let mut notes = Vec::new();
+    let parts: Vec<TimeSeries>;
+    let paused = data.iter().any(|session| !pauses(&session.time).is_empty());
+    let data = if paused {
+        parts = data.iter().flat_map(TimeSeries::uninterrupted).map(Cow::into_owned).collect();
+        &parts
+    } else {
+        data
+    };
     let (mut points, tracks) = measurement_points(model, joint, data, options, &mut notes)?;
     let balance = Balance::new(&points, tracks);
     let laws = balanced(&model.joints[joint].name, &balance, &mut points, &mut notes)?;

@@ -15,6 +15,8 @@ mod inputs;
 mod low_pass;
 mod pair;
 
+use std::borrow::Cow;
+
 pub use compare::Side;
 use drawing::Drawing;
 use feedback::Feedback;
@@ -28,7 +30,7 @@ use crate::effects::{Catalogue, JointState};
 use crate::error::Result;
 use crate::plant::{Engine, Options as PlantOptions, Plant};
 use crate::robot::Model;
-use crate::timeseries::{Channel, Drawn, Envelope};
+use crate::timeseries::{Channel, Drawn, Envelope, uninterrupted};
 
 /// Channels of a recording that a replay reads; all others may be dropped.
 pub const CHANNELS: [Channel; 4] = [Channel::Position, Channel::Torque, Channel::CommandCurrent, Channel::Current];
@@ -150,6 +152,7 @@ fn replayed(
 ) -> Result<Replay> {
     let model = &model.in_session(&session.series.name);
     let mut notes = Vec::new();
+    let session = &*longest_part(session, &mut notes);
     let inputs = inputs::inputs(model, session, options.control, &mut notes)?;
     let (simulated, mut drawn) = simulate(model, session, &inputs, options)?;
     let time = &session.series.time;
@@ -170,6 +173,20 @@ fn replayed(
         errors.retain(|error| error.quantity != Observable::Torque);
     }
     Ok(Replay { session: session.series.name.clone(), time: time.clone(), errors, notes, simulated: drawn })
+}
+
+/// The session, or its longest part without a pause: what the machine did in a pause is unknown, so no simulation can follow it.
+fn longest_part<'s>(session: &'s Session, notes: &mut Vec<String>) -> Cow<'s, Session> {
+    let parts = uninterrupted(&session.series.time);
+    let longest = parts.iter().max_by_key(|part| part.len()).filter(|_| parts.len() > 1);
+    let Some(longest) = longest else { return Cow::Borrowed(session) };
+    let series = session.series.part(longest.clone());
+    let ends = [longest.start, longest.end - 1].map(|k| session.series.time[k]);
+    notes.push(format!(
+        "{}: the recording pauses; its longest part is replayed, {:.3} to {:.3} s",
+        series.name, ends[0], ends[1]
+    ));
+    Cow::Owned(Session { series, ..session.clone() })
 }
 
 /// Compared signals of a simulated joint.

@@ -2,12 +2,14 @@
 
 mod drawn;
 mod memory;
+mod pauses;
 mod samples;
 
 use std::collections::BTreeMap;
 
 pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
 pub use memory::give_back_memory;
+pub use pauses::{pauses, uninterrupted};
 pub use samples::Samples;
 
 /// The quantity of a sampled signal of one joint. All are on the joint side, SI.
@@ -90,15 +92,7 @@ impl TimeSeries {
     /// The part of the session from a sample on.
     #[must_use]
     pub fn since(&self, from: usize) -> Self {
-        let joints = self.joints.iter().map(|joint| JointSeries {
-            name: joint.name.clone(),
-            channels: joint
-                .channels
-                .iter()
-                .map(|(channel, values)| (*channel, values[from..].to_vec().into()))
-                .collect(),
-        });
-        Self { name: self.name.clone(), time: self.time[from..].to_vec(), joints: joints.collect() }
+        self.part(from..self.len())
     }
 
     /// Number of samples.
@@ -113,12 +107,7 @@ impl TimeSeries {
 
     /// [s] Median sample interval; 0 with fewer than two samples.
     pub fn sample_interval(&self) -> f64 {
-        let mut steps: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        if steps.is_empty() {
-            return 0.0;
-        }
-        let middle = steps.len() / 2;
-        *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+        pauses::median_step(&self.time)
     }
 }
 

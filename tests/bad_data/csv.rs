@@ -97,7 +97,6 @@ fn regress_a_row_that_does_not_fit_is_refused_by_its_number() {
             (changed("\n0.003,", "\n1e400,"), &["row 4", "time = inf", "finite"]),
             (changed("\n0.003,", "\n0.002,"), &["row 4", "time = 0.002", "repeated"]),
             (changed("\n0.003,", "\n0.001,"), &["row 4", "time = 0.001", "backwards"]),
-            (changed("\n0.199,", "\n9.199,"), &["row 200", "time = a step of 9.0010e0 s", "two sessions"]),
         ],
     );
     let short: String =
@@ -113,6 +112,21 @@ fn regress_a_row_that_does_not_fit_is_refused_by_its_number() {
             })
             .collect();
     each_is_refused("run.csv", &[(short, &["row 151", "turn.torque = 150 samples", "shorter than the rest"])]);
+}
+
+#[test]
+fn regress_a_pause_is_reported_with_its_row() {
+    let folder = Folder::new();
+    folder.put("run.csv", changed("\n0.199,", "\n9.199,"));
+    folder.reads("run.csv", &["row 200", "time: a pause of 9.0010e0 s"]);
+}
+
+#[test]
+fn regress_a_position_that_jumps_out_of_reach_is_refused_by_row_and_column() {
+    each_is_refused(
+        "run.csv",
+        &[(changed("\n0.003,", "\n0.003,1e5"), &["row 4", "turn.position = 1", "no machine is as fast"])],
+    );
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub fn with_baseline(model: &Model, identified: &Identified) -> Model {
         scale(&mut law, factors[index], given);
         joint.friction = Some(Friction { law, link_share });
         joint.backlash = joint.backlash.or(gaps[index]);
-        joint.rotor_inertia = joint.rotor_inertia.or(rotors[index]);
+        joint.rotor_inertia = joint.rotor_inertia.or(rotors[index].map(|inertia| inertia * factors[index]));
     }
     model
 }

@@ -4,9 +4,13 @@ use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::options::Options;
 use crate::diagnose::result::{CandidateRecord, Method, Withdrawn};
 use crate::diagnose::rows::division::Division;
+use crate::diagnose::rows::sampling::Sampling;
 use crate::diagnose::select::candidates::Candidate;
 use crate::diagnose::select::selection::Selection;
 use crate::timeseries::TimeSeries;
+
+/// [1] Share of uneven steps up to which a session counts as even: single lost samples cut it into runs that are long enough for every instrument.
+const MOSTLY_EVEN: f64 = 0.001;
 
 /// Every candidate of the first round, with its outcome.
 pub fn records(
@@ -45,6 +49,28 @@ pub fn records(
     selection.first_round.iter().map(record).collect()
 }
 
+/// The kernel, and what uneven samples and pauses change.
+fn filter(sessions: &[&TimeSeries]) -> String {
+    let mut text =
+        "biweight kernel without phase shift, the same on torque and motion, as narrow as the encoder allows"
+            .to_owned();
+    let samplings: Vec<Sampling> =
+        sessions.iter().map(|session| Sampling::new(&session.time, session.sample_interval())).collect();
+    let uneven = samplings.iter().filter(|sampling| sampling.uneven_share() > MOSTLY_EVEN).count();
+    if uneven > 0 {
+        text += &format!(
+            "; samples of {uneven} of {} sessions lie at uneven times: rows are averaged in true time, and no late current, line at a fixed \
+             frequency or slip is looked for there",
+            sessions.len()
+        );
+    }
+    let pauses: usize = samplings.iter().map(|sampling| sampling.parts.len().saturating_sub(1)).sum();
+    if pauses > 0 {
+        text += &format!("; no kernel reaches across a pause, of which there are {pauses}");
+    }
+    text
+}
+
 /// How the data were processed.
 pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, options: &Options) -> Method {
     let widths = &problem.motion.half_width;
@@ -64,7 +90,7 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
         format!("the last {:.0} % of each session", 100.0 * options.held_out_share)
     };
     Method {
-        filter: "biweight kernel without phase shift, the same on torque and motion, as narrow as the encoder allows".to_owned(),
+        filter: filter(sessions),
         half_width,
         zones: format!(
             "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank (0.4 and 0.3 s of what errors are judged on), joints with a gap only and no longer than it takes; fitted: {}",

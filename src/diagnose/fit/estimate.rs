@@ -34,6 +34,7 @@ pub fn parameters(
             sessions: problem.motion.sessions,
             start: Vec::new(),
             session: Vec::new(),
+            part: Vec::new(),
             time: Vec::new(),
             half_width: Vec::new(),
             joints,

@@ -4,7 +4,10 @@
 //! `Σ a(t) τ(t + L)`, both filtered by a kernel of 12 ms minus one of 60 ms, therefore peaks at the lag
 //! `L` = 0, and at `T` if the current is late by `T`.
 //! A late position does not show: the controller responds to the position that it reads, and its response is in step with it.
+//! Left out: samples at uneven times, and across pauses; interpolation would delay what it smooths.
 //! Reference: C. H. Knapp, G. C. Carter (1976), The generalized correlation method for estimation of time delay.
+
+use std::ops::Range;
 
 use super::as_recorded::{AsRecorded, nominal};
 use super::claims::{Sighting, claimed};
@@ -17,6 +20,7 @@ use crate::diagnose::result::{EffectGain, Findings};
 use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::kernel::Kernel;
 use crate::diagnose::rows::observe::motor_torque;
+use crate::diagnose::rows::sampling::Sampling;
 use crate::diagnose::rows::side_by_side::side_by_side;
 use crate::effects::Phenomenon;
 use crate::error::Result;
@@ -49,10 +53,13 @@ pub struct Late {
 
 /// Delay of the current relative to the motion in the training data, where it is noticeable.
 pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division) -> Option<Late> {
-    let places: Vec<(usize, usize)> =
-        (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
+    let of_session = |session: usize| {
+        let places = (0..model.joints.len()).map(move |joint| (session, joint));
+        places.flat_map(move |place| runs(sessions, division, session).into_iter().map(move |run| (place, run)))
+    };
+    let places: Vec<((usize, usize), Range<usize>)> = (0..sessions.len()).flat_map(of_session).collect();
     let of_place =
-        |(session, joint): &(usize, usize)| lag(model, *joint, sessions[*session], division.training(*session)?);
+        |((session, joint), run): &((usize, usize), Range<usize>)| lag(model, *joint, sessions[*session], run.clone());
     // Memory for the torque, and for both signals after the filter.
     let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
     let mut lags: Vec<f64> = side_by_side(&places, 24 * longest, of_place).into_iter().flatten().collect();
@@ -71,8 +78,19 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division)
     (beyond > SURELY).then_some(Late { lag: Estimate { value, std_error }, probability })
 }
 
-/// Lag of the correlation's peak for one joint in one part of a session, given as a range from 0 to 1 of its length.
-fn lag(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2]) -> Option<f64> {
+/// Runs of training samples at even times in a session.
+fn runs(sessions: &[&TimeSeries], division: Division, number: usize) -> Vec<Range<usize>> {
+    let session = sessions[number];
+    let Some(part) = division.training(number) else { return Vec::new() };
+    let [from, to] = part.map(|place| (place * session.len() as f64) as usize);
+    let dt = session.sample_interval();
+    // Both ends lose half of the wide kernel, and as much has to be left as they lose.
+    let long = |run: &Range<usize>| run.len() as f64 * dt > 4.0 * BAND[1];
+    Sampling::new(&session.time, dt).even_runs(from..to).into_iter().filter(long).collect()
+}
+
+/// Lag of the correlation's peak for one joint in samples of a session, at even times.
+fn lag(model: &Model, joint: usize, session: &TimeSeries, run: Range<usize>) -> Option<f64> {
     let series = session.joint(&model.joints[joint].name)?;
     let position = series.get(Channel::Position)?;
     let (torque, has_current) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
@@ -82,8 +100,7 @@ fn lag(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2]) -> Opt
     }
     let [narrow, wide] = BAND.map(|width| Kernel::new((width / dt) as usize, dt));
     let edge = wide.reach + 1;
-    let [from, to] = part.map(|place| (place * position.len() as f64) as usize);
-    let (position, torque) = (&position[from..to], &torque[from..to]);
+    let (position, torque) = (&position[run.clone()], &torque[run]);
     if position.len() < 4 * edge {
         return None;
     }

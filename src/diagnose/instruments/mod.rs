@@ -11,6 +11,7 @@
 //! | `ripple`, `order_lines` | narrow rows while a joint keeps moving | lines of many periods per turn |
 //! | `command` | commands and currents | the dead band of a drive |
 //! | `slip` | jumps of the rotor against the link | a coupling that slips once |
+//! | `velocity_lag` | velocity channel against the derivative of the position | its delay and low-pass |
 //! | `two_encoders` | motor encoder against link encoder | delay, wind-up, gap |
 //! | `reversal` | reversals, against a simulation of the gear | friction and gear at reversals |
 //!
@@ -29,6 +30,7 @@ pub mod reversal;
 pub mod ripple;
 pub mod slip;
 pub mod two_encoders;
+pub mod velocity_lag;
 
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::options::Options;
@@ -54,8 +56,8 @@ pub const ON_RECORDINGS: [&dyn for<'s> Instrument<Recordings<'s>>; 3] =
     [&current_lag::CurrentLag, &lines::Lines, &ripple::Ripple];
 
 /// Instruments that run beside the fit.
-pub const ON_ROWS: [&dyn for<'s> Instrument<FittedRows<'s>>; 4] =
-    [&command::Command, &slip::Slip, &two_encoders::TwoEncoders, &reversal::Reversal];
+pub const ON_ROWS: [&dyn for<'s> Instrument<FittedRows<'s>>; 5] =
+    [&command::Command, &slip::Slip, &two_encoders::TwoEncoders, &velocity_lag::VelocityLag, &reversal::Reversal];
 
 /// Recordings before rows are made.
 pub struct Recordings<'s> {

@@ -66,7 +66,9 @@ fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Option<Mo
     let place = |t: &f64| {
         let next = known.partition_point(|row| row <= t).clamp(1, known.len() - 1);
         let part = ((t - known[next - 1]) / (known[next] - known[next - 1])).clamp(0.0, 1.0);
-        (first + next - 1, part)
+        // Across a pause the nearest row counts: nothing is known between.
+        let paused = motion.part[first + next - 1] != motion.part[first + next];
+        (first + next - 1, if paused { part.round() } else { part })
     };
     let places: Vec<(usize, f64)> = time.iter().map(place).collect();
     let between = |values: &[f64]| -> Vec<f64> {
@@ -76,6 +78,7 @@ fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Option<Mo
         model: motion.model,
         sessions: motion.sessions,
         session: vec![number; time.len()],
+        part: vec![number; time.len()],
         time: time.to_vec(),
         start: motion.start.clone(),
         half_width: vec![0.0; time.len()],

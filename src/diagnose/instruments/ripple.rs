@@ -136,11 +136,10 @@ fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
     let slow = |row: usize| v[row].abs() < (LEAST_SPEED * fastest).max(COUNTS * count / (2.0 * motion.half_width[row]));
     let mut moving: Vec<bool> = (0..motion.rows()).map(|row| !slow(row)).collect();
     for row in 1..motion.rows() {
-        let same = motion.session[row] == motion.session[row - 1];
+        let same = motion.part[row] == motion.part[row - 1];
         if same && v[row].signum() != v[row - 1].signum() {
             let near = |other: &usize| {
-                motion.session[*other] == motion.session[row]
-                    && (motion.time[*other] - motion.time[row]).abs() < REVERSAL
+                motion.part[*other] == motion.part[row] && (motion.time[*other] - motion.time[row]).abs() < REVERSAL
             };
             (0..row).rev().take_while(near).for_each(|other| moving[other] = false);
             (row..motion.rows()).take_while(near).for_each(|other| moving[other] = false);

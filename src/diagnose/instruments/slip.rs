@@ -10,8 +10,10 @@
 //! the reduction of the largest throw of the held-out sessions without the slip. If no separate session is held out, nothing confirms the
 //! slip, and it is reported as unexplained.
 //! Sign: a positive `δ` puts the link ahead of the rotor, which is thrown back.
-//! Left out: slips that take longer than `T`.
+//! Left out: slips that take longer than `T`; samples at uneven times, whose second difference contains the velocity.
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, for rotor and link as two masses.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -21,6 +23,7 @@ use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::observe::motor_torque;
+use crate::diagnose::rows::sampling::Sampling;
 use crate::effects::Phenomenon;
 use crate::error::Result;
 use crate::replay::Gain;
@@ -174,23 +177,49 @@ fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries
         return Vec::new();
     }
     let lag = lag as usize;
-    let square = (lag as f64 * dt).powi(2);
     let [first, last] = [from, to].map(|place| (place * q.len() as f64) as usize);
-    if last < first + 4 * lag {
-        return Vec::new();
-    }
-    let mut sum: f64 = torque[first..first + 2 * lag].iter().sum();
-    let mut throws: Vec<Throw> = Vec::new();
-    for k in first + lag..last - lag {
-        sum += torque[k + lag];
-        let driven = sum / (2 * lag + 1) as f64 / rotor * square;
-        sum -= torque[k - lag];
-        let bent = q[k + lag] - 2.0 * q[k] + q[k - lag];
-        let excess = (bent - driven.max(0.0)).max(driven.min(0.0) - bent) - blur;
-        if excess <= 0.0 {
-            continue;
+    let runs = Sampling::new(&recorded.time, dt).even_runs(first..last).into_iter().filter(|run| run.len() >= 4 * lag);
+    let bends = Bends { q, torque: &torque, lag, square: (lag as f64 * dt).powi(2), rotor, blur };
+    let place = |(k, excess)| Throw { session, joint, time: recorded.time[k] - recorded.time[0], excess };
+    separate(runs.flat_map(|run| bends.of(run)).map(place))
+}
+
+/// Displacements of a rotor, sample by sample.
+struct Bends<'s> {
+    q: &'s [f64],
+    torque: &'s [f64],
+    /// `T` in samples.
+    lag: usize,
+    /// `T²` [s²]
+    square: f64,
+    rotor: f64,
+    blur: f64,
+}
+
+impl Bends<'_> {
+    /// Samples of a run at even times whose `e` is positive, with `e` [rad or m].
+    fn of(&self, run: Range<usize>) -> Vec<(usize, f64)> {
+        let Self { q, torque, lag, square, rotor, blur } = *self;
+        let mut found = Vec::new();
+        let mut sum: f64 = torque[run.start..run.start + 2 * lag].iter().sum();
+        for k in run.start + lag..run.end - lag {
+            sum += torque[k + lag];
+            let driven = sum / (2 * lag + 1) as f64 / rotor * square;
+            sum -= torque[k - lag];
+            let bent = q[k + lag] - 2.0 * q[k] + q[k - lag];
+            let excess = (bent - driven.max(0.0)).max(driven.min(0.0) - bent) - blur;
+            if excess > 0.0 {
+                found.push((k, excess));
+            }
         }
-        let throw = Throw { session, joint, time: recorded.time[k] - recorded.time[0], excess };
+        found
+    }
+}
+
+/// The largest throws that are apart from each other.
+fn separate(all: impl Iterator<Item = Throw>) -> Vec<Throw> {
+    let mut throws: Vec<Throw> = Vec::new();
+    for throw in all {
         match throws.last_mut() {
             Some(last) if throw.time < last.time + 2.0 * TOGETHER => {
                 if throw.excess > last.excess {

@@ -4,6 +4,7 @@
 //! makes it −1, π/180, π/30, the gear ratio or a power of ten, which is far away in logarithm. `b = √(Σ Δq² / Σ (∫ v dt)²)` with the sign of
 //! the correlation, so that noise of one channel does not bias it alone. If one channel is late, the correlation peaks at that lag.
 
+use crate::effects::velocity_lag::LONGEST_LAG;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
@@ -17,6 +18,8 @@ const CORRELATED: f64 = 0.8;
 pub const FAR: f64 = 1.5;
 /// [s] Lag of one channel above which neither a filter nor a transport delay explains it: `sensor_delay` ends at 0.1 s.
 pub const LATE: f64 = 0.14;
+/// [s] The same for a velocity that follows its position, as filtered velocities do: `velocity_lag` ends there.
+pub const LATE_VELOCITY: f64 = LONGEST_LAG;
 /// [s] Largest lag that is tried.
 const LONGEST: f64 = 0.5;
 

@@ -35,6 +35,8 @@ mod time_base;
 mod velocity;
 mod words;
 
+use std::borrow::Cow;
+
 use crate::diagnose::options::Options;
 pub use crate::diagnose::result::Mistake;
 use crate::diagnose::result::{Diagnosis, Method, Parts};
@@ -46,6 +48,9 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     if model.joints.is_empty() {
         return Vec::new();
     }
+    // Nothing is known of a pause: its two sides are checked like two sessions.
+    let parts: Vec<Cow<TimeSeries>> = sessions.iter().flat_map(|session| session.uninterrupted()).collect();
+    let sessions: &[&TimeSeries] = &parts.iter().map(AsRef::as_ref).collect::<Vec<_>>();
     if let Some(mistake) = time_base::found(model, sessions) {
         return vec![mistake];
     }

@@ -3,10 +3,11 @@
 use super::balance;
 use super::change::Change;
 use super::kinematics;
-use super::kinematics::{FAR, LATE, Ratio};
+use super::kinematics::{FAR, LATE, LATE_VELOCITY, Ratio};
 use super::meaning::{Meaning, SAME, meaning};
 use super::{rows, words};
 use crate::diagnose::result::Mistake;
+use crate::drive::Sensing;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
@@ -80,7 +81,10 @@ fn late(model: &Model, _sessions: &[&TimeSeries], ratios: &[Option<(Channel, Rat
         let (channel, ratio) = (*found)?;
         let left = |correlation: f64| 1.0 - correlation * correlation;
         let clear = channel == Channel::Velocity && left(ratio.at_lag) < BETTER * left(ratio.correlation);
-        (clear && ratio.lag.abs() >= LATE).then(|| words::late_velocity(model, joint, &ratio))
+        // Without a sign of its own, the current takes that of the velocity: a late one turns it around reversals.
+        let signs = model.joints[joint].current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
+        let least = if ratio.lag > 0.0 && !signs { LATE_VELOCITY } else { LATE };
+        (clear && ratio.lag.abs() >= least).then(|| words::late_velocity(model, joint, &ratio))
     };
     ratios.iter().enumerate().filter_map(of_joint).collect()
 }

@@ -7,13 +7,15 @@
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::kernel::Kernel;
 use crate::diagnose::rows::observe::motor_torque;
+use crate::diagnose::rows::sampling::Sampling;
 use crate::timeseries::TimeSeries;
 
 /// RMS error of each row, `floor[joint][row]`.
 pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Vec<Vec<f64>> {
     let motion = &problem.motion;
-    // The interval of a session is the median over all its samples: compute it once, not in every row.
-    let interval: Vec<f64> = sessions.iter().map(|session| session.sample_interval()).collect();
+    // The mean distance of samples decides how many a kernel averages. It needs all samples: compute it once, not in every row.
+    let mean = |session: &&TimeSeries| Sampling::new(&session.time, session.sample_interval()).mean();
+    let interval: Vec<f64> = sessions.iter().map(mean).collect();
     let mut floors = Vec::new();
     for (joint, model) in motion.model.joints.iter().enumerate() {
         let count = model.encoder_step();

@@ -122,7 +122,7 @@ pub fn strongest_line(problem: &Problem, joint: usize, values: &[f64]) -> Option
 fn spectrum(problem: &Problem, joint: usize, values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let motion = &problem.motion;
     let spacing = (1..motion.rows())
-        .filter(|row| motion.session[*row] == motion.session[row - 1])
+        .filter(|row| motion.part[*row] == motion.part[row - 1])
         .map(|row| motion.time[row] - motion.time[row - 1])
         .fold(0.0, f64::max);
     let count = ((0.5 / spacing.max(1e-6) * WINDOW) as usize).clamp(1, FREQUENCIES);
@@ -131,9 +131,8 @@ fn spectrum(problem: &Problem, joint: usize, values: &[f64]) -> (Vec<f64>, Vec<f
     let mut first = 0;
     while first < motion.rows() {
         let end = |from: usize, length: f64| {
-            let same = |row: &usize| {
-                motion.session[*row] == motion.session[from] && motion.time[*row] < motion.time[from] + length
-            };
+            let same =
+                |row: &usize| motion.part[*row] == motion.part[from] && motion.time[*row] < motion.time[from] + length;
             (from..motion.rows()).take_while(same).last().map_or(from + 1, |row| row + 1)
         };
         let rows = first..end(first, WINDOW);

@@ -30,8 +30,9 @@ fn braking(model: &Model, joint: usize, session: &TimeSeries) -> f64 {
     let span = (BRAKING / dt).round().max(1.0) as usize;
     // From q(t − T) = q − a T²/2.
     let deceleration = |turn: usize| {
-        let before = position[turn.saturating_sub(span)];
-        2.0 * (position[turn] - before).abs() / (span as f64 * dt).powi(2)
+        let before = turn.saturating_sub(span);
+        let time = if before + span == turn { session.time[turn] - session.time[before] } else { span as f64 * dt };
+        2.0 * (position[turn] - position[before]).abs() / time.powi(2)
     };
     let turns = backlash::find_reversals(position, model.encoder_step());
     let mut found: Vec<f64> = turns.iter().map(|reversal| deceleration(reversal.turn)).collect();

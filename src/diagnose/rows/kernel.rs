@@ -70,6 +70,16 @@ impl Kernel {
     }
 }
 
+/// `K(s)` of `w = 1`, |s| ≤ 1.
+pub fn density(s: f64) -> f64 {
+    15.0 / 16.0 * (1.0 - s * s).powi(2)
+}
+
+/// `K'(s)` of `w = 1`, |s| ≤ 1.
+pub fn density_slope(s: f64) -> f64 {
+    -15.0 / 4.0 * s * (1.0 - s * s)
+}
+
 /// Share of the kernel before `x = s/w`, 0 to 1.
 pub fn share_before(x: f64) -> f64 {
     let x = x.clamp(-1.0, 1.0);

@@ -2,9 +2,13 @@
 //!
 //! The kernel of a row is as narrow as the encoder allows. Quantisation of step `δ` causes the acceleration noise
 //! `σ_a ≈ 6.7/w² · δ/√12 · √(max(Δt, δ/|v|)/(2 w))`, which the inertia turns into torque. `w` is chosen so that this noise is a fixed share
-//! of the torque, between 6 ms and 200 ms. The kernel is narrow with a fine encoder and wide at low speed.
+//! of the torque, between 6 ms and 200 ms. The kernel is narrow with a fine encoder and wide at low speed. Widths, distances and weights are
+//! those of the true times of the samples, see [`Sampling`]; no kernel reaches across a pause.
+
+use std::ops::Range;
 
 use super::kernel::{Kernel, share_before};
+use super::sampling::Sampling;
 use crate::drive::Sensing;
 use crate::effects::{JointMotion, Motion};
 use crate::error::{Error, Place, Result};
@@ -105,6 +109,7 @@ pub fn observe<'a>(
         sessions: sessions.len(),
         start: sessions.iter().map(|session| session.time.first().copied().unwrap_or(0.0)).collect(),
         session: Vec::new(),
+        part: Vec::new(),
         time: Vec::new(),
         half_width: Vec::new(),
         joints: vec![JointMotion::default(); dof],
@@ -116,17 +121,19 @@ pub fn observe<'a>(
         let dt = session.sample_interval();
         // A coarse recording has few samples in a kernel, but never fewer than a kernel needs.
         let widest = reach(HALF_WIDTHS[1], dt);
-        if dt.is_nan() || dt <= 0.0 || session.len() < 4 * widest {
+        let sampling = Sampling::new(&session.time, dt);
+        let longest = sampling.parts.iter().map(std::ops::Range::len).max().unwrap_or(0);
+        if dt.is_nan() || dt <= 0.0 || longest < 4 * widest {
             return Err(Error::TooLittleData {
                 quantity: "motion",
                 joint: session.name.clone(),
-                found: session.len(),
-                unit: "samples",
+                found: longest,
+                unit: "samples without a pause",
                 needed: 4 * widest,
-                advice: "record at least a second at a constant sample interval",
+                advice: "record at least a second without a pause",
             });
         }
-        append(&mut motion, number, session, &signals, &asked);
+        append(&mut motion, (number, session), &sampling, &signals, &asked);
         drop(signals);
         give_back_memory();
     }
@@ -174,23 +181,31 @@ struct Widths<'s> {
     rough: Kernel,
     /// [s] The narrowest that this machine can need.
     narrowest: f64,
-    /// [s] Sampling interval.
-    dt: f64,
+    sampling: &'s Sampling<'s>,
 }
 
 impl<'s> Widths<'s> {
-    /// For a session whose first and last `edge` samples get no row.
-    fn new(model: &'s Model, signals: &'s Signals<'s>, asked: &Request<'s>, dt: f64, edge: usize) -> Self {
-        let rough = rough(dt);
+    /// For a session in which samples nearer than `edge` [s] to the ends of their part get no row.
+    fn new(
+        model: &'s Model,
+        signals: &'s Signals<'s>,
+        asked: &Request<'s>,
+        sampling: &'s Sampling<'s>,
+        edge: f64,
+    ) -> Self {
+        let rough = rough(sampling.median);
         let speeds = |q: &&[f64]| {
-            let rates = (edge..q.len() - edge).step_by(16).map(|i| rough.averages(q, i).rate.abs());
-            rates.fold(0.0, f64::max)
+            let of_part = |(number, part): (usize, &Range<usize>)| {
+                let inner = sampling.inner(part, edge).step_by(16);
+                inner.map(|i| sampling.window(&rough, i, number).averages(q).rate.abs()).fold(0.0, f64::max)
+            };
+            sampling.parts.iter().enumerate().map(of_part).fold(0.0, f64::max)
         };
         let fastest: Vec<f64> = signals.position.iter().map(speeds).collect();
         let rest = fastest.iter().enumerate().map(|(joint, fastest)| rest_speed(model, joint, *fastest)).collect();
         let noise = signals.torque.iter().map(|torque| asked.noise_share * root_mean_square(torque)).collect();
         let mut widths =
-            Self { model, signals, inertia: asked.inertia, noise, rest, rough, narrowest: HALF_WIDTHS[0], dt };
+            Self { model, signals, inertia: asked.inertia, noise, rest, rough, narrowest: HALF_WIDTHS[0], sampling };
         for (joint, fastest) in fastest.iter().enumerate() {
             widths.narrowest = widths.narrowest.max(widths.wanted(joint, *fastest));
         }
@@ -200,14 +215,15 @@ impl<'s> Widths<'s> {
     /// [s] Of one joint at a speed.
     fn wanted(&self, joint: usize, speed: f64) -> f64 {
         let step = self.model.joints[joint].encoder_step();
-        wanted_half_width(step, speed, self.inertia[joint], self.noise[joint], self.dt)
+        wanted_half_width(step, speed, self.inertia[joint], self.noise[joint], self.sampling.median)
     }
 
-    /// [s] Of the row at a sample: the widest that a moving joint needs.
-    fn at(&self, centre: usize) -> f64 {
+    /// [s] Of the row at a sample of a part: the widest that a moving joint needs.
+    fn at(&self, centre: usize, part: usize) -> f64 {
         let mut width = self.narrowest;
+        let window = self.sampling.window(&self.rough, centre, part);
         for (joint, rest) in self.rest.iter().enumerate() {
-            let speed = self.rough.averages(self.signals.position[joint], centre).rate.abs();
+            let speed = window.averages(self.signals.position[joint]).rate.abs();
             if speed > *rest {
                 width = width.max(self.wanted(joint, speed));
             }
@@ -227,29 +243,37 @@ fn ladder(dt: f64) -> Vec<Kernel> {
     widths.take_while(|width| *width < HALF_WIDTHS[1]).map(|width| Kernel::new(reach(width, dt), dt)).collect()
 }
 
-/// Appends the rows of the session of this number.
-fn append(motion: &mut Motion, number: usize, session: &TimeSeries, signals: &Signals<'_>, asked: &Request) {
-    let dt = session.sample_interval();
+/// Appends the rows of a session, given with its number.
+fn append(
+    motion: &mut Motion,
+    (number, session): (usize, &TimeSeries),
+    sampling: &Sampling,
+    signals: &Signals<'_>,
+    asked: &Request,
+) {
+    let dt = sampling.median;
     let ladder = ladder(dt);
-    let edge = ladder.last().map_or(rough(dt).reach, |kernel| kernel.reach) + 1;
-    let widths = Widths::new(motion.model, signals, asked, dt, edge);
+    let edge = ladder.last().map_or(rough(dt).half_width, |kernel| kernel.half_width);
+    let widths = Widths::new(motion.model, signals, asked, sampling, edge);
+    let parts_before = motion.part.last().map_or(0, |last| last + 1);
     // The narrowest kernel that this machine can need sets the distance of the rows.
     let step = ((ROW_SPACING * widths.narrowest).max(asked.shortest_step) / dt).round().max(1.0) as usize;
-    for centre in (edge..session.len() - edge).step_by(step) {
-        let width = widths.at(centre);
+    for (centre, part) in sampling.centres(edge, step) {
+        let width = widths.at(centre, part);
         let rung = ladder.partition_point(|kernel| kernel.half_width < width).min(ladder.len() - 1);
-        let kernel = &ladder[rung];
+        let window = sampling.window(&ladder[rung], centre, part);
         motion.session.push(number);
+        motion.part.push(parts_before + part);
         motion.time.push(session.time[centre]);
-        motion.half_width.push(kernel.half_width);
+        motion.half_width.push(window.half_width());
         for (joint, rest) in widths.rest.iter().enumerate() {
-            let position = kernel.averages(signals.position[joint], centre);
-            let torque = kernel.averages(&signals.torque[joint], centre);
+            let position = window.averages(signals.position[joint]);
+            let torque = window.averages(&signals.torque[joint]);
             let row = &mut motion.joints[joint];
             row.q.push(position.value);
             row.v.push(position.rate);
             row.a.push(position.curvature);
-            row.direction.push(direction(position.rate, position.curvature, kernel.half_width, *rest));
+            row.direction.push(direction(position.rate, position.curvature, window.half_width(), *rest));
             row.torque.push(torque.value);
             row.torque_rate.push(torque.rate);
             row.has_current = signals.has_current[joint];

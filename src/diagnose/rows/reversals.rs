@@ -18,7 +18,7 @@ pub fn since_reversal(motion: &Motion, joint: usize) -> Vec<f64> {
     let mut last: Option<(usize, f64)> = None;
     let mut turned: Option<f64> = None;
     for row in 0..motion.rows() {
-        if row > 0 && motion.session[row] != motion.session[row - 1] {
+        if row > 0 && motion.part[row] != motion.part[row - 1] {
             (last, turned) = (None, None);
         }
         let v = m.v[row];
@@ -53,7 +53,7 @@ pub fn rests(motion: &Motion, joint: usize) -> Vec<f64> {
     let mut rests = Vec::new();
     let mut since: Option<usize> = None;
     for row in 0..motion.rows() {
-        if since.is_some_and(|since| motion.session[since] != motion.session[row]) {
+        if since.is_some_and(|since| motion.part[since] != motion.part[row]) {
             since = None;
         }
         match (m.v[row].abs() < rest, since) {

@@ -145,9 +145,8 @@ fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64], doubt: [f64
 /// Running mean, so that noise of the acceleration does not change flanks.
 fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
     let (mut first, mut last, mut sum) = (0, 0, 0.0);
-    let near = |a: usize, b: usize| {
-        motion.session[a] == motion.session[b] && (motion.time[a] - motion.time[b]).abs() <= SETTLING
-    };
+    let near =
+        |a: usize, b: usize| motion.part[a] == motion.part[b] && (motion.time[a] - motion.time[b]).abs() <= SETTLING;
     (0..values.len())
         .map(|row| {
             while last < values.len() && (last <= row || near(last, row)) {

@@ -24,6 +24,8 @@ mod transmission;
 mod truncated;
 mod window;
 
+use std::borrow::Cow;
+
 pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, ReversalGap};
 pub use reversal::{Reversal, find_reversals};
 
@@ -73,7 +75,8 @@ fn identify_from(
     friction: &Friction,
     known: Known,
 ) -> Result<BacklashIdentification> {
-    let sessions: Vec<Session> = data.iter().filter_map(|series| Session::of(model, joint, series)).collect();
+    let parts: Vec<Cow<TimeSeries>> = data.iter().flat_map(|series| series.uninterrupted()).collect();
+    let sessions: Vec<Session> = parts.iter().filter_map(|series| Session::of(model, joint, series)).collect();
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
     let fit =

@@ -14,7 +14,7 @@ use super::machine::{GEAR_RATIO, Machine, around};
 pub type Drawn = Vec<(&'static str, f64)>;
 
 /// Every effect that can be hidden, by name.
-pub const EFFECTS: [&str; 26] = [
+pub const EFFECTS: [&str; 27] = [
     "base_tilt",
     "cable_spring",
     "cogging",
@@ -40,6 +40,7 @@ pub const EFFECTS: [&str; 26] = [
     "torque_constant_error",
     "torque_ripple",
     "transmission_error",
+    "velocity_lag",
     "viscous_asymmetry",
 ];
 
@@ -71,6 +72,11 @@ pub fn of_joint(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Mac
         | "external_contact"
         | "rotor_inertia"
         | "torque_constant_error" => of_torque(rng, effect, strength, joint),
+        // As the channel of a small servo: 20 ms, or as much of a filter.
+        "velocity_lag" => {
+            let lag = if rng.random_bool(0.5) { "delay" } else { "time_constant" };
+            vec![(lag, 0.02 * strength)]
+        }
         _ => of_friction(rng, effect, strength, machine, joint),
     }
 }

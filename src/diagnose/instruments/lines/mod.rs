@@ -6,7 +6,8 @@
 //! A line is named if the training sessions together show it beyond chance, equally in slow and fast motion, and if it gains on held-out
 //! data. A torque that depends on an angle changes its frequency with speed, and a limit cycle of the loop changes its amplitude.
 //! The line is then subtracted from the recorded torque, so that all later stages see a machine without it.
-//! Left out: joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own.
+//! Left out: samples at uneven times, because interpolation between them makes lines of its own (linear interpolation attenuates a line at `f`
+//! by up to `(π f Δt)²/2`, and position and torque unlike); joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own.
 //! Reference: P. D. Welch (1967), The use of fast Fourier transform for the estimation of power spectra; S. M. Kay (1993), Fundamentals
 //! of Statistical Signal Processing I, sec. 3.11 (bounds of amplitude, phase and frequency).
 
@@ -25,6 +26,7 @@ use crate::diagnose::instruments::{Instrument, Measurement, Recordings};
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::observe;
+use crate::diagnose::rows::sampling::Sampling;
 use crate::diagnose::rows::side_by_side::side_by_side;
 use crate::drive::Sensing;
 use crate::effects::Phenomenon;
@@ -100,10 +102,17 @@ fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(us
     all.into_iter().zip(own).filter(|(_, own)| *own).map(|(line, _)| line).collect()
 }
 
-/// The sessions, or both parts of each session if none is held out; training pieces come first.
+/// The sessions, or both parts of each session if none is held out, where their samples lie at even times; training pieces come first.
 fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Vec<Piece> {
     let all = sessions.iter().enumerate().flat_map(|(number, session)| {
-        division.parts(number).into_iter().filter_map(move |(part, held)| Piece::new(model, joint, session, part, held))
+        let sampling = Sampling::new(&session.time, session.sample_interval());
+        let of_part = |(part, held): ([f64; 2], bool)| {
+            let [first, last] = part.map(|place| (place * session.len() as f64) as usize);
+            let runs = sampling.even_runs(first..last).into_iter();
+            let long = runs.filter(|run| run.len() as f64 * sampling.median > piece::SHORTEST_RUN);
+            long.filter_map(move |run| Piece::new(model, joint, session, run, held)).collect::<Vec<_>>()
+        };
+        division.parts(number).into_iter().flat_map(of_part).collect::<Vec<_>>()
     });
     let mut all: Vec<Piece> = all.collect();
     all.sort_by_key(|piece| piece.held_out);

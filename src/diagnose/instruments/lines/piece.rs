@@ -8,6 +8,7 @@
 use nalgebra::DMatrix;
 use rustfft::num_complex::Complex;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use crate::diagnose::rows::observe::motor_torque;
 use crate::dynamics::Dynamics;
@@ -25,6 +26,8 @@ const AROUND: f64 = 0.1;
 /// [s] Length of the cosine at the ends of an interval, and shortest interval.
 const RISE: f64 = 0.1;
 const SHORTEST: f64 = 0.3;
+/// [s] Length of samples from which an interval can be left.
+pub const SHORTEST_RUN: f64 = 2.0 * AROUND + SHORTEST;
 /// [s] `h`.
 const DIFFERENCE: f64 = 2e-3;
 /// Number of postures of the arm that are used.
@@ -62,8 +65,8 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// The samples `from..to` (0 to 1) of a session; `None` where a channel is missing or the joint hardly moves.
-    pub fn new(model: &Model, joint: usize, session: &TimeSeries, part: [f64; 2], held_out: bool) -> Option<Self> {
+    /// These samples of a session, at even times; `None` where a channel is missing or the joint hardly moves.
+    pub fn new(model: &Model, joint: usize, session: &TimeSeries, part: Range<usize>, held_out: bool) -> Option<Self> {
         let series = session.joint(&model.joints[joint].name)?;
         let q = series.get(Channel::Position)?;
         let (tau, _) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
@@ -71,7 +74,7 @@ impl Piece {
         if dt.is_nan() || dt <= 0.0 {
             return None;
         }
-        let [first, last] = part.map(|part| (part * q.len() as f64) as usize);
+        let Range { start: first, end: last } = part;
         let lag = ((DIFFERENCE / dt).round() as usize).max(1);
         let reach = ((SPEED_WIDTH / dt) as usize).max(1);
         let edge = reach.max(lag);

@@ -22,7 +22,7 @@ pub struct Path {
     pub joint: usize,
     /// `h` [s] Time between instants.
     pub step: f64,
-    /// Sessions with their instants.
+    /// Uninterrupted parts of sessions with their instants.
     pub spans: Vec<Span>,
     /// `θ` [rad or m].
     pub theta: Vec<f64>,
@@ -40,7 +40,7 @@ pub struct Path {
     pub dry: Vec<f64>,
 }
 
-/// Instants of a session.
+/// Instants of a session between two pauses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
     /// Index of the session.
@@ -69,7 +69,7 @@ fn step(motion: &Motion) -> f64 {
 }
 
 impl Path {
-    /// The path of a joint in sessions, in the order of the motion's sessions.
+    /// The path of a joint in sessions, in the order of the motion's sessions; a pause of a recording begins a new span.
     pub fn new(motion: &Motion, joint: usize, sessions: &[&TimeSeries]) -> Self {
         let step = step(motion);
         // Reserve the memory, so that growing signals are not copied.
@@ -81,8 +81,8 @@ impl Path {
         let inertia = inertia_at_rows(motion, joint);
         let mut first = 0;
         while first < motion.rows() {
-            let session = motion.session[first];
-            let end = (first..motion.rows()).find(|row| motion.session[*row] != session).unwrap_or(motion.rows());
+            let (session, part) = (motion.session[first], motion.part[first]);
+            let end = (first..motion.rows()).find(|row| motion.part[*row] != part).unwrap_or(motion.rows());
             let name = &motion.model.joints[joint].name;
             let recorded = sessions[session].joint(name).and_then(|series| series.get(Channel::Position));
             let edges = recorded.map_or(Vec::new(), |position| edges(&sessions[session].time, position));
@@ -94,8 +94,7 @@ impl Path {
 
     /// Approximate number of instants of the path of a joint.
     pub fn instants(motion: &Motion) -> usize {
-        let steps =
-            motion.time.windows(2).zip(motion.session.windows(2)).filter(|(_, session)| session[0] == session[1]);
+        let steps = motion.time.windows(2).zip(motion.part.windows(2)).filter(|(_, part)| part[0] == part[1]);
         (steps.map(|(time, _)| time[1] - time[0]).sum::<f64>() / step(motion)) as usize
     }
 
@@ -143,7 +142,8 @@ impl Path {
         let mut windows = Windows { first: Vec::new(), ends: Vec::new(), weights: Vec::new() };
         for row in rows {
             let (t, w) = (motion.time[*row], motion.half_width[*row]);
-            let span = self.spans.iter().find(|span| span.session == motion.session[*row]);
+            let covers = |span: &&Span| span.session == motion.session[*row] && t <= span.time(span.end);
+            let span = self.spans.iter().find(covers);
             let Some(span) = span else {
                 windows.first.push(0);
                 windows.ends.push(windows.weights.len());

@@ -82,11 +82,11 @@ fn around_turns(motion: &Motion, joint: usize, travel: f64) -> Vec<usize> {
     let heading = |row: usize| if m.v[row].abs() < rest { 0 } else { m.v[row].signum() as i8 };
     let mut taken = vec![false; motion.rows()];
     for row in 1..motion.rows() {
-        let turns = heading(row) != heading(row - 1) && motion.session[row] == motion.session[row - 1];
+        let turns = heading(row) != heading(row - 1) && motion.part[row] == motion.part[row - 1];
         if !turns {
             continue;
         }
-        let same = |other: &usize| motion.session[*other] == motion.session[row];
+        let same = |other: &usize| motion.part[*other] == motion.part[row];
         let w = motion.half_width[row];
         for other in (0..row).rev().take_while(same).take_while(|o| motion.time[*o] > motion.time[row] - AROUND[0] - w)
         {

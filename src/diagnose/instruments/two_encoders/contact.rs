@@ -53,7 +53,7 @@ fn settled(problem: &Problem, side: &[f64], row: usize) -> bool {
     let near = |other: usize| {
         let after = motion.time[other] - motion.time[row];
         let half = motion.half_width[row];
-        motion.session[other] == motion.session[row] && (-half - SETTLING..=half).contains(&after)
+        motion.part[other] == motion.part[row] && (-half - SETTLING..=half).contains(&after)
     };
     let alike = |other: usize| side[other] == side[row];
     side[row] != 0.0

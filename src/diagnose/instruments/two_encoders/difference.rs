@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::contact::contact;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::kernel::Kernel;
+use crate::diagnose::rows::sampling::Sampling;
 use crate::robot::Masses;
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::JointKind;
@@ -55,6 +56,18 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
     for (number, session) in sessions.iter().enumerate() {
         let Some(link) = recorded(session, &model.name) else { continue };
         let dt = session.sample_interval();
+        let sampling = Sampling::new(&session.time, dt);
+        if sampling.uneven_share() > 0.0 {
+            // At uneven times, the kernel's centre moves by the delay.
+            for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && contact[*row]) {
+                let Some(window) = sampling.around_time(motion.time[row] + lag, motion.half_width[row]) else {
+                    continue;
+                };
+                rows.push(row);
+                ahead.push(m.q[row] - window.averages(link).value);
+            }
+            continue;
+        }
         let link = shifted(link, lag / dt);
         for row in (0..motion.rows()).filter(|row| motion.session[*row] == number && contact[*row]) {
             let centre = session.time.partition_point(|time| *time < motion.time[row]);
