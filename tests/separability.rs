@@ -18,7 +18,8 @@ const URDF: &str = r#"<robot name="arm"><link name="base"/>
 </robot>"#;
 const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"arm\"\nurdf = \"arm.urdf\"\n[joints.joint1]\ngear_ratio = 5.0\n\
     rotor_inertia = 0.0008\ngear_stiffness = 3000.0\ngear_damping = 2.0\nbacklash = 0.0\n[joints.joint1.motor]\ntorque_constant = 0.02\n\
-    [joints.joint1.friction]\ncoulomb = 0.4\nbreakaway = 0.4\nstribeck_velocity = 0.05\nviscous = 0.3\n";
+    [joints.joint1.friction]\ncoulomb = 0.4\nbreakaway = 0.4\nstribeck_velocity = 0.05\nviscous = 0.3\n\
+    [accuracy]\nmasses = 0.0\ncentres = 0.0\ninertias = 0.0\ntorque_constants = 0.0\nrotor_inertias = 0.0\n";
 /// [N·m/A]
 const TORQUE_PER_AMPERE: f64 = 0.1;
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use lostmotion::dynamics::Dynamics;
 use lostmotion::effects::{self, Action, JointState};
-use lostmotion::robot::{EffectEntry, Model};
+use lostmotion::robot::{Accuracy, EffectEntry, Model};
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -43,7 +43,8 @@ pub fn arm(with_friction: bool) -> Model {
     };
     let text =
         format!("schema = \"lostmotion/model/1\"\nname = \"arm\"\nurdf = \"arm.urdf\"\n{}{}", joint(0), joint(1));
-    Model::from_texts(&text, URDF, Path::new("model.toml")).expect("a good model")
+    let model = Model::from_texts(&text, URDF, Path::new("model.toml")).expect("a good model");
+    Model { accuracy: Accuracy::EXACT, ..model }
 }
 
 /// [s]

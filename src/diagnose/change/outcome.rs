@@ -192,7 +192,8 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
     let friction: Vec<SymmetricFriction> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let rotors: Vec<Option<f64>> = parts.baseline_model.joints.iter().map(|joint| joint.rotor_inertia).collect();
     let (gaps_were, gaps_are, friction_is) = (values(before), values(now), friction_now(problem, &changes));
-    let then = Identified { factors: &factors, friction: &friction, rotors: &rotors, gaps: &gaps_were, shares: &shares };
+    let then =
+        Identified { factors: &factors, friction: &friction, rotors: &rotors, gaps: &gaps_were, shares: &shares };
     let today = Identified { friction: &friction_is, gaps: &gaps_are, ..then };
     let was = extend::with_baseline(&model, &then);
     let mut was = extend::with_effects(&model, &was, &factors, &old, catalogue);

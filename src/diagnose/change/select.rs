@@ -89,7 +89,7 @@ pub fn select(
         progress("trying changes", 0.4 + 0.4 * round as f64 / (rules.most + 1) as f64);
         problem.count_independent(&all(&shared, &taken), &fitted);
         let terms: Vec<Term> = all(&shared, &taken).into_iter().cloned().collect();
-        let found = candidates(problem, &terms, &|evidence| evidence.is_enough(&rules));
+        let found = candidates(problem, &terms, &rules);
         if round == 0 {
             first_round = outlines(found.iter());
         }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{FOLDS, Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::Solution;
 use crate::diagnose::options::Rules;
@@ -27,6 +28,13 @@ impl Prediction {
     /// The evidence for this model against a simpler one of the same joints. The number of independent rows is taken from the errors of this model, because
     /// an effect that is not modelled makes correlated errors. A joint without a new prediction gives no evidence.
     pub fn against(&self, before: &Self) -> Vec<Evidence> {
+        let mut evidence = self.of_rows(before);
+        self.add_prior(before, &mut evidence);
+        evidence
+    }
+
+    /// The evidence from the rows alone.
+    fn of_rows(&self, before: &Self) -> Vec<Evidence> {
         let mut evidence = vec![Evidence::default(); self.folds.len()];
         for joint in self.joints.iter().copied() {
             evidence[joint] = Evidence {
@@ -34,11 +42,15 @@ impl Prediction {
                 log_scale: (before.scale[joint] / self.scale[joint]).ln(),
             };
         }
-        // Deviations of the nominal model that are less improbable with this model count once, for the joint that gains most.
-        if let Some(most) = evidence.iter_mut().max_by(|a, b| a.nats.total_cmp(&b.nats)) {
-            most.nats += before.prior_loss - self.prior_loss;
-        }
         evidence
+    }
+
+    /// Adds that deviations of the nominal model are less improbable with this model: once, to the joint that gains most.
+    fn add_prior(&self, before: &Self, evidence: &mut [Evidence]) {
+        let most = self.joints.iter().copied().max_by(|a, b| evidence[*a].nats.total_cmp(&evidence[*b].nats));
+        if let Some(most) = most {
+            evidence[most].nats += before.prior_loss - self.prior_loss;
+        }
     }
 
     /// Gain on rows that were left out, limited to the gain on the rows of the fit. More than that only shows that the simpler model,
@@ -70,15 +82,31 @@ pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
     prediction(problem, terms, &problem.fit_loosely(terms, Part::Train)?)
 }
 
-/// Logarithm of the fall of each joint's error from a fit without a term to the fit with it, where the nominal model deviates as in the latter:
-/// deviations may imitate a term, at a price that the evidence contains. 0 for joints that were not fitted.
-pub fn fall_beside(problem: &Problem, without: &[&Term], with: &Fitted) -> Option<Vec<f64>> {
-    let without = problem.fit_beside(without, with)?;
-    let of_joint = |joint: usize| {
-        let fall = (without.solution.scale[joint] / with.solution.scale[joint]).ln();
-        if with.joints.contains(&joint) { fall } else { 0.0 }
-    };
-    Some((0..problem.baseline.len()).map(of_joint).collect())
+/// The evidence for terms whose prediction `after` belongs to the loose fit `with`, against the prediction `before` of the terms `without`.
+///
+/// Deviations of the nominal model may imitate a term, at a price: the loss of their prior. So an error counts as lowered by as much as it rises
+/// without the term at the same deviations. Evidence from the rows counts where the error falls by more than `least_fall` (logarithm) even though
+/// the deviations are fitted again: below that the laws of friction are wrong themselves.
+pub fn weighed(
+    problem: &Problem,
+    without: &[&Term],
+    with: &Fitted,
+    [before, after]: [&Prediction; 2],
+    least_fall: f64,
+) -> Option<Vec<Evidence>> {
+    let mut evidence = after.of_rows(before);
+    if with.inertial != Treated::Fixed {
+        let held = problem.fit_beside(without, with)?;
+        for joint in with.joints.iter().copied() {
+            let evidence = &mut evidence[joint];
+            if evidence.log_scale <= least_fall {
+                evidence.nats = evidence.nats.min(0.0);
+            }
+            evidence.log_scale = (held.solution.scale[joint] / with.solution.scale[joint]).ln();
+        }
+    }
+    after.add_prior(before, &mut evidence);
+    Some(evidence)
 }
 
 /// As [`predict`], with a given loose fit of all training rows, for the joints of that fit.

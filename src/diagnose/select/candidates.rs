@@ -1,6 +1,6 @@
 //! Candidates: each effect of the catalogue where it can act, with its best shape and its evidence.
 
-use crate::diagnose::evidence::prediction::{Evidence, Prediction, fall_beside, prediction};
+use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
 use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::options::Rules;
 use rayon::prelude::*;
@@ -74,6 +74,8 @@ struct Search<'p, 'm> {
     fitted: &'p Fitted,
     /// Predictions without any candidate, by the joints that are fitted together.
     before: &'p [(Vec<usize>, Prediction)],
+    /// [1] Fall of an error's logarithm below which rows give no evidence beside free deviations.
+    least_fall: f64,
 }
 
 impl Search<'_, '_> {
@@ -212,13 +214,14 @@ fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// All candidates beside the terms of the model, each with its best shapes, by decreasing evidence.
-/// An effect of a joint is combined over the joints where `enough` holds.
-pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence) -> bool + Sync)) -> Vec<Candidate> {
+/// An effect of a joint is combined over the joints where the rules accept it.
+pub fn candidates(problem: &Problem, terms: &[Term], rules: &Rules) -> Vec<Candidate> {
+    let enough = |evidence: &Evidence| evidence.is_enough(rules);
     let own: Vec<&Term> = terms.iter().collect();
     let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
     let places = places(problem, terms);
     let Some(before) = without_any(problem, &own, &loose, &places) else { return Vec::new() };
-    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before };
+    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before, least_fall: rules.log_scale };
     let found: Vec<Option<Candidate>> =
         places.par_iter().map(|(effect, joints)| assess(&search, *effect, joints)).collect();
     let mut gathered: Vec<Candidate> = Vec::new();
@@ -246,8 +249,30 @@ pub fn candidates(problem: &Problem, terms: &[Term], enough: &(dyn Fn(&Evidence)
             None => gathered.push(candidate),
         }
     }
+    if loose.inertial != Treated::Fixed {
+        gathered
+            .iter_mut()
+            .filter(|candidate| candidate.terms.len() > 1)
+            .for_each(|candidate| together(&search, candidate));
+    }
     gathered.sort_by(|a, b| b.total().total_cmp(&a.total()));
     gathered
+}
+
+/// The evidence for an effect on several joints, fitted at once. Each joint alone counts the same deviations of the nominal model as explained. What
+/// a joint paid for its shapes stays paid.
+fn together(search: &Search, candidate: &mut Candidate) {
+    let problem = search.problem;
+    let mut terms = search.terms.clone();
+    terms.extend(&candidate.terms);
+    let Some(fitted) = problem.fit_loosely(&terms, Part::Train) else { return };
+    let Some(after) = prediction(problem, &terms, &fitted) else { return };
+    let pair = [&search.before[0].1, &after];
+    let Some(joint) = weighed(problem, &search.terms, &fitted, pair, search.least_fall) else { return };
+    for (alone, together) in candidate.evidence.iter_mut().zip(joint) {
+        alone.nats = alone.nats.min(together.nats);
+        alone.log_scale = together.log_scale;
+    }
 }
 
 /// Predictions without a candidate: of all joints, and where deviations of the model are fitted, of the joints that each candidate is fitted to.
@@ -308,11 +333,9 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
     let sensible = is_sensible(search.problem, &term, &coefficients);
     // A term that gains nothing on the rows of the fit needs no cross-validation.
     if training_gain > LEAST_GAIN {
-        evidence = prediction(search.problem, &terms, &fitted)?.against(search.before(joints));
-        if fitted.inertial != Treated::Fixed {
-            let falls = fall_beside(search.problem, &search.terms, &fitted)?;
-            evidence.iter_mut().zip(falls).for_each(|(evidence, fall)| evidence.log_scale = fall);
-        }
+        let after = prediction(search.problem, &terms, &fitted)?;
+        let pair = [search.before(joints), &after];
+        evidence = weighed(search.problem, &search.terms, &fitted, pair, search.least_fall)?;
         evidence[joints[0]].nats -= (shapes as f64).ln();
         evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);
     }

@@ -78,7 +78,7 @@ pub fn part(effects: Vec<FoundEffect>, catalogue: &Catalogue) -> Findings {
 fn strength(problem: &Problem, selection: &Selection) -> Vec<f64> {
     let of_taken = |index: usize| {
         let taken = &selection.taken[index];
-        let evidence = evidence_beside(problem, &selection.taken, index).unwrap_or_else(|| taken.evidence.clone());
+        let evidence = evidence_beside(problem, &selection.taken, index, 0.0).unwrap_or_else(|| taken.evidence.clone());
         let of_term = |term: &Term| term.joints.iter().map(|joint| evidence[*joint].nats).sum::<f64>();
         taken.terms.iter().map(of_term).collect::<Vec<f64>>()
     };

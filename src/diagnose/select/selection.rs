@@ -6,7 +6,7 @@
 //! fewer parameters is taken. Held-out data are not used.
 
 use super::candidates::{Candidate, candidates};
-use crate::diagnose::evidence::prediction::{Evidence, fall_beside, predict, prediction};
+use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weighed};
 use crate::diagnose::fit::baseline::JointBaseline;
 use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
@@ -105,7 +105,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             progress("trying effects", (pass + taken.len()).min(rules.most) as f64 / (rules.most + 1) as f64);
             let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
             problem.count_independent(&terms.iter().collect::<Vec<_>>(), &fitted);
-            let found = candidates(problem, &terms, &|evidence| evidence.is_enough(rules));
+            let found = candidates(problem, &terms, rules);
             if first_round.is_empty() {
                 first_round.clone_from(&found);
             }
@@ -154,7 +154,7 @@ fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option
             .filter(|(other, _)| *other != index)
             .flat_map(|(_, taken)| taken.terms.clone())
             .collect();
-        let mut found = candidates(problem, &others, &|evidence| evidence.is_enough(rules));
+        let mut found = candidates(problem, &others, rules);
         let of_others = |candidate: &Candidate| others.iter().any(|term| term.effect == candidate.effect());
         found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
         let Some(best) = choose(&found, rules) else { continue };
@@ -196,19 +196,14 @@ pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
     problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU).or(fitted)
 }
 
-/// Evidence of one effect beside all others.
-pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize) -> Option<Vec<Evidence>> {
+/// Evidence of one effect beside all others; `least_fall` as in [`weighed`].
+pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize, least_fall: f64) -> Option<Vec<Evidence>> {
     let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
     let others: Vec<&Term> =
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
     let with = problem.fit_loosely(&all, Part::Train)?;
-    let (after, before) = (prediction(problem, &all, &with)?, predict(problem, &others)?);
-    let mut evidence = after.against(&before);
-    if with.inertial != Treated::Fixed {
-        let falls = fall_beside(problem, &others, &with)?;
-        evidence.iter_mut().zip(falls).for_each(|(evidence, fall)| evidence.log_scale = fall);
-    }
-    Some(evidence)
+    let pair = [&predict(problem, &others)?, &prediction(problem, &all, &with)?];
+    weighed(problem, &others, &with, pair, least_fall)
 }
 
 /// RMS torque [N·m or N] that each taken effect moves on each joint: `moved[effect][joint]`.
@@ -261,7 +256,7 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
 fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
     while taken.len() > 1 {
         let weakest = (0..taken.len())
-            .filter_map(|index| Some((index, evidence_beside(problem, taken, index)?)))
+            .filter_map(|index| Some((index, evidence_beside(problem, taken, index, rules.log_scale)?)))
             .map(|(index, evidence)| (index, evidence.iter().map(|e| e.nats).sum::<f64>(), evidence))
             .min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((index, total, evidence)) = weakest else { return };

@@ -170,6 +170,7 @@ impl Machine {
                 rest(i),
             );
         }
+        text.push_str("\n[accuracy]\nmasses = 0.0\ncentres = 0.0\ninertias = 0.0\ntorque_constants = 0.0\nrotor_inertias = 0.0\nstiffness = 0.0\n");
         text
     }
 }
