@@ -25,6 +25,7 @@ mod encoder_eccentricity;
 mod external_contact;
 mod falling;
 mod joint_compliance;
+mod link_inertia;
 mod load_dependent_friction;
 mod payload;
 mod periodic_disturbance;
@@ -72,6 +73,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &encoder_eccentricity::EncoderEccentricity,
     &external_contact::ExternalContact,
     &joint_compliance::JointCompliance,
+    &link_inertia::LinkInertia,
     &load_dependent_friction::LoadDependentFriction,
     &payload::Payload,
     &periodic_disturbance::PeriodicDisturbance,

@@ -31,7 +31,7 @@ pub fn look_closer(
     coulomb: &[f64],
     sides: &Sides,
 ) -> Option<(Changes, Vec<f64>)> {
-    let zones = rigid_zone(&problem.motion, coulomb, None, &problem.held_out, &CLOSER);
+    let zones = rigid_zone(&problem.motion, coulomb, None, &problem.held_out, &CLOSER, problem.widest_gap);
     let usual = std::mem::replace(&mut problem.zones, zones);
     let found = standing_out(problem, changes, sides);
     problem.zones = usual;

@@ -93,10 +93,11 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
         filter: filter(sessions),
         half_width,
         zones: format!(
-            "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank (0.4 and 0.3 s of what errors are judged on), joints with a gap only and no longer than it takes; fitted: {}",
+            "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank (0.4 and 0.3 s of what errors are judged on), joints with a gap only and no longer than it takes{}; fitted: {}",
+            problem.widest_gap.words(),
             rigid.join(", ")
         ),
-        baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one a session; masses and inertias stay as the model file gives them".to_owned(),
+        baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one a session; masses, centres, inertias, rotors and torque constants within the accuracy that the model file states".to_owned(),
         held_out,
     }
 }

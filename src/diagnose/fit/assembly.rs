@@ -16,7 +16,7 @@ pub struct Assembled {
     /// Whether the Stribeck velocities may change a little: the derivative of the falling part is then a column of its own.
     loose: bool,
     /// How deviations of the nominal model are treated.
-    inertial: Treated,
+    pub inertial: Treated,
 }
 
 impl Assembled {

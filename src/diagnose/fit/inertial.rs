@@ -43,6 +43,19 @@ pub struct Inertial {
     last: Option<Deviations>,
     /// Whether they are no longer fitted.
     fixed: bool,
+    /// Factor of the standard deviations of each body, above 1 where its stated accuracy does not hold.
+    widened: Vec<f64>,
+}
+
+/// A body whose deviation is improbable at its stated accuracy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surprise {
+    /// Index of the body.
+    pub body: usize,
+    /// [nats] By how much a wider accuracy is likelier: `½ (|u|² − r) − ½ r ln(|u|²/r)`.
+    pub nats: f64,
+    /// `√(|u|²/r)` The likeliest factor of its standard deviations.
+    pub factor: f64,
 }
 
 /// Deviations `z` and their torque.
@@ -101,7 +114,7 @@ impl Inertial {
     /// The directions that a motion shows; `None` where the stated accuracy leaves nothing that it shows.
     ///
     /// `widened` are factors of the standard deviations of each body.
-    pub fn new(motion: &Motion, widened: &[f64]) -> Option<Self> {
+    pub fn new(motion: &Motion, widened: Vec<f64>) -> Option<Self> {
         let accuracy = motion.model.accuracy;
         let mut deviations = accuracy.inertial_deviations(&motion.model.robot);
         for (body, factor) in widened.iter().enumerate() {
@@ -137,7 +150,7 @@ impl Inertial {
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
         let columns = self::torques(motion, &accuracy, &deviations, &directions);
-        Some(Self { directions, columns, views: vec![None; motion.joints.len()], last: None, fixed: false })
+        Some(Self { directions, columns, views: vec![None; motion.joints.len()], last: None, fixed: false, widened })
     }
 
     /// Number of directions.
@@ -145,19 +158,32 @@ impl Inertial {
         self.directions.ncols()
     }
 
-    /// `u`: deviations of the nominal values, in standard deviations.
-    pub fn values(&self, z: &DVector<f64>) -> DVector<f64> {
+    /// `u`: deviations of the nominal values, in standard deviations, widened where they were.
+    fn values(&self, z: &DVector<f64>) -> DVector<f64> {
         &self.directions * z
     }
 
-    /// `V`.
-    pub const fn directions(&self) -> &DMatrix<f64> {
-        &self.directions
+    /// The body with the most surprising deviation. Of its ten values the motion shows `r = Σ V²`, and `|u|²` is expected to be `r`.
+    fn surprise(&self, z: &DVector<f64>) -> Option<Surprise> {
+        let u = self.values(z);
+        let of_body = |body: usize| {
+            let own = NUMBERS * body..NUMBERS * (body + 1);
+            let size: f64 = own.clone().map(|k| u[k] * u[k]).sum();
+            let shown: f64 = own.map(|k| self.directions.row(k).norm_squared()).sum();
+            let ratio = size / shown.max(1e-12);
+            let nats = 0.5 * (size - shown) - 0.5 * shown * ratio.max(1e-12).ln();
+            (ratio > 1.0 && shown > 0.0 && self.widened[body] == 1.0).then_some(Surprise {
+                body,
+                nats,
+                factor: ratio.sqrt(),
+            })
+        };
+        (0..self.widened.len()).filter_map(of_body).max_by(|a, b| a.nats.total_cmp(&b.nats))
     }
 
-    /// Columns of all joints.
-    pub fn columns(&self) -> &[Vec<Vec<f64>>] {
-        &self.columns
+    /// Bodies whose stated accuracy does not hold.
+    fn surprising(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.widened.len()).filter(|body| self.widened[*body] > 1.0)
     }
 
     fn held(&self) -> Option<&Deviations> {
@@ -224,6 +250,11 @@ fn torques(
 }
 
 impl Problem<'_> {
+    /// From now on the nominal model may deviate within its stated accuracy.
+    pub fn deviate(&mut self) {
+        self.inertial = Inertial::new(&self.motion, vec![1.0; self.baseline.len()]);
+    }
+
     /// The joints that a fit of some joints has to include: all, where deviations of the model couple several.
     pub fn within(&self, joints: Vec<usize>) -> Vec<usize> {
         let free = self.inertial.as_ref().is_some_and(|inertial| inertial.held().is_none());
@@ -283,18 +314,50 @@ impl Problem<'_> {
         }
     }
 
-    /// `u` [standard deviations] of each nominal value, where deviations are held.
-    pub fn held_deviations(&self) -> Option<DVector<f64>> {
-        let inertial = self.inertial.as_ref()?;
-        Some(inertial.values(&inertial.held()?.z))
-    }
-
-    /// The nominal model with the deviations that are held, and the true torque of each joint relative to that of the nominal model.
+    /// The nominal model with the deviations that are held, except those of bodies whose stated accuracy does not hold; and the true torque of
+    /// each joint relative to that of the nominal model.
     pub fn deviating_model(&self) -> (Model, Vec<f64>) {
         let (model, dof) = (self.motion.model, self.baseline.len());
-        let Some(u) = self.held_deviations() else { return (model.clone(), vec![1.0; dof]) };
+        let held = self.inertial.as_ref().and_then(|inertial| Some((inertial, inertial.values(&inertial.held()?.z))));
+        let Some((inertial, mut u)) = held else { return (model.clone(), vec![1.0; dof]) };
+        inertial.surprising().for_each(|body| u.rows_mut(NUMBERS * body, NUMBERS).fill(0.0));
         let factor = |joint: usize| model.accuracy.torque_factor(u[u.len() - dof + joint]);
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
+    }
+
+    /// The body with the most surprising deviation in a fit of all joints.
+    pub fn surprise(&self, fitted: &Fitted) -> Option<Surprise> {
+        let inertial = self.inertial.as_ref()?;
+        inertial.surprise(&inertial.estimate(fitted))
+    }
+
+    /// Takes a body for less accurate than stated.
+    pub fn widen(&mut self, surprise: Surprise) {
+        if let Some(mut widened) = self.inertial.take().map(|inertial| inertial.widened) {
+            widened[surprise.body] = surprise.factor;
+            self.inertial = Inertial::new(&self.motion, widened);
+        }
+    }
+
+    /// Change of a body's ten parameters per unit of each deviation: ten rows, a column for each.
+    pub fn changes_of(&self, body: usize) -> Option<DMatrix<f64>> {
+        let inertial = self.inertial.as_ref()?;
+        let nominal = self.motion.model.accuracy.inertial_deviations(&self.motion.model.robot);
+        let own = nominal.view((NUMBERS * body, NUMBERS * body), (NUMBERS, NUMBERS)) * inertial.widened[body];
+        Some(own * inertial.directions.rows(NUMBERS * body, NUMBERS))
+    }
+
+    /// The deviations that are held.
+    pub fn held(&self) -> Option<&DVector<f64>> {
+        Some(&self.inertial.as_ref()?.held()?.z)
+    }
+
+    /// Adds a torque to that of the deviations that are held: `torque[joint][0][row]`, times `factor`.
+    pub fn add_held(&mut self, torque: &[Vec<Vec<f64>>], factor: f64) {
+        let Some(last) = self.inertial.as_mut().and_then(|inertial| inertial.last.as_mut()) else { return };
+        for (sum, torque) in last.torque.iter_mut().zip(torque) {
+            sum.iter_mut().zip(&torque[0]).for_each(|(sum, x)| *sum += factor * x);
+        }
     }
 
     /// Updates what each joint can decide of the deviations, from a fit of all joints with these terms.

@@ -5,6 +5,7 @@ use super::cause::Cause;
 use super::inertial::{Inertial, Treated};
 use super::regression::Solution;
 use crate::diagnose::rows::standstill::Standstill;
+use crate::diagnose::rows::zones::Widest;
 use crate::effects::{Catalogue, Diagnosable, Motion, Scope};
 
 /// An effect on certain joints, which share its coefficients.
@@ -67,6 +68,8 @@ pub struct Problem<'m> {
     pub zones: Vec<Vec<bool>>,
     /// `judged[joint][row]`: rows of the error figures, in which the links follow their rotors for certain.
     pub judged: Vec<Vec<bool>>,
+    /// How wide unknown gaps were taken to be.
+    pub widest_gap: Widest,
     /// Whether a row is held out.
     pub held_out: Vec<bool>,
     /// One baseline per joint.
@@ -144,6 +147,7 @@ impl<'m> Problem<'m> {
             motion,
             zones,
             judged,
+            widest_gap: Widest::Any,
             held_out,
             baseline,
             independence,

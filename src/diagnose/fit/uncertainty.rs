@@ -49,6 +49,8 @@ pub struct Uncertainty {
     pub stribeck_at: Vec<Option<usize>>,
     /// Positions of each term's shape parameters.
     pub shape_at: Vec<Vec<usize>>,
+    /// Position of the first deviation of the nominal model.
+    pub deviations_at: usize,
     /// The torque of each term.
     moved: Vec<MovedTorque>,
 }
@@ -77,7 +79,9 @@ struct Jackknife {
 impl Uncertainty {
     /// Scatter of all parameters at the solution; `None` where the columns do not determine the coefficients.
     pub fn new(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Self> {
-        let mut system = problem.system_of_deviating(terms).system;
+        let assembled = problem.system_of_deviating(terms);
+        let deviations_at = assembled.inertial.range().start;
+        let mut system = assembled.system;
         let stribeck_at = add_stribeck(problem, fitted, &mut system);
         let shape_at = add_shapes(problem, terms, fitted, &mut system);
         let of_term = |(index, term): (usize, &&Term)| {
@@ -100,7 +104,14 @@ impl Uncertainty {
                 .flatten()
         });
         let jackknives: Vec<Jackknife> = jackknives.collect();
-        (!jackknives.is_empty()).then_some(Self { jackknives, unknowns: system.unknowns, stribeck_at, shape_at, moved })
+        (!jackknives.is_empty()).then_some(Self {
+            jackknives,
+            unknowns: system.unknowns,
+            stribeck_at,
+            shape_at,
+            deviations_at,
+            moved,
+        })
     }
 
     /// Standard error of `Σ slope · coefficient`, each `(position, slope)`.

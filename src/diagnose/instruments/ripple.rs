@@ -7,7 +7,6 @@
 //! Their torque is then subtracted from the recorded one, sample by sample, so that the wide rows do not contain it.
 //! Left out: phases of held-out sessions that differ from the training sessions, in the corrected recordings.
 
-use crate::diagnose::fit::inertial::Inertial;
 use crate::diagnose::fit::pose::needs_narrow_rows;
 use crate::diagnose::options::Rules;
 use crate::diagnose::select::findings::found;
@@ -73,7 +72,7 @@ fn find(scene: &Recordings) -> Option<Measurement> {
     let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE_SHARE).ok()?;
     let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
-    problem.inertial = Inertial::new(&problem.motion, &[]);
+    problem.deviate();
     problem.name_from(of_narrow_rows(&options.catalogue));
     problem.zones = (0..model.joints.len()).map(|joint| moving(&problem.motion, joint)).collect();
     problem.judged.clone_from(&problem.zones);

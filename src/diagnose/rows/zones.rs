@@ -17,6 +17,7 @@ use nalgebra::DMatrix;
 use super::observe::{NOISE_SHARE, rest_speed, root_mean_square};
 use crate::dynamics::Dynamics;
 use crate::effects::Motion;
+use crate::units::JointKind;
 
 // With longer margins and doubt from −0.6 to −0.08, a fast run kept one row in twenty to eighty. A contact that pressed on a joint for
 // seconds was lost, and of four rotors with inertias 25 % or 12 % off one was named. With these margins all four are named, and one row
@@ -37,6 +38,46 @@ const CROSSINGS: f64 = 3.0;
 const FELT: f64 = NOISE_SHARE;
 /// Number of poses over which the coupling of the joints is averaged.
 const POSES: usize = 16;
+
+/// How wide an unknown gap may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Widest {
+    /// Of any width: nothing is known of the gear.
+    Any,
+    /// As wide as gears of robots become: 50 arc minutes, three times those of a standard planetary gear; half a millimetre on a screw.
+    OfGears,
+    /// A precise gear: 10 arc minutes; a tenth of a millimetre.
+    Precise,
+    /// None: the link follows its rotor.
+    None,
+}
+
+impl Widest {
+    /// From the most careful to the least.
+    pub const ALL: [Self; 4] = [Self::Any, Self::OfGears, Self::Precise, Self::None];
+
+    /// What it means for the rows, to be added to a sentence.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Any => "",
+            Self::OfGears => " (unknown gaps taken for at most 15 mrad or 0.5 mm, else too few rows remain)",
+            Self::Precise => " (unknown gaps taken for at most 3 mrad or 0.1 mm, else too few rows remain)",
+            Self::None => " (unknown gaps taken for zero, else too few rows remain)",
+        }
+    }
+
+    /// [rad or m]
+    const fn gap(self, kind: JointKind) -> f64 {
+        match (self, kind) {
+            (Self::Any, _) => f64::INFINITY,
+            (Self::OfGears, JointKind::Revolute) => 0.015,
+            (Self::OfGears, JointKind::Prismatic) => 5e-4,
+            (Self::Precise, JointKind::Revolute) => 0.003,
+            (Self::Precise, JointKind::Prismatic) => 1e-4,
+            (Self::None, _) => 0.0,
+        }
+    }
+}
 
 /// Times and torques that are left out.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +107,7 @@ pub fn rigid_zone(
     left_over: Option<&[Vec<f64>]>,
     held_out: &[bool],
     margins: &Margins,
+    widest: Widest,
 ) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
     let felt = felt(motion, held_out);
@@ -73,7 +115,7 @@ pub fn rigid_zone(
     for joint in (0..dof).filter(|joint| motion.model.joints[*joint].backlash != Some(0.0)) {
         let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
         let states = states(motion, joint, coulomb[joint], &load, margins.doubt);
-        let known = known(motion, &states, margins, longest(motion, joint));
+        let known = known(motion, &states, margins, longest(motion, joint, widest));
         for (other, zone) in zones.iter_mut().enumerate().filter(|(other, _)| felt[*other][joint]) {
             let of_row = |row: usize| known[row] && (other != joint || !matches!(states[row], State::Rest));
             zone.iter_mut().enumerate().for_each(|(row, rigid)| *rigid &= of_row(row));
@@ -103,9 +145,13 @@ fn felt(motion: &Motion, held_out: &[bool]) -> Vec<Vec<bool>> {
     (0..dof).map(|i| (0..dof).map(|j| i == j || misses(i, j) > FELT * torque[i]).collect()).collect()
 }
 
-/// [s] Longest time that the link of a joint takes through its gap; infinite where the gap is unknown.
-fn longest(motion: &Motion, joint: usize) -> f64 {
-    let Some(gap) = motion.model.joints[joint].backlash else { return f64::INFINITY };
+/// [s] Longest time that the link of a joint takes through its gap.
+fn longest(motion: &Motion, joint: usize, widest: Widest) -> f64 {
+    let model = &motion.model.joints[joint];
+    let gap = model.backlash.unwrap_or_else(|| widest.gap(model.kind));
+    if gap.is_infinite() {
+        return f64::INFINITY;
+    }
     CROSSINGS * (2.0 * gap / root_mean_square(&motion.joints[joint].a).max(1e-9)).sqrt()
 }
 
