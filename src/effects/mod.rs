@@ -199,6 +199,11 @@ pub trait Diagnosable: Effect {
         Vec::new()
     }
 
+    /// The columns of all joints, for an effect that gets them in one pass: `columns[joint][coefficient][row]`.
+    fn columns_of_all(&self, _motion: &Motion, _shape: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
+        None
+    }
+
     /// Number of shape entries that may be refined, counted from the first; the entries after them are discrete choices.
     fn refined_shapes(&self, shape: &[f64]) -> usize {
         if self.refines() { shape.len() } else { 0 }

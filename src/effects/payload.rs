@@ -162,6 +162,10 @@ impl Diagnosable for Payload {
     }
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        self.columns_of_all(motion, shape).map_or_else(Vec::new, |mut all| all.swap_remove(joint))
+    }
+
+    fn columns_of_all(&self, motion: &Motion, shape: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
         let robot = &motion.model.robot;
         let place = Place::of(shape);
         let body = body_of(robot, place.link);
@@ -169,7 +173,7 @@ impl Diagnosable for Payload {
         for (k, change) in changes(&robot.bodies[body].inertia.com, &place.position).iter().enumerate() {
             of_bodies.view_mut((10 * body, k), (10, 1)).copy_from_slice(change);
         }
-        motion.regressed(&of_bodies).swap_remove(joint)
+        Some(motion.regressed(&of_bodies))
     }
 
     fn parameters(&self, motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

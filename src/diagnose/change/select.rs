@@ -87,7 +87,7 @@ pub fn select(
     let rules = Rules { log_scale: SHARE * rules.log_scale, ..*rules };
     for round in 0..=rules.most {
         progress("trying changes", 0.4 + 0.4 * round as f64 / (rules.most + 1) as f64);
-        problem.count_independent(&all(&shared, &taken), &fitted);
+        problem.count_independent(&fitted);
         let terms: Vec<Term> = all(&shared, &taken).into_iter().cloned().collect();
         let found = candidates(problem, &terms, &rules);
         if round == 0 {
@@ -106,7 +106,7 @@ pub fn select(
         }
         fitted = resettle(problem, &mut shared, &mut taken)?;
     }
-    problem.count_independent(&all(&shared, &taken), &fitted);
+    problem.count_independent(&fitted);
     prune(problem, &mut shared, &mut taken, &rules)?;
     let estimates = Estimates::new(problem, &all(&shared, &taken))?;
     Some(Changes { shared, taken, first_round, estimates })

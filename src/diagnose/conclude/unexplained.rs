@@ -24,6 +24,11 @@ const LEFT: f64 = 40.0;
 /// Least residual in multiples of the sensors' floor: a smaller one may be their noise.
 const ABOVE_FLOOR: f64 = 5.0;
 
+/// [%] The same for a residual that is far above the floor: a little more than clean machines leave.
+const LEFT_CLEARLY: f64 = 15.0;
+/// Multiples of the floor that no clean machine of `benches/blind` reaches (at most 9).
+const FAR_ABOVE_FLOOR: f64 = 15.0;
+
 /// The strongest remaining pattern of each joint, if a clean machine would not show it.
 ///
 /// A pattern is sought only in the rows of the sessions that `within` selects.
@@ -96,7 +101,8 @@ pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
 /// Residual torque of the joints without a pattern in `said`, where it is too large for an explained torque.
 pub fn shapeless(fit: &[FitError], said: &[Unexplained]) -> Vec<Unexplained> {
     let too_much = |one: &&FitError| {
-        one.split == Split::HeldOut && one.after_percent > LEFT && one.after > ABOVE_FLOOR * one.floor
+        let beyond = |percent: f64, floors: f64| one.after_percent > percent && one.after > floors * one.floor;
+        one.split == Split::HeldOut && (beyond(LEFT, ABOVE_FLOOR) || beyond(LEFT_CLEARLY, FAR_ABOVE_FLOOR))
     };
     let silent = |one: &&FitError| said.iter().all(|known| known.joint != one.joint);
     let words = |one: &FitError| Unexplained {

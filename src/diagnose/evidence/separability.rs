@@ -125,7 +125,7 @@ pub fn of_recording(
     let terms: Vec<&Term> = terms.iter().collect();
     let asked = terms.iter().take_while(|term| term.effect.name() == present[0].0).count();
     let Some(fitted) = problem.fit(&terms, Part::Train, NU) else { return Ok(None) };
-    problem.count_independent(&terms, &fitted);
+    problem.count_independent(&fitted);
     Ok(Some(separability(&problem, &terms, 0..asked, &fitted)))
 }
 

@@ -58,7 +58,7 @@ impl Problem<'_> {
 
     /// As [`system`](Self::system), with empty blocks for other joints.
     pub fn system_of(&self, joints: &[usize], terms: &[&Term], part: Part, loose: bool) -> Assembled {
-        let mut assembled = Assembled::new(self, terms, loose, |at| self.treated(joints, at));
+        let mut assembled = Assembled::new(self, terms, loose, |at| self.treated(joints, terms, at));
         for joint in joints {
             assembled.system.blocks[*joint] = self.block(*joint, terms, part, &assembled);
         }
@@ -83,13 +83,15 @@ impl Problem<'_> {
         let derivative = baseline.stribeck_derivative().filter(|_| assembled.loose);
         let own = baseline.columns().iter().chain(derivative);
         let mut columns: Vec<_> = own.enumerate().map(|(index, column)| (first + index, pick(column))).collect();
-        for (term, at) in terms.iter().zip(&assembled.term_at) {
+        let machine: Vec<&Term> = terms.iter().copied().filter(|term| term.is_machine()).collect();
+        let shared = matches!(assembled.inertial, Treated::Seen { with_machine: true, .. });
+        for (term, at) in terms.iter().zip(&assembled.term_at).filter(|(term, _)| !(shared && term.is_machine())) {
             if let Some(place) = term.joints.iter().position(|j| *j == joint) {
                 columns.extend(term.columns[place].iter().enumerate().map(|(k, column)| (at + k, pick(column))));
             }
         }
         let mut y = pick(baseline.target());
-        let (deviations, known) = self.deviations(joint, assembled.inertial);
+        let (deviations, known) = self.deviations(joint, &machine, assembled.inertial);
         columns.extend(assembled.inertial.range().zip(deviations).map(|(at, column)| (at, pick(column))));
         if let Some(known) = known {
             y.iter_mut().zip(&rows).for_each(|(y, row)| *y -= known[*row]);
@@ -131,9 +133,12 @@ impl Problem<'_> {
 
     /// A loose fit of the joints of another fit to the training rows, with the deviations of the nominal model as in that fit.
     pub fn fit_beside(&self, terms: &[&Term], deviating: &Fitted) -> Option<Fitted> {
-        let mut assembled = Assembled::new(self, terms, true, |_| Treated::Fixed);
+        // What one joint sees includes the effects of the whole machine.
+        let with_machine = matches!(deviating.inertial, Treated::Seen { with_machine: true, .. });
+        let terms: Vec<&Term> = terms.iter().copied().filter(|term| !(with_machine && term.is_machine())).collect();
+        let mut assembled = Assembled::new(self, &terms, true, |_| Treated::Fixed);
         for joint in &deviating.joints {
-            let mut block = self.block(*joint, terms, Part::Train, &assembled);
+            let mut block = self.block(*joint, &terms, Part::Train, &assembled);
             if let (Treated::Seen { .. } | Treated::Shared { .. }, Some(known)) =
                 (deviating.inertial, self.deviating_torque(deviating, *joint))
             {

@@ -38,16 +38,32 @@ impl Cause {
         self.within.is_some() || self.effect.is_itself(motion, joint, shape, coefficients)
     }
 
-    /// Torque on a joint [N·m or N] per unit of each coefficient, as [`Diagnosable::columns`].
-    pub fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        let mut columns = self.effect.columns(motion, joint, shape);
-        if let Some([first, end]) = self.within {
-            for column in &mut columns {
-                let cells = column.iter_mut().zip(&motion.session);
-                cells.filter(|(_, session)| !(first..end).contains(*session)).for_each(|(value, _)| *value = 0.0);
-            }
-        }
+    /// Torque on some joints [N·m or N] per unit of each coefficient, as [`Diagnosable::columns`].
+    pub fn columns_of(&self, motion: &Motion, joints: &[usize], shape: &[f64]) -> Vec<Vec<Vec<f64>>> {
+        let mut columns = match self.effect.columns_of_all(motion, shape).filter(|_| joints.len() > 1) {
+            Some(mut all) => joints.iter().map(|joint| std::mem::take(&mut all[*joint])).collect(),
+            None => joints.iter().map(|joint| self.effect.columns(motion, *joint, shape)).collect::<Vec<_>>(),
+        };
+        columns.iter_mut().flatten().for_each(|column| self.mask(motion, column));
         columns
+    }
+
+    /// Torque on one joint.
+    pub fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        self.columns_of(motion, &[joint], shape).swap_remove(0)
+    }
+
+    /// A change is zero in all other sessions.
+    fn mask(&self, motion: &Motion, column: &mut [f64]) {
+        let Some([first, end]) = self.within else { return };
+        let cells = column.iter_mut().zip(&motion.session);
+        cells.filter(|(_, session)| !(first..end).contains(*session)).for_each(|(value, _)| *value = 0.0);
+    }
+}
+
+impl std::fmt::Debug for Cause {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(&self.label())
     }
 }
 

@@ -6,27 +6,22 @@
 //! What the motion shows of `u` are the directions `z = Vᵀ u` with the largest torque: `V` are eigenvectors of the Gram matrix of the
 //! torques, each divided by the RMS torque of its joint. Their prior is `N(0, 1)` again; all other directions are left out.
 //!
-//! A fit of all joints has the columns of all directions. A fit of one joint sees what its own rows can still decide: the rows of the other
-//! joints say `z ~ N(m, C Cᵀ)`, `(C Cᵀ)⁻¹ = 1 + Σ Q_i`, `m = C Cᵀ Σ b_i`, with `Q_i` and `b_i` the information of joint `i` after its own baseline, and
-//! `z = m + C U y`, `y ~ N(0, 1)`. Rows are correlated: each joint counts with its number of independent samples.
+//! A fit of all joints has the columns of all directions, a fit of one joint those of its [view](super::views).
 //! References: M. Gautier (1997), Dynamic identification of robots with power model; G. A. F. Seber, A. J. Lee (2003), Linear Regression
 //! Analysis, ch. 12 (priors as ridges).
 
 use nalgebra::{DMatrix, DVector};
 
-use super::problem::{Fitted, Part, Problem, Term};
-use super::regression::Block;
+use super::problem::{Fitted, Problem, Term};
+use super::views::View;
 use crate::diagnose::rows::observe::root_mean_square;
 use crate::effects::Motion;
-use crate::linear::Equilibrated;
 use crate::robot::{Accuracy, Model};
 
 /// [1] Torque of one standard deviation, as a share of the RMS torque, below which a direction is left out: no friction law is as accurate.
 const LEAST_TORQUE: f64 = 1e-3;
 /// Number of rows from which the directions are computed.
 const ROWS: usize = 2000;
-/// [1] Information of a joint's own rows, relative to what is known without them, below which a direction stays where it is.
-const LEAST_INFORMATION: f64 = 0.01;
 /// Parameters of a body.
 pub const NUMBERS: usize = 10;
 
@@ -36,9 +31,9 @@ pub struct Inertial {
     /// `V`: one row per nominal value (ten a body, then rotors, then torque constants), one column per direction.
     directions: DMatrix<f64>,
     /// `columns[joint][direction][row]` [N·m or N]: torque of one standard deviation.
-    columns: Vec<Vec<Vec<f64>>>,
+    pub columns: Vec<Vec<Vec<f64>>>,
     /// What each joint can still decide; `None` before the first fit.
-    views: Vec<Option<View>>,
+    pub views: Vec<Option<View>>,
     /// The deviations of the last fit that was held.
     last: Option<Deviations>,
     /// Whether they are no longer fitted.
@@ -66,17 +61,6 @@ struct Deviations {
     torque: Vec<Vec<f64>>,
 }
 
-/// The deviations as the rows of one joint see them: `z = offset + basis · y`.
-#[derive(Debug, Clone)]
-struct View {
-    offset: DVector<f64>,
-    basis: DMatrix<f64>,
-    /// Torque of the offset.
-    shift: Vec<f64>,
-    /// Torque of each `y`.
-    columns: Vec<Vec<f64>>,
-}
-
 /// How a fit treats the deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Treated {
@@ -97,6 +81,8 @@ pub enum Treated {
         at: usize,
         /// Number of coefficients.
         count: usize,
+        /// Whether the coefficients of effects of the whole machine are among them.
+        with_machine: bool,
     },
 }
 
@@ -163,8 +149,8 @@ impl Inertial {
         &self.directions * z
     }
 
-    /// The body with the most surprising deviation. Of its ten values the motion shows `r = Σ V²`, and `|u|²` is expected to be `r`.
-    fn surprise(&self, z: &DVector<f64>) -> Option<Surprise> {
+    /// Bodies with a deviation that is larger than expected. Of its ten values the motion shows `r = Σ V²`, and `|u|²` is expected to be `r`.
+    fn surprises(&self, z: &DVector<f64>) -> Vec<Surprise> {
         let u = self.values(z);
         let of_body = |body: usize| {
             let own = NUMBERS * body..NUMBERS * (body + 1);
@@ -178,7 +164,7 @@ impl Inertial {
                 factor: ratio.sqrt(),
             })
         };
-        (0..self.widened.len()).filter_map(of_body).max_by(|a, b| a.nats.total_cmp(&b.nats))
+        (0..self.widened.len()).filter_map(of_body).collect()
     }
 
     /// Bodies whose stated accuracy does not hold.
@@ -203,22 +189,20 @@ impl Inertial {
             (Treated::Fixed, None) => DVector::zeros(self.count()),
             (treated @ Treated::Shared { .. }, _) => own(treated),
             (treated @ Treated::Seen { joint, .. }, _) => match &self.views[joint] {
-                Some(view) => &view.offset + &view.basis * own(treated),
+                Some(view) => view.deviations(&own(treated), self.count()),
                 None => own(treated),
             },
         }
     }
 
-    fn seen(&self, joint: usize) -> (&[Vec<f64>], Option<&[f64]>) {
-        match &self.views[joint] {
-            Some(view) => (&view.columns, Some(&view.shift)),
-            None => (&self.columns[joint], None),
-        }
+    /// What the rows of a joint can still decide, where that was computed beside the effects of the machine among these terms.
+    pub fn view(&self, joint: usize, terms: &[&Term]) -> Option<&View> {
+        self.views[joint].as_ref().filter(|view| view.is_beside(terms))
     }
 }
 
 /// `Σ c_k column_k`.
-fn combined<'c>(columns: &[Vec<f64>], coefficients: impl IntoIterator<Item = &'c f64>) -> Vec<f64> {
+pub fn combined<'c>(columns: &[Vec<f64>], coefficients: impl IntoIterator<Item = &'c f64>) -> Vec<f64> {
     let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
     for (column, c) in columns.iter().zip(coefficients) {
         sum.iter_mut().zip(column).for_each(|(sum, x)| *sum += c * x);
@@ -257,27 +241,45 @@ impl Problem<'_> {
 
     /// The joints that a fit of some joints has to include: all, where deviations of the model couple several.
     pub fn within(&self, joints: Vec<usize>) -> Vec<usize> {
-        let free = self.inertial.as_ref().is_some_and(|inertial| inertial.held().is_none());
-        if free && joints.len() > 1 { self.joints() } else { joints }
+        if self.is_deviating() && joints.len() > 1 { self.joints() } else { joints }
     }
 
-    /// How a fit of these joints treats the deviations, with the first coefficient that is free.
-    pub fn treated(&self, joints: &[usize], at: usize) -> Treated {
+    /// Whether deviations are fitted.
+    fn is_deviating(&self) -> bool {
+        self.inertial.as_ref().is_some_and(|inertial| inertial.held().is_none())
+    }
+
+    /// Whether a joint can be fitted alone beside these terms, because it is known what the other joints say of all that they share.
+    pub fn stands_alone(&self, joints: &[usize], terms: &[&Term]) -> bool {
+        let [joint] = joints else { return false };
+        let own: Vec<&Term> = terms.iter().copied().filter(|term| term.joints != *joints).collect();
+        self.is_deviating() && self.inertial.as_ref().is_some_and(|inertial| inertial.view(*joint, &own).is_some())
+    }
+
+    /// How a fit of these joints and terms treats the deviations, with the first coefficient that is free.
+    pub fn treated(&self, joints: &[usize], terms: &[&Term], at: usize) -> Treated {
         match (self.inertial.as_ref().filter(|inertial| !inertial.fixed), joints) {
             (None, _) => Treated::Fixed,
-            (Some(inertial), [joint]) => Treated::Seen { joint: *joint, at, count: inertial.seen(*joint).0.len() },
+            (Some(inertial), [joint]) if inertial.columns.len() > 1 => {
+                let view = inertial.view(*joint, terms);
+                let count = view.map_or(inertial.count(), |view| view.columns.len());
+                Treated::Seen { joint: *joint, at, count, with_machine: view.is_some() }
+            }
             (Some(inertial), _) => Treated::Shared { at, count: inertial.count() },
         }
     }
 
     /// Columns of the deviations for a joint, and the torque that is known of them.
-    pub fn deviations(&self, joint: usize, treated: Treated) -> (&[Vec<f64>], Option<&[f64]>) {
+    pub fn deviations(&self, joint: usize, terms: &[&Term], treated: Treated) -> (&[Vec<f64>], Option<&[f64]>) {
         let Some(inertial) = &self.inertial else { return (&[], None) };
         match (treated, inertial.held()) {
             (Treated::Fixed, Some(held)) => (&[], Some(&held.torque[joint])),
             (Treated::Fixed, None) => (&[], None),
             (Treated::Shared { .. }, _) => (&inertial.columns[joint], None),
-            (Treated::Seen { .. }, _) => inertial.seen(joint),
+            (Treated::Seen { .. }, _) => match inertial.view(joint, terms) {
+                Some(view) => (&view.columns, Some(&view.shift)),
+                None => (&inertial.columns[joint], None),
+            },
         }
     }
 
@@ -287,6 +289,10 @@ impl Problem<'_> {
         match (fitted.inertial, inertial.held()) {
             (Treated::Fixed, Some(held)) => Some(held.torque[joint].clone()),
             (Treated::Fixed, None) => None,
+            (Treated::Seen { joint: own, .. }, _) if own == joint => match &inertial.views[joint] {
+                Some(view) => Some(view.torque(&fitted.solution.coefficients.as_slice()[fitted.inertial.range()])),
+                None => Some(inertial.torque_of(joint, &inertial.estimate(fitted))),
+            },
             _ => Some(inertial.torque_of(joint, &inertial.estimate(fitted))),
         }
     }
@@ -325,16 +331,15 @@ impl Problem<'_> {
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
     }
 
-    /// The body with the most surprising deviation in a fit of all joints.
-    pub fn surprise(&self, fitted: &Fitted) -> Option<Surprise> {
-        let inertial = self.inertial.as_ref()?;
-        inertial.surprise(&inertial.estimate(fitted))
+    /// Bodies with a deviation that is larger than expected, in a fit of all joints.
+    pub fn surprises(&self, fitted: &Fitted) -> Vec<Surprise> {
+        self.inertial.as_ref().map_or_else(Vec::new, |inertial| inertial.surprises(&inertial.estimate(fitted)))
     }
 
-    /// Takes a body for less accurate than stated.
-    pub fn widen(&mut self, surprise: Surprise) {
+    /// Takes bodies for less accurate than stated.
+    pub fn widen(&mut self, surprises: &[Surprise]) {
         if let Some(mut widened) = self.inertial.take().map(|inertial| inertial.widened) {
-            widened[surprise.body] = surprise.factor;
+            surprises.iter().for_each(|surprise| widened[surprise.body] = surprise.factor);
             self.inertial = Inertial::new(&self.motion, widened);
         }
     }
@@ -359,78 +364,4 @@ impl Problem<'_> {
             sum.iter_mut().zip(&torque[0]).for_each(|(sum, x)| *sum += factor * x);
         }
     }
-
-    /// Updates what each joint can decide of the deviations, from a fit of all joints with these terms.
-    pub fn look(&mut self, terms: &[&Term], fitted: &Fitted) {
-        let (Some(inertial), Treated::Shared { at, count }) = (&self.inertial, fitted.inertial) else { return };
-        if self.baseline.len() < 2 {
-            return;
-        }
-        let system = self.system(terms, Part::Train, false).system;
-        let z = inertial.estimate(fitted);
-        let of_joint = |joint: usize| {
-            let solution = &fitted.solution;
-            let trust = self.independence[joint] / solution.scale[joint].powi(2);
-            let weights: Vec<f64> = solution.weights[joint].iter().map(|w| w * trust).collect();
-            Information::new(&system.blocks[joint], &weights, &solution.residual[joint], at..at + count, &z)
-        };
-        let known: Vec<Information> = (0..self.baseline.len()).map(of_joint).collect();
-        let views = (0..known.len()).map(|joint| view(inertial, &known, joint)).collect();
-        if let Some(inertial) = &mut self.inertial {
-            inertial.views = views;
-        }
-    }
-}
-
-/// What one joint's rows say about the deviations: `−½ zᵀ Q z + bᵀ z`.
-struct Information {
-    q: DMatrix<f64>,
-    b: DVector<f64>,
-}
-
-impl Information {
-    /// From the columns of a joint, with the columns `at` for the deviations and all others fitted beside them.
-    fn new(block: &Block, weights: &[f64], residual: &[f64], at: std::ops::Range<usize>, z: &DVector<f64>) -> Self {
-        let (ours, others): (Vec<_>, Vec<_>) = block.columns.iter().partition(|(index, _)| at.contains(index));
-        let product = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).zip(weights).map(|((x, y), w)| x * y * w).sum() };
-        let gram = |one: &[&(usize, Vec<f64>)], other: &[&(usize, Vec<f64>)]| {
-            DMatrix::from_fn(one.len(), other.len(), |i, j| product(&one[i].1, &other[j].1))
-        };
-        let mut q = gram(&ours, &ours);
-        let mut g = DVector::from_fn(ours.len(), |i, _| product(&ours[i].1, residual));
-        let cross = gram(&others, &ours);
-        if let Some(factor) = Equilibrated::new(&gram(&others, &others)) {
-            let score = DVector::from_fn(others.len(), |i, _| product(&others[i].1, residual));
-            g -= cross.tr_mul(&factor.solve(&score));
-            for k in 0..cross.ncols() {
-                let taken = cross.tr_mul(&factor.solve(&cross.column(k).into_owned()));
-                q.column_mut(k).zip_apply(&taken, |q, taken| *q -= taken);
-            }
-        }
-        let b = &q * z + g;
-        Self { q, b }
-    }
-}
-
-/// What a joint can decide, where the others say what they know.
-fn view(inertial: &Inertial, known: &[Information], joint: usize) -> Option<View> {
-    let n = inertial.count();
-    let (mut precision, mut b) = (DMatrix::identity(n, n), DVector::zeros(n));
-    for (_, other) in known.iter().enumerate().filter(|(other, _)| *other != joint) {
-        precision += &other.q;
-        b += &other.b;
-    }
-    // Rounding may leave the sum a little unsymmetric.
-    let precision = (&precision + precision.transpose()) * 0.5;
-    let factor = precision.cholesky()?;
-    let offset = factor.solve(&b);
-    // C = L⁻ᵀ, with L Lᵀ the precision.
-    let root = factor.l().transpose().solve_upper_triangular(&DMatrix::identity(n, n))?;
-    let own = root.transpose() * &known[joint].q * &root;
-    let eigen = ((&own + own.transpose()) * 0.5).symmetric_eigen();
-    let shown: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > LEAST_INFORMATION).collect();
-    let basis = root * eigen.eigenvectors.select_columns(&shown);
-    let shift = inertial.torque_of(joint, &offset);
-    let columns = basis.column_iter().map(|c| combined(&inertial.columns[joint], c.iter())).collect();
-    Some(View { offset, basis, shift, columns })
 }

@@ -27,3 +27,4 @@ pub mod regression;
 mod stribeck;
 pub mod typical;
 pub mod uncertainty;
+mod views;

@@ -25,7 +25,7 @@ impl Term {
     /// Evaluates an effect along the motion.
     pub fn new(motion: &Motion, effect: impl Into<Cause>, joints: &[usize], shape: Vec<f64>) -> Self {
         let effect = effect.into();
-        let columns = joints.iter().map(|joint| effect.columns(motion, *joint, &shape)).collect();
+        let columns = effect.columns_of(motion, joints, &shape);
         Self { effect, joints: joints.to_vec(), shape, columns }
     }
 
@@ -204,6 +204,9 @@ impl<'m> Problem<'m> {
 
     /// Joints whose fit changes with a term on some joints: these joints, and those that share coefficients with them.
     pub fn coupled(&self, terms: &[&Term], joints: &[usize]) -> Vec<usize> {
+        if self.stands_alone(joints, terms) {
+            return joints.to_vec();
+        }
         let mut coupled = joints.to_vec();
         let shares = |term: &Term, with: &[usize]| {
             let within = term.joints.iter().filter(|joint| with.contains(joint)).count();
@@ -229,10 +232,9 @@ impl<'m> Problem<'m> {
         all
     }
 
-    /// Sets the number of independent samples from this fit of the terms, and what each joint can decide of the model's deviations.
-    pub fn count_independent(&mut self, terms: &[&Term], fitted: &Fitted) {
+    /// Sets the number of independent samples from this fit.
+    pub fn count_independent(&mut self, fitted: &Fitted) {
         self.independence = self.independence_of(fitted);
-        self.look(terms, fitted);
     }
 
     /// Residual torque of a fit in all rows; sessions without training rows get a level and offset of their own.

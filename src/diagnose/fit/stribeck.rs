@@ -34,6 +34,8 @@ impl Problem<'_> {
     fn stribeck_velocity(&self, terms: &[&Term], joint: usize) -> Option<f64> {
         let Assembled { system, .. } = self.system_of(&[joint], terms, Part::Train, false);
         let motion = self.motion.at_rows(&self.rows(joint, Part::Train));
+        // The weights change little with the velocity: from those of one fit the others need a few iterations instead of dozens.
+        let near = system.solve(NU)?;
         let likelihood = |v_s: f64| {
             let column = falling(&motion, joint, v_s);
             let presence: f64 = column.iter().map(|x| x * x).sum();
@@ -42,7 +44,8 @@ impl Problem<'_> {
             }
             let mut system = system.clone();
             system.blocks[joint].columns[FALLING].1 = column;
-            system.solve(NU).map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[joint])
+            let solution = system.solve_from(NU, near.weights.clone(), near.scale.clone());
+            solution.map_or(f64::NEG_INFINITY, |solution| solution.log_likelihood[joint])
         };
         let grid = stribeck_grid(&self.motion, joint);
         let tried: Vec<f64> = grid.par_iter().map(|v_s| likelihood(*v_s)).collect();

@@ -26,7 +26,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::baseline::FALLING;
 use super::problem::{Fitted, Part, Problem, Term};
-use super::regression::{NU, Solution, System};
+use super::regression::{Block, NU, Solution, System};
 use crate::distributions::{NORMAL_975, student_975};
 use crate::linear::{Equilibrated, scale};
 
@@ -80,13 +80,21 @@ impl Uncertainty {
     /// Scatter of all parameters at the solution; `None` where the columns do not determine the coefficients.
     pub fn new(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Self> {
         let assembled = problem.system_of_deviating(terms);
-        let deviations_at = assembled.inertial.range().start;
+        let deviations = assembled.inertial.range();
+        let deviations_at = deviations.start;
         let mut system = assembled.system;
         let stribeck_at = add_stribeck(problem, fitted, &mut system);
         let shape_at = add_shapes(problem, terms, fitted, &mut system);
         let of_term = |(index, term): (usize, &&Term)| {
             let own = fitted.term_at[index]..fitted.term_at[index] + term.coefficients();
-            MovedTorque::new(&system, own, &shape_at[index], fitted.solution.coefficients.as_slice())
+            let mut own_rows = system.clone();
+            // Only on the term's joints can its torque be taken for a deviation; there a deviation is as free as its prior allows.
+            let others = |joint: usize| !term.joints.contains(&joint);
+            (0..own_rows.blocks.len())
+                .filter(|joint| others(*joint))
+                .for_each(|joint| own_rows.blocks[joint] = Block::default());
+            let beside: Vec<usize> = shape_at[index].iter().copied().chain(deviations.clone()).collect();
+            MovedTorque::new(&own_rows, own, &beside, fitted.solution.coefficients.as_slice())
         };
         let moved = terms.iter().enumerate().map(of_term).collect::<Option<_>>()?;
         let solution = system.solve(NU)?;
@@ -135,9 +143,11 @@ impl Uncertainty {
 }
 
 impl MovedTorque {
-    /// For the coefficients `own` and the shapes of a term; `None` where their columns are linearly dependent.
-    fn new(system: &System, own: std::ops::Range<usize>, shapes: &[usize], coefficients: &[f64]) -> Option<Self> {
-        let at: Vec<usize> = own.clone().chain(shapes.iter().copied()).collect();
+    /// For the coefficients `own` and the further columns `beside` of a term, its shapes and the deviations of the nominal model; `None` where
+    /// its columns are linearly dependent.
+    fn new(system: &System, own: std::ops::Range<usize>, beside: &[usize], coefficients: &[f64]) -> Option<Self> {
+        let touched = |at: &usize| system.blocks.iter().any(|block| block.columns.iter().any(|(own, _)| own == at));
+        let at: Vec<usize> = own.clone().chain(beside.iter().copied().filter(touched)).collect();
         let mut gram = DMatrix::zeros(at.len(), at.len());
         for block in &system.blocks {
             let columns: Vec<_> =
@@ -152,6 +162,12 @@ impl MovedTorque {
         }
         let beta = DVector::from_fn(at.len(), |i, _| if i < own.len() { coefficients[at[i]] } else { 0.0 });
         let size = beta.dot(&(&gram * &beta)).max(0.0).sqrt();
+        // A deviation moves by one standard deviation at most where the error is as large as the torque itself: a ridge of (ε |T|)².
+        for (i, at) in at.iter().enumerate() {
+            if system.priors.iter().any(|(of, _)| of == at) && !own.contains(at) {
+                gram[(i, i)] += (SYSTEMATIC * size).powi(2);
+            }
+        }
         Some(Self { at, size, inverse: Equilibrated::new(&gram)?.inverse() })
     }
 

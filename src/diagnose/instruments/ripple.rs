@@ -80,7 +80,7 @@ fn find(scene: &Recordings) -> Option<Measurement> {
         return None;
     }
     let fitted = problem.settle(&[])?;
-    problem.count_independent(&[], &fitted);
+    problem.count_independent(&fitted);
     if !order_lines::any(&problem, &fitted) {
         return None;
     }

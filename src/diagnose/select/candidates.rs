@@ -215,10 +215,12 @@ fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
 
 /// All candidates beside the terms of the model, each with its best shapes, by decreasing evidence.
 /// An effect of a joint is combined over the joints where the rules accept it.
-pub fn candidates(problem: &Problem, terms: &[Term], rules: &Rules) -> Vec<Candidate> {
+pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<Candidate> {
     let enough = |evidence: &Evidence| evidence.is_enough(rules);
     let own: Vec<&Term> = terms.iter().collect();
     let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
+    problem.look(&own, &loose);
+    let problem = &*problem;
     let places = places(problem, terms);
     let Some(before) = without_any(problem, &own, &loose, &places) else { return Vec::new() };
     let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before, least_fall: rules.log_scale };

@@ -107,17 +107,19 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
         while taken.len() <= rules.most {
             progress("trying effects", (pass + taken.len()).min(rules.most) as f64 / (rules.most + 1) as f64);
             let terms: Vec<Term> = taken.iter().flat_map(|taken| taken.terms.clone()).collect();
-            problem.count_independent(&terms.iter().collect::<Vec<_>>(), &fitted);
+            problem.count_independent(&fitted);
             let found = candidates(problem, &terms, rules);
             if first_round.is_empty() {
                 first_round.clone_from(&found);
             }
             let best = choose(&found, rules).filter(|_| taken.len() < rules.most);
-            // A link that is not as accurate as stated is a cause like others: the strongest is taken.
+            // A link that is not as accurate as stated is a cause like others: the strongest come first.
             let least = best.map_or(rules.nats, |best| best.total().max(rules.nats));
-            if let Some(surprise) = problem.surprise(&fitted).filter(|surprise| surprise.nats > least) {
-                links.push(surprise);
-                problem.widen(surprise);
+            let surprises: Vec<Surprise> =
+                problem.surprises(&fitted).into_iter().filter(|surprise| surprise.nats > least).collect();
+            if !surprises.is_empty() {
+                problem.widen(&surprises);
+                links.extend(surprises);
                 fitted = resettle(problem, &mut taken)?;
                 continue;
             }
@@ -135,8 +137,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     prune(problem, &rules.beside_another(), &mut taken);
     drop_residues(problem, rules, &mut taken)?;
     let fitted = settled(problem, &mut taken, &mut nominal)?;
-    let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
-    problem.count_independent(&terms, &fitted);
+    problem.count_independent(&fitted);
     let as_recorded = nominal.residuals.clone();
     Some(Selection { taken, links, first_round, fitted, nominal, as_recorded })
 }

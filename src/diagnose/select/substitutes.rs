@@ -24,7 +24,7 @@ pub fn withdraw(problem: &mut Problem, selection: &mut Selection) -> Option<()> 
         withdrawn = true;
     }
     if withdrawn {
-        problem.count_independent(&selection.terms(), &selection.fitted);
+        problem.count_independent(&selection.fitted);
     }
     Some(())
 }
