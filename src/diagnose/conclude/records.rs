@@ -71,6 +71,17 @@ fn filter(sessions: &[&TimeSeries]) -> String {
     text
 }
 
+/// What is fitted beside every effect.
+fn baseline(deviates: bool) -> String {
+    let nominal = match deviates {
+        true => "masses, centres, inertias, rotors and torque constants deviate from the model file within its accuracy",
+        false => "masses and inertias stay as the model file gives them",
+    };
+    format!(
+        "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one a session; {nominal}"
+    )
+}
+
 /// How the data were processed.
 pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, options: &Options) -> Method {
     let widths = &problem.motion.half_width;
@@ -96,7 +107,7 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
             "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank (0.4 and 0.3 s of what errors are judged on), joints with a gap only and no longer than it takes; fitted: {}",
             rigid.join(", ")
         ),
-        baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one a session; masses and inertias stay as the model file gives them".to_owned(),
+        baseline: baseline(problem.inertial.is_some()),
         held_out,
     }
 }
