@@ -60,7 +60,7 @@ fn regress_a_broken_accuracy_is_refused_with_its_line() {
         ("[accuracy]\ntorque_constants = -1e-9\n", "torque_constants = -1e-9: expected a number from 0 to 10 [1]"),
         ("[accuracy]\nrotor_inertias = inf\n", "rotor_inertias = inf: expected a number from 0 to 10 [1]"),
         ("[accuracy]\nstiffness = true\n", "stiffness = true: expected a number from 0 to 10 [1]"),
-        ("[accuracy]\nmass = 0.1\n", "mass = 0.1: expected the key `masses` (unknown key)"),
+        ("[accuracy]\nmases = 0.1\n", "mases = 0.1: expected the key `masses` (unknown key)"),
     ] {
         assert_eq!(refused(table), at(message));
     }

@@ -148,3 +148,20 @@ fn recover_a_load_of_half_the_last_link_beside_a_rough_model() {
     let found = diagnosed_with(rough::rough(&machine, 52), &[load], 52);
     assert_eq!(first(&found).0, "payload");
 }
+
+#[test]
+#[ignore]
+fn measure() {
+    for seed in [52, 53, 54] {
+        for share in [0.5, 1.0, 1.5] {
+            let machine = symmetric();
+            let mass = share * machine.robot.bodies[5].inertia.mass;
+            let load = effect("payload", None, &[("mass", mass), ("x", 0.09), ("z", 0.022)]);
+            println!("== {seed} {share}");
+            let found = diagnosed_with(rough::rough(&machine, seed), &[load], seed);
+            for one in found.candidates.iter().take(4) {
+                println!("{one:?}");
+            }
+        }
+    }
+}
