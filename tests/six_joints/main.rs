@@ -140,28 +140,17 @@ fn property_nothing_is_found_in_a_sound_arm_with_a_rough_model() {
     assert!(found.effects.is_empty() && found.mistakes.is_empty(), "{:?} {:?}", found.effects, found.mistakes);
 }
 
+/// Against masses known to a tenth, a load of the share `s` of its link has at most `½ (s/0.1)²` nats of evidence: 12.5 at half of it, which is
+/// what a name needs, and 50 for a load as heavy as the link. Deviations of other bodies and of centres leave less: 14, 10 and less at half,
+/// 33 to 62 here, for three seeds.
 #[test]
-fn recover_a_load_of_half_the_last_link_beside_a_rough_model() {
+fn recover_a_load_as_heavy_as_the_last_link_beside_a_rough_model() {
     let machine = symmetric();
-    let mass = 0.5 * machine.robot.bodies[5].inertia.mass;
+    let mass = machine.robot.bodies[5].inertia.mass;
     let load = effect("payload", None, &[("mass", mass), ("x", 0.09), ("z", 0.022)]);
     let found = diagnosed_with(rough::rough(&machine, 52), &[load], 52);
     assert_eq!(first(&found).0, "payload");
-}
-
-#[test]
-#[ignore]
-fn measure() {
-    for seed in [52, 53, 54] {
-        for share in [0.5, 1.0, 1.5] {
-            let machine = symmetric();
-            let mass = share * machine.robot.bodies[5].inertia.mass;
-            let load = effect("payload", None, &[("mass", mass), ("x", 0.09), ("z", 0.022)]);
-            println!("== {seed} {share}");
-            let found = diagnosed_with(rough::rough(&machine, seed), &[load], seed);
-            for one in found.candidates.iter().take(4) {
-                println!("{one:?}");
-            }
-        }
-    }
+    let measured = &found.effects[0].parameters["mass"];
+    // Three standard errors, which contain what the link itself may deviate by.
+    assert!((measured.value - mass).abs() < 3.0 * measured.std_error, "{measured:?}");
 }
