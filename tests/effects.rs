@@ -142,7 +142,8 @@ fn amounts(effect: &dyn Diagnosable) -> (Vec<f64>, Vec<f64>) {
         "current_offset" => (vec![0.3], Vec::new()),
         "external_contact" => (vec![12.0], vec![0.4, -1.0]),
         "load_dependent_friction" => (vec![0.15], vec![0.0]),
-        "payload" => (vec![0.4], vec![0.25]),
+        // 0.4 kg at r₀ = (0.22, −0.04, 0.02), where the columns have no error: h = m (r₀ − r_c), r_c = (0.12, 0.01, 0) of the last link.
+        "payload" => (vec![0.4, 0.04, -0.02, 0.008], vec![0.22, -0.04, 0.02, 0.3, 0.0]),
         "position_dependent_friction" => (vec![0.1, 0.15], vec![2.0]),
         "quadratic_drag" => (vec![0.2], Vec::new()),
         "rotor_inertia" => (vec![0.3], Vec::new()),

@@ -24,11 +24,11 @@ type Forget = fn(&mut JointModel);
 
 /// What a model file may leave out, by the word that is then not in it.
 const UNKNOWN: [(&str, Forget); 5] = [
-    ("gear_stiffness", |joint| joint.gear_stiffness = None),
-    ("gear_damping", |joint| joint.gear_damping = None),
-    ("rotor_inertia", |joint| joint.rotor_inertia = None),
+    ("gear_stiffness =", |joint| joint.gear_stiffness = None),
+    ("gear_damping =", |joint| joint.gear_damping = None),
+    ("rotor_inertia =", |joint| joint.rotor_inertia = None),
     ("motor]", |joint| joint.motor = None),
-    ("gear_stiffness", |joint| {
+    ("gear_stiffness =", |joint| {
         (joint.gear_stiffness, joint.gear_damping, joint.rotor_inertia, joint.motor) = (None, None, None, None);
     }),
 ];

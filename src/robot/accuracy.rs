@@ -64,9 +64,14 @@ impl Accuracy {
     pub(super) fn read(table: &Table<'_>) -> Result<(Self, Masses)> {
         let unknown = table.optional_text("masses").is_ok_and(|text| text == Some("unknown"));
         let default = if unknown { Self::of_guesses() } else { Self::default() };
-        let share = |key: &str, default: f64| table.number_or(key, &Range::between(0.0, LARGEST, "1"), default);
+        let range = Range::between(0.0, LARGEST, "1");
+        let share = |key: &str, default: f64| table.number_or(key, &range, default);
+        let masses = || {
+            let or_unknown = |_| table.error("masses", format!("{range}, or \"unknown\""));
+            share("masses", default.masses).map_err(or_unknown)
+        };
         let accuracy = Self {
-            masses: if unknown { default.masses } else { share("masses", default.masses)? },
+            masses: if unknown { default.masses } else { masses()? },
             centres: table.number_or("centres", &Range::between(0.0, LARGEST, "m"), default.centres)?,
             inertias: share("inertias", default.inertias)?,
             torque_constants: share("torque_constants", default.torque_constants)?,

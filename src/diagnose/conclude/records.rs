@@ -71,6 +71,17 @@ fn filter(sessions: &[&TimeSeries]) -> String {
     text
 }
 
+/// What is fitted beside every effect.
+fn baseline(deviates: bool) -> String {
+    let nominal = match deviates {
+        true => "masses, centres, inertias, rotors and torque constants deviate from the model file within its accuracy",
+        false => "masses and inertias stay as the model file gives them",
+    };
+    format!(
+        "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one a session; {nominal}"
+    )
+}
+
 /// How the data were processed.
 pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, options: &Options) -> Method {
     let widths = &problem.motion.half_width;
@@ -97,7 +108,7 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
             problem.widest_gap.words(),
             rigid.join(", ")
         ),
-        baseline: "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one a session; masses, centres, inertias, rotors and torque constants within the accuracy that the model file states".to_owned(),
+        baseline: baseline(problem.inertial.is_some()),
         held_out,
     }
 }

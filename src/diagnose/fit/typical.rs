@@ -30,7 +30,9 @@ pub fn typical(
     let about = effect.about();
     for joint in (0..model.joints.len()).filter(|joint| effect.applies(motion, *joint)) {
         let shapes = effect.shapes(motion, joint);
-        let Some(shape) = shapes.get(shapes.len() / 2) else { continue };
+        // The middle of a joint's range of shapes; of the places on a machine the first, which is the usual one.
+        let usual = if about.scope == Scope::Machine { 0 } else { shapes.len() / 2 };
+        let Some(shape) = shapes.get(usual) else { continue };
         let columns = effect.columns(motion, joint, shape);
         let Some(size) = columns.first().map(|column| rms(column)).filter(|size| *size > 0.0) else { continue };
         for sign in [1.0, -1.0] {

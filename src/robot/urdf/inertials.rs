@@ -14,12 +14,13 @@ impl Urdf<'_> {
     pub(in crate::robot) fn with_inertias(&self, text: &str, robot: &Robot, changed: &[usize]) -> String {
         let bodies: BTreeMap<&str, usize> = changed.iter().map(|body| (&*robot.bodies[*body].name, *body)).collect();
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
-        for link in self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0)) {
-            let Some(name) = link.attribute("name") else { continue };
+        let elements = self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0));
+        // Names of the parsed links have their entities resolved; both lists have the order of the file.
+        for (link, name) in elements.zip(self.robot.links.iter().map(|link| link.name.as_str())) {
             let Some(body) = self.carrier(name, robot).and_then(|carrier| bodies.get(carrier)) else { continue };
             let moved = robot.bodies[*body].name == name;
             let inertial = if moved { written(&robot.bodies[*body].inertia) } else { String::new() };
-            edits.push(self.edit(text, link, name, inertial));
+            edits.push(self.edit(text, link, inertial));
         }
         edits.sort_by_key(|(range, _)| range.start);
         let mut out = String::new();
@@ -46,17 +47,16 @@ impl Urdf<'_> {
     }
 
     /// Where a link's element `inertial` is or belongs, and its new text.
-    fn edit(&self, text: &str, link: &Element<'_>, name: &str, inertial: String) -> (Range<usize>, String) {
+    fn edit(&self, text: &str, link: &Element<'_>, inertial: String) -> (Range<usize>, String) {
         let own =
             link.children.iter().map(|child| &self.text.elements()[*child]).find(|child| child.name == "inertial");
         if let Some(own) = own {
             return (own.range.clone(), inertial);
         }
-        let opening = link.range.start + text[link.range.clone()].find('>').unwrap_or(0) + 1;
-        if text[..opening].ends_with("/>") {
-            return (link.range.clone(), format!("<link name=\"{name}\">{inertial}</link>"));
+        match text[link.range.start..link.inside].strip_suffix("/>") {
+            Some(opening) if !inertial.is_empty() => (link.range.clone(), format!("{opening}>{inertial}</link>")),
+            _ => (link.inside..link.inside, inertial),
         }
-        (opening..opening, inertial)
     }
 }
 

@@ -11,6 +11,8 @@ pub(super) struct Element<'a> {
     pub children: Vec<usize>,
     /// Bytes of the text from its opening to its closing tag.
     pub range: std::ops::Range<usize>,
+    /// Byte behind its opening tag.
+    pub inside: usize,
 }
 
 impl Element<'_> {
@@ -59,7 +61,8 @@ pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
                 let index = elements.len();
                 elements[parent].children.push(index);
             }
-            elements.push(Element { line, name, attributes, parent, children: Vec::new(), range: end - length..end });
+            let range = end - length..end;
+            elements.push(Element { line, name, attributes, parent, children: Vec::new(), range, inside: end });
         }
         line += newlines(markup);
         rest = after;
