@@ -190,7 +190,10 @@ fn equivalent_links_that_are_fixed_to_a_body_give_it_their_mass() {
     reads_back(&moved);
     // One mass for each body that moves, and the plate's on the base.
     assert_eq!(text.matches("<mass").count(), 3, "{text}");
-    assert!(text.contains("<link  name='turn' ><inertial>") && text.contains("<link name=\"slide\"><inertial>"), "{text}");
+    assert!(
+        text.contains("<link  name='turn' ><inertial>") && text.contains("<link name=\"slide\"><inertial>"),
+        "{text}"
+    );
     assert!(text.contains("<link name=\"plate\"><inertial><mass value=\"5\"/>"), "what does not move stays: {text}");
     assert!(text.contains("<link name=\"rim\"/>") && text.contains("<!-- <link name=\"turn\"/> is no link here -->"));
 }

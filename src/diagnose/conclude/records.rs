@@ -74,7 +74,9 @@ fn filter(sessions: &[&TimeSeries]) -> String {
 /// What is fitted beside every effect.
 fn baseline(deviates: bool) -> String {
     let nominal = match deviates {
-        true => "masses, centres, inertias, rotors and torque constants deviate from the model file within its accuracy",
+        true => {
+            "masses, centres, inertias, rotors and torque constants deviate from the model file within its accuracy"
+        }
         false => "masses and inertias stay as the model file gives them",
     };
     format!(

@@ -14,7 +14,8 @@ impl Urdf<'_> {
     pub(in crate::robot) fn with_inertias(&self, text: &str, robot: &Robot, changed: &[usize]) -> String {
         let bodies: BTreeMap<&str, usize> = changed.iter().map(|body| (&*robot.bodies[*body].name, *body)).collect();
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
-        let elements = self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0));
+        let elements =
+            self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0));
         // Names of the parsed links have their entities resolved; both lists have the order of the file.
         for (link, name) in elements.zip(self.robot.links.iter().map(|link| link.name.as_str())) {
             let Some(body) = self.carrier(name, robot).and_then(|carrier| bodies.get(carrier)) else { continue };
