@@ -78,7 +78,7 @@ fn scenario(file: &Path) -> Result<String> {
 
 /// A scenario on recordings: its recordings and model are read as in a run.
 fn on_recordings(scenario: &Recorded) -> Result<String> {
-    let model = model(&scenario.robot)?;
+    let model = buildable(scenario.model()?)?;
     let read = input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &channels())?;
     let sessions = read.data.len() + read.hold_out.len();
     Ok(format!("scenario {}, {sessions} recordings of {}", scenario.name, model.name))
@@ -86,7 +86,11 @@ fn on_recordings(scenario: &Recorded) -> Result<String> {
 
 /// Reads a model, and checks that a machine can be built from it.
 fn model(file: &Path) -> Result<Model> {
-    let model = Model::load(file)?;
+    buildable(Model::load(file)?)
+}
+
+/// The model, if a machine can be built from it.
+fn buildable(model: Model) -> Result<Model> {
     Plant::new(&model, &Options::default())?;
     Ok(model)
 }

@@ -7,7 +7,6 @@ use clap::Args;
 use crate::error::Result;
 use crate::report::files::planned;
 use crate::report::run as rendering;
-use crate::robot::Model;
 use crate::scenario::{self, Findings, Recorded, Scenario, channels};
 
 use super::console::{self, OutputOptions, Progress};
@@ -109,7 +108,7 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
 
 /// Diagnoses recordings, and checks the named effects.
 fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
-    let model = Model::load(&scenario.robot)?;
+    let model = scenario.model()?;
     let input::Recordings { model, data: train, hold_out, drawn, .. } =
         input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &channels())?;
     let mut inputs = input::files(&model, &[&scenario.data, &scenario.hold_out], &[&train, &hold_out]);

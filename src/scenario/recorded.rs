@@ -6,6 +6,7 @@
 //! question = "Is it a gap?"
 //! procedure = "diagnose"
 //! robot = "../../robots/kr300/model.toml"      # relative to this file, else to the folder named by LOSTMOTION_DATA; so are the next two
+//! model = ["accuracy.masses=0.2"]              # changes of the model, if any
 //! data = ["../../robots/kr300/datasets/trajectory_a.toml"]
 //! hold_out = ["../../robots/kr300/datasets/trajectory_b.toml"]
 //! [expect]
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 use super::{DiagnosisExpectation, SCHEMA, UnmetDiagnosis};
 use crate::diagnose::Diagnosis;
 use crate::error::Result;
+use crate::robot::Model;
 use crate::toml_input::{Document, Table};
 
 /// Environment variable that names the folder of recordings.
@@ -31,6 +33,8 @@ pub struct Recorded {
     pub question: String,
     /// Nominal model.
     pub robot: PathBuf,
+    /// Changes of that model, each `KEY=VALUE`.
+    pub assignments: Vec<String>,
     /// Recordings, or their manifests.
     pub data: Vec<PathBuf>,
     /// Recordings to evaluate on.
@@ -72,12 +76,23 @@ impl Recorded {
             name: root.name("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
             robot: find(&root, "robot", root.text("robot")?)?,
+            assignments: root.optional_texts("model")?.unwrap_or_default().into_iter().map(str::to_owned).collect(),
             data: all("data")?,
             hold_out: all("hold_out")?,
             expectation,
         };
         root.finish()?;
         Ok(Some(scenario))
+    }
+
+    /// The nominal model with the scenario's changes.
+    ///
+    /// # Errors
+    /// As [`Model::load`]; a change names no value of it.
+    pub fn model(&self) -> Result<Model> {
+        let mut document = Document::read(&self.robot)?;
+        self.assignments.iter().try_for_each(|assignment| document.set(assignment))?;
+        Model::from_changed(&document)
     }
 
     /// The failed expectations.
