@@ -14,7 +14,8 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::{Error, Result};
-use crate::robot::{Inertia, Model, Robot};
+use crate::robot::{Accuracy, Inertia, Model, Robot};
+use crate::units::JointKind;
 
 static ABOUT: About = About {
     name: "payload",
@@ -57,6 +58,24 @@ fn point(mass: f64, position: Vector3<f64>) -> Inertia {
 fn body_of(robot: &Robot, link: f64) -> usize {
     let last = robot.bodies.len().saturating_sub(1);
     if link >= 1.0 { (link as usize - 1).min(last) } else { last }
+}
+
+/// On a model whose inertias are exact, a load is sought along a line: the unit vector from the last joint's origin through its body's centre of
+/// mass, and that distance. On a wrist that turns about the tool's axis it is that axis, on a planar arm it is perpendicular to the joint's axis.
+/// Four coefficients would fit the residue of other effects there, because nothing else can.
+fn line(motion: &Motion) -> Option<(Vector3<f64>, f64)> {
+    let Accuracy { masses, centres, inertias, .. } = motion.model.accuracy;
+    let body = motion.model.robot.bodies.last()?;
+    let distance = body.inertia.com.norm();
+    let exact = [masses, centres, inertias] == [0.0; 3];
+    (exact && body.joint.kind == JointKind::Revolute && distance > 1e-9)
+        .then(|| (body.inertia.com / distance, distance))
+}
+
+/// The place of a load on that line, for a shape that says how far out.
+fn on_line(motion: &Motion, shape: &[f64]) -> Option<Vector3<f64>> {
+    let [radius] = shape else { return None };
+    line(motion).map(|(direction, _)| direction * *radius)
 }
 
 /// Where a load is tried: `r₀`, a typical `m ρ` [kg·m], and the parameter `link`.
@@ -129,6 +148,9 @@ impl Diagnosable for Payload {
 
     /// The last link first.
     fn shapes(&self, motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
+        if let Some((_, distance)) = line(motion) {
+            return [0.5, 1.0, 1.5, 2.0, 3.0].iter().map(|part| vec![part * distance]).collect();
+        }
         let bodies = &motion.model.robot.bodies;
         let on = |(index, body): (usize, &crate::robot::Body)| {
             let link = if index + 1 == bodies.len() { 0.0 } else { (index + 1) as f64 };
@@ -143,11 +165,15 @@ impl Diagnosable for Payload {
         coefficients[0] > 0.0
     }
 
-    fn refines(&self) -> bool {
-        false
+    /// A position follows its coefficients; a distance along a line is refined.
+    fn refined_shapes(&self, shape: &[f64]) -> usize {
+        usize::from(shape.len() == 1)
     }
 
     fn priors(&self, shape: &[f64]) -> Vec<(usize, f64)> {
+        if shape.len() == 1 {
+            return Vec::new();
+        }
         let precision = Place::of(shape).spread.max(1e-9).powi(-2);
         (1..4).map(|k| (k, precision)).collect()
     }
@@ -167,6 +193,12 @@ impl Diagnosable for Payload {
 
     fn columns_of_all(&self, motion: &Motion, shape: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
         let robot = &motion.model.robot;
+        if let Some(position) = on_line(motion, shape) {
+            let last = robot.bodies.len() - 1;
+            let mut of_bodies = DMatrix::zeros(10 * robot.bodies.len(), 1);
+            of_bodies.view_mut((10 * last, 0), (10, 1)).copy_from_slice(&point(1.0, position).parameters());
+            return Some(motion.regressed(&of_bodies));
+        }
         let place = Place::of(shape);
         let body = body_of(robot, place.link);
         let mut of_bodies = DMatrix::zeros(10 * robot.bodies.len(), 4);
@@ -177,6 +209,9 @@ impl Diagnosable for Payload {
     }
 
     fn parameters(&self, motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        if let Some(position) = on_line(motion, shape) {
+            return vec![coefficients[0], position.x, position.y, position.z, 0.0];
+        }
         let place = Place::of(shape);
         let centre = motion.model.robot.bodies[body_of(&motion.model.robot, place.link)].inertia.com;
         let [mass, x, y, z] = coefficients.first_chunk::<4>().copied().unwrap_or_default();

@@ -22,6 +22,8 @@ use crate::robot::{Accuracy, Model};
 const LEAST_TORQUE: f64 = 1e-3;
 /// Number of rows from which the directions are computed.
 const ROWS: usize = 2000;
+/// Factors by which the standard deviations of a body may be wider than stated.
+const FACTORS: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
 /// Parameters of a body.
 pub const NUMBERS: usize = 10;
 
@@ -40,6 +42,8 @@ pub struct Inertial {
     fixed: bool,
     /// Factor of the standard deviations of each body, above 1 where its stated accuracy does not hold.
     widened: Vec<f64>,
+    /// `Q` and `b`, what all rows say of the deviations.
+    pub told: Option<(DMatrix<f64>, DVector<f64>)>,
 }
 
 /// A body whose deviation is improbable at its stated accuracy.
@@ -47,9 +51,9 @@ pub struct Inertial {
 pub struct Surprise {
     /// Index of the body.
     pub body: usize,
-    /// [nats] By how much a wider accuracy is likelier: `½ (|u|² − r) − ½ r ln(|u|²/r)`.
+    /// [nats] By how much a wider accuracy is likelier.
     pub nats: f64,
-    /// `√(|u|²/r)` The likeliest factor of its standard deviations.
+    /// The likeliest factor of its standard deviations.
     pub factor: f64,
 }
 
@@ -136,7 +140,15 @@ impl Inertial {
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
         let columns = self::torques(motion, &accuracy, &deviations, &directions);
-        Some(Self { directions, columns, views: vec![None; motion.joints.len()], last: None, fixed: false, widened })
+        Some(Self {
+            directions,
+            columns,
+            views: vec![None; motion.joints.len()],
+            last: None,
+            fixed: false,
+            widened,
+            told: None,
+        })
     }
 
     /// Number of directions.
@@ -149,22 +161,43 @@ impl Inertial {
         &self.directions * z
     }
 
-    /// Bodies with a deviation that is larger than expected. Of its ten values the motion shows `r = Σ V²`, and `|u|²` is expected to be `r`.
-    fn surprises(&self, z: &DVector<f64>) -> Vec<Surprise> {
-        let u = self.values(z);
-        let of_body = |body: usize| {
-            let own = NUMBERS * body..NUMBERS * (body + 1);
-            let size: f64 = own.clone().map(|k| u[k] * u[k]).sum();
-            let shown: f64 = own.map(|k| self.directions.row(k).norm_squared()).sum();
-            let ratio = size / shown.max(1e-12);
-            let nats = 0.5 * (size - shown) - 0.5 * shown * ratio.max(1e-12).ln();
-            (ratio > 1.0 && shown > 0.0 && self.widened[body] == 1.0).then_some(Surprise {
-                body,
-                nats,
-                factor: ratio.sqrt(),
-            })
+    /// Bodies that are likelier to deviate more than stated by more than `least` nats, from what all rows say: `−½ zᵀ Q z + bᵀ z`. The likeliest
+    /// comes first, each of the others is judged beside those before it.
+    ///
+    /// With the standard deviations of bodies wider by `s`, the prior of `z` has the covariance `W = 1 + Σ_b (s_b² − 1) V_bᵀ V_b`, and the evidence
+    /// is `ln Z = −½ ln |A| + ½ (Lᵀ b)ᵀ A⁻¹ Lᵀ b`, `A = 1 + Lᵀ Q L`, `W = L Lᵀ`. The likeliest of a few factors pays for the choice among them.
+    fn surprises(&self, least: f64) -> Vec<Surprise> {
+        let Some((q, b)) = &self.told else { return Vec::new() };
+        let unit = || DMatrix::identity(self.count(), self.count());
+        let evidence = |covariance: &DMatrix<f64>| -> Option<f64> {
+            let root = covariance.clone().cholesky()?.l();
+            let a = unit() + root.tr_mul(&(q * &root));
+            let factor = ((&a + a.transpose()) * 0.5).cholesky()?;
+            let half = root.tr_mul(b);
+            let log_determinant: f64 = factor.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
+            Some(0.5 * half.dot(&factor.solve(&half)) - 0.5 * log_determinant)
         };
-        (0..self.widened.len()).filter_map(of_body).collect()
+        let wider = |covariance: &DMatrix<f64>, body: usize, factor: f64| {
+            let own = self.directions.rows(NUMBERS * body, NUMBERS);
+            covariance + own.tr_mul(&own) * (factor * factor - 1.0)
+        };
+        let mut surprises: Vec<Surprise> = Vec::new();
+        let mut covariance = unit();
+        loop {
+            let Some(now) = evidence(&covariance) else { return surprises };
+            let untold = (0..self.widened.len())
+                .filter(|body| self.widened[*body] == 1.0 && surprises.iter().all(|known| known.body != *body));
+            let tried = untold.flat_map(|body| FACTORS.map(|factor| (body, factor)));
+            let judged = tried.filter_map(|(body, factor)| {
+                let nats = evidence(&wider(&covariance, body, factor))? - now - (FACTORS.len() as f64).ln();
+                Some(Surprise { body, nats, factor })
+            });
+            let Some(best) = judged.max_by(|a, b| a.nats.total_cmp(&b.nats)).filter(|best| best.nats > least) else {
+                return surprises;
+            };
+            covariance = wider(&covariance, best.body, best.factor);
+            surprises.push(best);
+        }
     }
 
     /// Bodies whose stated accuracy does not hold.
@@ -331,9 +364,9 @@ impl Problem<'_> {
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
     }
 
-    /// Bodies with a deviation that is larger than expected, in a fit of all joints.
-    pub fn surprises(&self, fitted: &Fitted) -> Vec<Surprise> {
-        self.inertial.as_ref().map_or_else(Vec::new, |inertial| inertial.surprises(&inertial.estimate(fitted)))
+    /// Bodies that are likelier to deviate more than stated by more than `least` nats, the likeliest first.
+    pub fn surprises(&self, least: f64) -> Vec<Surprise> {
+        self.inertial.as_ref().map_or_else(Vec::new, |inertial| inertial.surprises(least))
     }
 
     /// Takes bodies for less accurate than stated.

@@ -115,8 +115,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             let best = choose(&found, rules).filter(|_| taken.len() < rules.most);
             // A link that is not as accurate as stated is a cause like others: the strongest come first.
             let least = best.map_or(rules.nats, |best| best.total().max(rules.nats));
-            let surprises: Vec<Surprise> =
-                problem.surprises(&fitted).into_iter().filter(|surprise| surprise.nats > least).collect();
+            let surprises = problem.surprises(least);
             if !surprises.is_empty() {
                 problem.widen(&surprises);
                 links.extend(surprises);
