@@ -88,6 +88,8 @@ fn sizes() -> Vec<Amount> {
         // Size zero: out of reach.
         ("external_contact", vec![("angle", 0.35), ("stiffness", 200.0), ("damping", 0.5)], Some(("angle", 1e3))),
         ("joint_compliance", vec![("stiffness", 400.0)], Some(("stiffness", 3000.0))),
+        // As with a payload, a difference of zero rounds the link's inertia.
+        ("link_inertia", vec![("mass", 0.2), ("moment_x", 0.02), ("inertia_zz", 0.01)], None),
         ("load_dependent_friction", vec![("coefficient", 0.2)], Some(("coefficient", 0.0))),
         // A mass of zero is joined with the link's inertia, and rounds it.
         ("payload", vec![("mass", 0.5), ("x", 0.2)], None),
@@ -128,7 +130,7 @@ fn property_sizes_name_the_whole_catalogue() {
     let named: Vec<&str> = sizes().iter().map(|(name, ..)| *name).collect();
     let catalogue: Vec<&str> = CATALOGUE.iter().map(|effect| effect.name()).collect();
     assert_eq!(named, catalogue);
-    assert_eq!(catalogue.len(), 27, "as many as the catalogue is said to have");
+    assert_eq!(catalogue.len(), 28, "as many as the catalogue is said to have");
 }
 
 #[test]

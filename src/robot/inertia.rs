@@ -46,7 +46,7 @@ impl Inertia {
 
     /// The body of these ten [parameters](Self::parameters), or the nearest one that a rigid body can have.
     ///
-    /// The pseudo-inertia `[[Σ, h], [hᵀ, m]]`, `Σ = ½ tr(I) E − I`, of a body is positive definite. Eigenvalues below [`LEAST_PSEUDO`] of their
+    /// The pseudo-inertia `[[Σ, h], [hᵀ, m]]`, `Σ = ½ tr(I) E − I`, of a body is positive definite. Eigenvalues below 1e-7 of their
     /// sum are raised to it, which is the nearest such matrix in the Frobenius norm.
     /// Reference: P. Wensing, S. Kim, J.-J. Slotine (2018), Linear matrix inequalities for physically consistent inertial parameter
     /// identification.

@@ -30,8 +30,10 @@ pub fn typical(
     let about = effect.about();
     for joint in (0..model.joints.len()).filter(|joint| effect.applies(motion, *joint)) {
         let shapes = effect.shapes(motion, joint);
-        // The middle of a joint's range of shapes; of the places on a machine the first, which is the usual one.
-        let usual = if about.scope == Scope::Machine { 0 } else { shapes.len() / 2 };
+        // The middle of a range of shapes; of places that are no range the first, which is the usual one.
+        let is_range =
+            shapes.first().is_some_and(|shape| about.scope == Scope::Joint || effect.refined_shapes(shape) > 0);
+        let usual = if is_range { shapes.len() / 2 } else { 0 };
         let Some(shape) = shapes.get(usual) else { continue };
         let columns = effect.columns(motion, joint, shape);
         let Some(size) = columns.first().map(|column| rms(column)).filter(|size| *size > 0.0) else { continue };

@@ -13,7 +13,7 @@ use super::machine::{GEAR_RATIO, Machine, around};
 /// Parameters of an effect by name.
 pub type Drawn = Vec<(&'static str, f64)>;
 
-/// Every effect that can be hidden, by name.
+/// Every effect that can be hidden, by name: all but `link_inertia`, for which the nominal model would have to be wrong and not the machine.
 pub const EFFECTS: [&str; 27] = [
     "base_tilt",
     "cable_spring",
