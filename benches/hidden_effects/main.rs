@@ -79,7 +79,9 @@ fn generate_one() {
 
 #[test]
 fn property_every_effect_of_the_catalogue_can_be_hidden() {
-    let catalogue: BTreeSet<&str> = CATALOGUE.iter().map(|effect| effect.name()).collect();
+    // The masses of the drawn nominal models are exact, so none of them can be found less accurate than stated.
+    let names = CATALOGUE.iter().map(|effect| effect.name());
+    let catalogue: BTreeSet<&str> = names.filter(|name| *name != "link_inertia").collect();
     assert_eq!(BTreeSet::from(strengths::EFFECTS), catalogue);
 }
 
