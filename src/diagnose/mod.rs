@@ -49,7 +49,7 @@ use crate::timeseries::{Channel, TimeSeries};
 use fit::pose::{nothing_moves, pose};
 use instruments::preparation::{self, Prepared};
 use rows::division::Division;
-use select::{confirm, links, selection, substitutes};
+use select::{confirm, selection, substitutes};
 
 /// Channels that a diagnosis reads; all others may be dropped.
 pub fn channels() -> Vec<Channel> {
@@ -98,8 +98,7 @@ pub fn diagnose(
         selection.as_recorded = as_recorded.at_rows_of(&problem);
     }
     let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &|_| true).ok_or_else(|| nothing_moves(model))?;
-    let other_links = links::other_links(&mut problem, &selection).ok_or_else(|| nothing_moves(model))?;
-    let data = conclude::Data { model, sessions: &sessions, division, earlier, other_links, shaken };
+    let data = conclude::Data { model, sessions: &sessions, division, earlier, shaken };
     let mut parts = conclude::conclude(&data, &problem, &selection, &confirmed, options, progress)?;
     parts.mistakes = mistakes::remaining::found(model, &recorded, &parts.fit);
     Ok(parts.assembled())

@@ -180,6 +180,16 @@ pub trait Diagnosable: Effect {
         None
     }
 
+    /// Whether it may differ between two recordings of one machine.
+    fn can_change(&self) -> bool {
+        true
+    }
+
+    /// Whether it may be named several times on one machine or joint: with another order, on another link.
+    fn several(&self) -> bool {
+        self.harmonic().is_some_and(|harmonic| harmonic.several)
+    }
+
     /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear.
     fn loads_link(&self) -> bool {
         false

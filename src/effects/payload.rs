@@ -49,15 +49,25 @@ pub struct Payload;
 /// `ρ` [m] How far from the centre of mass of its link a load is expected: a gripper with a workpiece reaches that far.
 const EXPECTED_WITHIN: f64 = 0.3;
 
+/// Parameters of a body.
+const NUMBERS: usize = 10;
+
 /// A point mass.
 fn point(mass: f64, position: Vector3<f64>) -> Inertia {
     Inertia { mass, com: position, tensor: Matrix3::zeros() }
 }
 
 /// Index of the body that a parameter `link` means.
-fn body_of(robot: &Robot, link: f64) -> usize {
+pub(super) fn body_of(robot: &Robot, link: f64) -> usize {
     let last = robot.bodies.len().saturating_sub(1);
     if link >= 1.0 { (link as usize - 1).min(last) } else { last }
+}
+
+/// Torque of changes of one body's parameters, ten rows and a column for each: `torque[joint][column][row]`.
+pub(super) fn regressed_of_body(motion: &Motion, body: usize, changes: &DMatrix<f64>) -> Vec<Vec<Vec<f64>>> {
+    let mut of_bodies = DMatrix::zeros(NUMBERS * motion.model.robot.bodies.len(), changes.ncols());
+    of_bodies.rows_mut(NUMBERS * body, NUMBERS).copy_from(changes);
+    motion.regressed(&of_bodies)
 }
 
 /// On a model whose inertias are exact, a load is sought along a line: the unit vector from the last joint's origin through its body's centre of
@@ -97,7 +107,7 @@ impl Place {
 }
 
 /// Changes of a body's ten parameters per unit of the mass at the point `centre` and of the first moments beside it.
-fn changes(centre: &Vector3<f64>, position: &Vector3<f64>) -> [[f64; 10]; 4] {
+fn changes(centre: &Vector3<f64>, position: &Vector3<f64>) -> [[f64; NUMBERS]; 4] {
     let listed = |m: f64, h: Vector3<f64>, i: Matrix3<f64>| {
         [m, h.x, h.y, h.z, i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(1, 1)], i[(1, 2)], i[(2, 2)]]
     };
@@ -194,18 +204,13 @@ impl Diagnosable for Payload {
     fn columns_of_all(&self, motion: &Motion, shape: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
         let robot = &motion.model.robot;
         if let Some(position) = on_line(motion, shape) {
-            let last = robot.bodies.len() - 1;
-            let mut of_bodies = DMatrix::zeros(10 * robot.bodies.len(), 1);
-            of_bodies.view_mut((10 * last, 0), (10, 1)).copy_from_slice(&point(1.0, position).parameters());
-            return Some(motion.regressed(&of_bodies));
+            let change = DMatrix::from_column_slice(NUMBERS, 1, &point(1.0, position).parameters());
+            return Some(regressed_of_body(motion, robot.bodies.len() - 1, &change));
         }
         let place = Place::of(shape);
         let body = body_of(robot, place.link);
-        let mut of_bodies = DMatrix::zeros(10 * robot.bodies.len(), 4);
-        for (k, change) in changes(&robot.bodies[body].inertia.com, &place.position).iter().enumerate() {
-            of_bodies.view_mut((10 * body, k), (10, 1)).copy_from_slice(change);
-        }
-        Some(motion.regressed(&of_bodies))
+        let changes = changes(&robot.bodies[body].inertia.com, &place.position);
+        Some(regressed_of_body(motion, body, &DMatrix::from_column_slice(NUMBERS, 4, changes.as_flattened())))
     }
 
     fn parameters(&self, motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

@@ -48,12 +48,6 @@ pub enum Phenomenon {
         /// [s]
         time: Estimate,
     },
-    /// The body that a joint moves differs from the nominal one by more than its stated accuracy.
-    OtherLink {
-        /// Differences of `m` [kg], `h` [kg·m] and the tensor about the origin of its frame [kg·m²], in the order of
-        /// [`Inertia::parameters`](crate::robot::Inertia::parameters).
-        difference: [Estimate; 10],
-    },
     /// Two encoders show a gear that is softer than in the model.
     WindUp {
         /// [N·m/rad or N/m]
@@ -78,14 +72,13 @@ const ONE: Estimate = Estimate { value: 1.0, std_error: 1.0 };
 
 impl Phenomenon {
     /// One phenomenon of each kind, to test whether an effect claims that kind.
-    pub const KINDS: [Self; 9] = [
+    pub const KINDS: [Self; 8] = [
         Self::CurrentLag { lag: ONE },
         Self::LinkEncoderLag { lag: ONE },
         Self::VelocityLag { delay: Some(ONE), time_constant: Some(ONE), gain: ONE },
         Self::Line { frequency: ONE, amplitude: ONE, phase: ONE },
         Self::DeadBand { width: ONE },
         Self::Step { jump: ONE, time: ONE },
-        Self::OtherLink { difference: [ONE; 10] },
         Self::WindUp { stiffness: ONE },
         Self::UnevenGap { amplitude: ONE, order: ONE, phase: ONE },
     ];

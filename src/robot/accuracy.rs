@@ -99,11 +99,15 @@ impl Accuracy {
         let n = robot.bodies.len();
         let mut deviations = DMatrix::zeros(NUMBERS * n, NUMBERS * n);
         for (index, body) in robot.bodies.iter().enumerate() {
-            for (k, change) in self.of_body(&body.inertia).iter().enumerate() {
-                deviations.view_mut((NUMBERS * index, NUMBERS * index + k), (NUMBERS, 1)).copy_from_slice(change);
-            }
+            let at = (NUMBERS * index, NUMBERS * index);
+            deviations.view_mut(at, (NUMBERS, NUMBERS)).copy_from(&self.deviations_of(&body.inertia));
         }
         deviations
+    }
+
+    /// Changes of one body's parameters.
+    pub fn deviations_of(&self, body: &Inertia) -> DMatrix<f64> {
+        DMatrix::from_column_slice(NUMBERS, NUMBERS, self.of_body(body).as_flattened())
     }
 
     /// Columns of one body.

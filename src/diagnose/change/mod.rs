@@ -242,7 +242,6 @@ fn report(
     };
     let mut selection = Selection {
         taken,
-        links: Vec::new(),
         first_round: changes.first_round,
         fitted,
         nominal,
@@ -250,7 +249,7 @@ fn report(
     };
     let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();
     let confirmed = confirm::confirm(problem, &mut selection, given, &is_effect).ok_or_else(|| nothing_moves(model))?;
-    let data = conclude::Data { model, sessions, division, earlier, other_links: Vec::new(), shaken: false };
+    let data = conclude::Data { model, sessions, division, earlier, shaken: false };
     let options = Options { backlash: false, ..options.clone() };
     let mut parts = conclude::conclude(&data, problem, &selection, &confirmed, &options, progress)?;
     // A residual in both recordings is an error of the model and no change; a shape only in the recording of now is a change.

@@ -68,7 +68,7 @@ pub struct Sides {
 /// Changes of every effect and every quantity of the baseline between the recordings; without inertias where masses are estimated.
 pub fn causes(known: &Catalogue, masses: Masses, sides: &Sides) -> Vec<Cause> {
     let told = QUANTITIES.iter().filter(|quantity| masses == Masses::Known || quantity.is_of_baseline());
-    let effects = known.diagnosable().filter(|effect| quantity::find(effect.name()).is_none());
+    let effects = known.diagnosable().filter(|effect| effect.can_change() && quantity::find(effect.name()).is_none());
     let mut causes: Vec<Cause> = told.map(Cause::from).chain(effects.map(Cause::from)).collect();
     causes.sort_by_key(|cause| cause.name());
     causes.into_iter().map(|cause| Cause::change(cause, sides.now.clone())).collect()

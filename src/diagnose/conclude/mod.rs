@@ -2,7 +2,6 @@
 //!
 //! Takes a confirmed selection, runs the instruments that need a fit, and gives the parts of a diagnosis.
 //! - `gaps`: gaps that the model file does not give
-//! - `links`: links that are not as accurate as the model states
 //! - `link_load`: whether an effect prevents the measurement of a gap
 //! - `unexplained`: structure that no effect explains
 //! - `extend`: the baseline model and the extended model
@@ -12,7 +11,6 @@
 pub mod extend;
 mod gaps;
 mod link_load;
-mod links;
 mod records;
 /// Structure that no effect explains.
 pub mod unexplained;
@@ -34,7 +32,6 @@ use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::select::confirm::Confirmed;
 use crate::diagnose::select::findings::found;
-use crate::diagnose::select::links::OtherLink;
 use crate::diagnose::select::selection::Selection;
 use crate::effects::Catalogue;
 use crate::error::Result;
@@ -53,8 +50,6 @@ pub struct Data<'d> {
     pub division: Division,
     /// What was named or withdrawn before the problem was built.
     pub earlier: Findings,
-    /// Links that are not as accurate as the model states.
-    pub other_links: Vec<OtherLink>,
     /// Whether a fast torque was removed: its remainder shakes the joints at their reversals, so no reversal is judged.
     pub shaken: bool,
 }
@@ -81,7 +76,6 @@ pub fn conclude(
         withdrawn: confirmed.withdrawn.clone(),
         unexplained: Vec::new(),
     };
-    findings.merge(links::findings(data, problem, &uncertainty, options));
     findings.merge(data.earlier.clone());
     let left: Vec<Vec<f64>> = residuals.iter().map(|residual| residual.after.clone()).collect();
     let scene = FittedRows { problem, sessions, division, options, left: &left, shaken: data.shaken };

@@ -22,10 +22,6 @@ use crate::robot::{Accuracy, Model};
 const LEAST_TORQUE: f64 = 1e-3;
 /// Number of rows from which the directions are computed.
 const ROWS: usize = 2000;
-/// Factors by which the standard deviations of a body may be wider than stated.
-const FACTORS: [f64; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
-/// Parameters of a body.
-pub const NUMBERS: usize = 10;
 
 /// Unknown deviations of the nominal model, and what is known of them.
 #[derive(Debug, Clone)]
@@ -40,21 +36,6 @@ pub struct Inertial {
     last: Option<Deviations>,
     /// Whether they are no longer fitted.
     fixed: bool,
-    /// Factor of the standard deviations of each body, above 1 where its stated accuracy does not hold.
-    widened: Vec<f64>,
-    /// `Q` and `b`, what all rows say of the deviations.
-    pub told: Option<(DMatrix<f64>, DVector<f64>)>,
-}
-
-/// A body whose deviation is improbable at its stated accuracy.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Surprise {
-    /// Index of the body.
-    pub body: usize,
-    /// [nats] By how much a wider accuracy is likelier.
-    pub nats: f64,
-    /// The likeliest factor of its standard deviations.
-    pub factor: f64,
 }
 
 /// Deviations `z` and their torque.
@@ -102,14 +83,9 @@ impl Treated {
 
 impl Inertial {
     /// The directions that a motion shows; `None` where the stated accuracy leaves nothing that it shows.
-    ///
-    /// `widened` are factors of the standard deviations of each body.
-    pub fn new(motion: &Motion, widened: Vec<f64>) -> Option<Self> {
+    pub fn new(motion: &Motion) -> Option<Self> {
         let accuracy = motion.model.accuracy;
-        let mut deviations = accuracy.inertial_deviations(&motion.model.robot);
-        for (body, factor) in widened.iter().enumerate() {
-            deviations.columns_mut(NUMBERS * body, NUMBERS).scale_mut(*factor);
-        }
+        let deviations = accuracy.inertial_deviations(&motion.model.robot);
         let rows: Vec<usize> = (0..motion.rows()).step_by(motion.rows().div_ceil(ROWS).max(1)).collect();
         let few = motion.at_rows(&rows);
         let unit = DMatrix::identity(
@@ -146,8 +122,6 @@ impl Inertial {
             views: vec![None; motion.joints.len()],
             last: None,
             fixed: false,
-            widened,
-            told: None,
         })
     }
 
@@ -156,53 +130,9 @@ impl Inertial {
         self.directions.ncols()
     }
 
-    /// `u`: deviations of the nominal values, in standard deviations, widened where they were.
+    /// `u`: deviations of the nominal values, in standard deviations.
     fn values(&self, z: &DVector<f64>) -> DVector<f64> {
         &self.directions * z
-    }
-
-    /// Bodies that are likelier to deviate more than stated by more than `least` nats, from what all rows say: `−½ zᵀ Q z + bᵀ z`. The likeliest
-    /// comes first, each of the others is judged beside those before it.
-    ///
-    /// With the standard deviations of bodies wider by `s`, the prior of `z` has the covariance `W = 1 + Σ_b (s_b² − 1) V_bᵀ V_b`, and the evidence
-    /// is `ln Z = −½ ln |A| + ½ (Lᵀ b)ᵀ A⁻¹ Lᵀ b`, `A = 1 + Lᵀ Q L`, `W = L Lᵀ`. The likeliest of a few factors pays for the choice among them.
-    fn surprises(&self, least: f64) -> Vec<Surprise> {
-        let Some((q, b)) = &self.told else { return Vec::new() };
-        let unit = || DMatrix::identity(self.count(), self.count());
-        let evidence = |covariance: &DMatrix<f64>| -> Option<f64> {
-            let root = covariance.clone().cholesky()?.l();
-            let a = unit() + root.tr_mul(&(q * &root));
-            let factor = ((&a + a.transpose()) * 0.5).cholesky()?;
-            let half = root.tr_mul(b);
-            let log_determinant: f64 = factor.l().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
-            Some(0.5 * half.dot(&factor.solve(&half)) - 0.5 * log_determinant)
-        };
-        let wider = |covariance: &DMatrix<f64>, body: usize, factor: f64| {
-            let own = self.directions.rows(NUMBERS * body, NUMBERS);
-            covariance + own.tr_mul(&own) * (factor * factor - 1.0)
-        };
-        let mut surprises: Vec<Surprise> = Vec::new();
-        let mut covariance = unit();
-        loop {
-            let Some(now) = evidence(&covariance) else { return surprises };
-            let untold = (0..self.widened.len())
-                .filter(|body| self.widened[*body] == 1.0 && surprises.iter().all(|known| known.body != *body));
-            let tried = untold.flat_map(|body| FACTORS.map(|factor| (body, factor)));
-            let judged = tried.filter_map(|(body, factor)| {
-                let nats = evidence(&wider(&covariance, body, factor))? - now - (FACTORS.len() as f64).ln();
-                Some(Surprise { body, nats, factor })
-            });
-            let Some(best) = judged.max_by(|a, b| a.nats.total_cmp(&b.nats)).filter(|best| best.nats > least) else {
-                return surprises;
-            };
-            covariance = wider(&covariance, best.body, best.factor);
-            surprises.push(best);
-        }
-    }
-
-    /// Bodies whose stated accuracy does not hold.
-    fn surprising(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.widened.len()).filter(|body| self.widened[*body] > 1.0)
     }
 
     fn held(&self) -> Option<&Deviations> {
@@ -269,7 +199,7 @@ fn torques(
 impl Problem<'_> {
     /// From now on the nominal model may deviate within its stated accuracy.
     pub fn deviate(&mut self) {
-        self.inertial = Inertial::new(&self.motion, vec![1.0; self.baseline.len()]);
+        self.inertial = Inertial::new(&self.motion);
     }
 
     /// The joints that a fit of some joints has to include: all, where deviations of the model couple several.
@@ -353,48 +283,13 @@ impl Problem<'_> {
         }
     }
 
-    /// The nominal model with the deviations that are held, except those of bodies whose stated accuracy does not hold; and the true torque of
+    /// The nominal model with the deviations that are held; and the true torque of
     /// each joint relative to that of the nominal model.
     pub fn deviating_model(&self) -> (Model, Vec<f64>) {
         let (model, dof) = (self.motion.model, self.baseline.len());
         let held = self.inertial.as_ref().and_then(|inertial| Some((inertial, inertial.values(&inertial.held()?.z))));
-        let Some((inertial, mut u)) = held else { return (model.clone(), vec![1.0; dof]) };
-        inertial.surprising().for_each(|body| u.rows_mut(NUMBERS * body, NUMBERS).fill(0.0));
+        let Some((_, u)) = held else { return (model.clone(), vec![1.0; dof]) };
         let factor = |joint: usize| model.accuracy.torque_factor(u[u.len() - dof + joint]);
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
-    }
-
-    /// Bodies that are likelier to deviate more than stated by more than `least` nats, the likeliest first.
-    pub fn surprises(&self, least: f64) -> Vec<Surprise> {
-        self.inertial.as_ref().map_or_else(Vec::new, |inertial| inertial.surprises(least))
-    }
-
-    /// Takes bodies for less accurate than stated.
-    pub fn widen(&mut self, surprises: &[Surprise]) {
-        if let Some(mut widened) = self.inertial.take().map(|inertial| inertial.widened) {
-            surprises.iter().for_each(|surprise| widened[surprise.body] = surprise.factor);
-            self.inertial = Inertial::new(&self.motion, widened);
-        }
-    }
-
-    /// Change of a body's ten parameters per unit of each deviation: ten rows, a column for each.
-    pub fn changes_of(&self, body: usize) -> Option<DMatrix<f64>> {
-        let inertial = self.inertial.as_ref()?;
-        let nominal = self.motion.model.accuracy.inertial_deviations(&self.motion.model.robot);
-        let own = nominal.view((NUMBERS * body, NUMBERS * body), (NUMBERS, NUMBERS)) * inertial.widened[body];
-        Some(own * inertial.directions.rows(NUMBERS * body, NUMBERS))
-    }
-
-    /// The deviations that are held.
-    pub fn held(&self) -> Option<&DVector<f64>> {
-        Some(&self.inertial.as_ref()?.held()?.z)
-    }
-
-    /// Adds a torque to that of the deviations that are held: `torque[joint][0][row]`, times `factor`.
-    pub fn add_held(&mut self, torque: &[Vec<Vec<f64>>], factor: f64) {
-        let Some(last) = self.inertial.as_mut().and_then(|inertial| inertial.last.as_mut()) else { return };
-        for (sum, torque) in last.torque.iter_mut().zip(torque) {
-            sum.iter_mut().zip(&torque[0]).for_each(|(sum, x)| *sum += factor * x);
-        }
     }
 }

@@ -49,8 +49,6 @@ pub struct Uncertainty {
     pub stribeck_at: Vec<Option<usize>>,
     /// Positions of each term's shape parameters.
     pub shape_at: Vec<Vec<usize>>,
-    /// Position of the first deviation of the nominal model.
-    pub deviations_at: usize,
     /// The torque of each term.
     moved: Vec<MovedTorque>,
 }
@@ -81,7 +79,6 @@ impl Uncertainty {
     pub fn new(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Option<Self> {
         let assembled = problem.system_of_deviating(terms);
         let deviations = assembled.inertial.range();
-        let deviations_at = deviations.start;
         let mut system = assembled.system;
         let stribeck_at = add_stribeck(problem, fitted, &mut system);
         let shape_at = add_shapes(problem, terms, fitted, &mut system);
@@ -117,7 +114,6 @@ impl Uncertainty {
             unknowns: system.unknowns,
             stribeck_at,
             shape_at,
-            deviations_at,
             moved,
         })
     }
@@ -144,10 +140,13 @@ impl Uncertainty {
 
 impl MovedTorque {
     /// For the coefficients `own` and the further columns `beside` of a term, its shapes and the deviations of the nominal model; `None` where
-    /// its columns are linearly dependent.
+    /// its columns are linearly dependent. Columns that move no torque are left out.
     fn new(system: &System, own: std::ops::Range<usize>, beside: &[usize], coefficients: &[f64]) -> Option<Self> {
-        let touched = |at: &usize| system.blocks.iter().any(|block| block.columns.iter().any(|(own, _)| own == at));
-        let at: Vec<usize> = own.clone().chain(beside.iter().copied().filter(touched)).collect();
+        let moves = |block: &Block, at: &usize| {
+            block.columns.iter().any(|(of, column)| of == at && column.iter().any(|torque| *torque != 0.0))
+        };
+        let all = own.clone().chain(beside.iter().copied());
+        let at: Vec<usize> = all.filter(|at| system.blocks.iter().any(|block| moves(block, at))).collect();
         let mut gram = DMatrix::zeros(at.len(), at.len());
         for block in &system.blocks {
             let columns: Vec<_> =
@@ -160,13 +159,12 @@ impl MovedTorque {
                 }
             }
         }
-        let beta = DVector::from_fn(at.len(), |i, _| if i < own.len() { coefficients[at[i]] } else { 0.0 });
+        let beta = DVector::from_fn(at.len(), |i, _| if own.contains(&at[i]) { coefficients[at[i]] } else { 0.0 });
         let size = beta.dot(&(&gram * &beta)).max(0.0).sqrt();
-        // A deviation moves by one standard deviation at most where the error is as large as the torque itself: a ridge of (ε |T|)².
+        // What has a prior moves by one standard deviation of it at most: a ridge of (ε |T|)² in these units.
         for (i, at) in at.iter().enumerate() {
-            if system.priors.iter().any(|(of, _)| of == at) && !own.contains(at) {
-                gram[(i, i)] += (SYSTEMATIC * size).powi(2);
-            }
+            let precision: f64 = system.priors.iter().filter(|(of, _)| of == at).map(|(_, precision)| precision).sum();
+            gram[(i, i)] += precision * (SYSTEMATIC * size).powi(2);
         }
         Some(Self { at, size, inverse: Equilibrated::new(&gram)?.inverse() })
     }

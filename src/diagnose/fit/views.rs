@@ -77,7 +77,6 @@ impl Problem<'_> {
             Information::new(&system.blocks[joint], &weights, &solution.residual[joint], &shared, &x)
         };
         let known: Vec<Information> = (0..self.baseline.len()).map(of_joint).collect();
-        let told = beside_rest(&known, count);
         let mut prior = DVector::zeros(shared.len());
         for (k, at) in shared.iter().enumerate() {
             let stated = system.priors.iter().filter(|(of, _)| of == at).map(|(_, precision)| precision).sum::<f64>();
@@ -94,7 +93,7 @@ impl Problem<'_> {
         let seen = |joint| Some(View { beside: beside.clone(), ..view(&columns(joint), &prior, &known, joint)? });
         let views = (0..known.len()).map(seen).collect();
         if let Some(inertial) = &mut self.inertial {
-            (inertial.views, inertial.told) = (views, told);
+            inertial.views = views;
         }
     }
 }
@@ -134,25 +133,6 @@ impl Information {
         let b = &q * x + g;
         Self { q, b }
     }
-}
-
-/// What all rows say of the first `count` shared coefficients, beside the others.
-fn beside_rest(known: &[Information], count: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
-    let (first, others) = known.split_first()?;
-    let (mut q, mut b) = (first.q.clone(), first.b.clone());
-    for other in others {
-        q += &other.q;
-        b += &other.b;
-    }
-    let rest = b.len() - count;
-    let (mut own, mut score) = (q.view((0, 0), (count, count)).into_owned(), b.rows(0, count).into_owned());
-    if rest > 0 {
-        let factor = Equilibrated::new(&q.view((count, count), (rest, rest)).into_owned())?;
-        let cross = q.view((count, 0), (rest, count)).into_owned();
-        score -= cross.tr_mul(&factor.solve(&b.rows(count, rest).into_owned()));
-        own -= cross.tr_mul(&(factor.inverse() * &cross));
-    }
-    Some((own, score))
 }
 
 /// What a joint can decide, where the others say what they know; `beside` is left empty.

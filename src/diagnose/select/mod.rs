@@ -10,7 +10,6 @@
 pub mod candidates;
 pub mod confirm;
 pub mod findings;
-pub mod links;
 pub mod own_gains;
 pub mod selection;
 pub mod substitutes;

@@ -8,7 +8,7 @@
 use super::candidates::{Candidate, candidates};
 use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weighed};
 use crate::diagnose::fit::baseline::JointBaseline;
-use crate::diagnose::fit::inertial::{Surprise, Treated};
+use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::options::{MODEL_ERROR, Rules};
 use crate::effects::{Kind, SymmetricFriction};
@@ -39,8 +39,6 @@ const PASSES: usize = 3;
 pub struct Selection {
     /// Effects in the order in which they were taken.
     pub taken: Vec<Taken>,
-    /// Links that are not as accurate as the model states, with their evidence.
-    pub links: Vec<Surprise>,
     /// Candidates of the first round, each alone beside the baseline.
     pub first_round: Vec<Candidate>,
     /// The fit with all of them.
@@ -99,7 +97,6 @@ impl Selection {
 pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&str, f64)) -> Option<Selection> {
     let mut taken: Vec<Taken> = Vec::new();
     let mut first_round = Vec::new();
-    let mut links = Vec::new();
     let mut fitted = problem.settle(&[])?;
     let mut nominal = Nominal::new(problem)?;
     // Add effects, then exchange earlier ones that a later effect made worse than a rival; repeat if that changed anything.
@@ -113,15 +110,6 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
                 first_round.clone_from(&found);
             }
             let best = choose(&found, rules).filter(|_| taken.len() < rules.most);
-            // A link that is not as accurate as stated is a cause like others: the strongest come first.
-            let least = best.map_or(rules.nats, |best| best.total().max(rules.nats));
-            let surprises = problem.surprises(least);
-            if !surprises.is_empty() {
-                problem.widen(&surprises);
-                links.extend(surprises);
-                fitted = resettle(problem, &mut taken)?;
-                continue;
-            }
             let Some(best) = best else { break };
             taken.push(Taken::new(best, &found));
             fitted = resettle(problem, &mut taken)?;
@@ -138,7 +126,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     let fitted = settled(problem, &mut taken, &mut nominal)?;
     problem.count_independent(&fitted);
     let as_recorded = nominal.residuals.clone();
-    Some(Selection { taken, links, first_round, fitted, nominal, as_recorded })
+    Some(Selection { taken, first_round, fitted, nominal, as_recorded })
 }
 
 /// The final fit of what was taken. The nominal model deviates as in that fit, within its stated accuracy, in all that follows: also where
