@@ -19,7 +19,7 @@ use crate::robot::{Inertia, Masses, Model};
 
 /// [1] Standard deviations by which a value may be off that is less accurate than stated.
 const LOOSE: f64 = 10.0;
-/// Parameters of a body.
+/// Parameters of a body, see [`Inertia::parameters`].
 const NUMBERS: usize = 10;
 
 const fn difference(name: &'static str, symbol: &'static str, unit: &'static str) -> ParameterSpec {

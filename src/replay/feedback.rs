@@ -7,6 +7,8 @@
 //! contains reference, pulses and feedforward, and the noise of the recorded position cancels. Otherwise `c` is a
 //! tracking controller of a given bandwidth `ω` on the inertia `J` that the joint moves, with both poles at `ω`:
 //! `k_v = 2 ω J`, `k_p = ω/2`, along the recorded motion after a low-pass. In open loop `c = 0`.
+//! While the rotor crosses its gap it is alone, with the inertia `J_r`, and a correction every `T` is stable below `k_v T/J_r = 1`. So a
+//! tracking controller corrects several times a sample where the rotor is light, along a straight line between the samples.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
@@ -29,16 +31,56 @@ pub(super) fn of_joints(model: &Model, session: &Session, inputs: &[Input], opti
         let index = session.series.joints.iter().position(|joint| joint.name == name)?;
         session.controllers.get(index).copied().flatten()
     };
+    let rotors: Vec<f64> = model.joints.iter().enumerate().map(|(i, joint)| joint.rotor_beside(mass[(i, i)])).collect();
+    let tracking = |i: usize| Tracking::new(options.bandwidth, rotors[i] + mass[(i, i)]);
+    let steps = (0..rotors.len()).map(|i| tracking(i).steps(interval, rotors[i])).max().unwrap_or(1);
     let joints = model.joints.iter().zip(inputs).enumerate();
     let feedback = joints.map(|(i, (joint, input))| match own(&joint.name) {
         _ if options.control == Loop::Open && input.recorded => Feedback::none(&input.position, interval),
         Some(controller) => Feedback::machine(controller, &input.position, interval),
-        None => {
-            let inertia = joint.reflected_inertia() + mass[(i, i)];
-            Feedback::tracking(&input.position, interval, options.bandwidth, inertia)
-        }
+        None => tracking(i).along(&input.position, interval, steps),
     });
     feedback.collect()
+}
+
+/// The controller of a machine whose own is not known.
+struct Tracking {
+    /// [Hz]
+    bandwidth: f64,
+    controller: Controller,
+}
+
+impl Tracking {
+    /// For an inertia [kg·m² or kg].
+    fn new(bandwidth: f64, inertia: f64) -> Self {
+        let omega = 2.0 * std::f64::consts::PI * bandwidth;
+        let controller =
+            Controller { position_gain: omega / 2.0, velocity_gain: 2.0 * omega * inertia, velocity_samples: 1 };
+        Self { bandwidth, controller }
+    }
+
+    /// Corrections a sample that are stable for the rotor alone.
+    fn steps(&self, interval: f64, rotor: f64) -> usize {
+        /// `k_v T/J_r` [1]: half of what is stable.
+        const STABLE: f64 = 0.5;
+        /// A rotor that is lighter still is caught by its flanks within microseconds.
+        const MOST: usize = 200;
+        let steps = self.controller.velocity_gain * interval / (STABLE * rotor.max(1e-300));
+        (steps.ceil() as usize).clamp(1, MOST)
+    }
+
+    /// Along a recorded motion, with so many corrections a sample.
+    fn along(&self, recorded: &[f64], interval: f64, steps: usize) -> Feedback {
+        /// Cut-off of the recorded motion divided by the bandwidth of the loop.
+        const MARGIN: f64 = 5.0;
+        let smooth = low_pass(recorded, interval, MARGIN * self.bandwidth);
+        let between = |pair: &[f64]| {
+            let (from, way) = (pair[0], pair[1] - pair[0]);
+            (0..steps).map(move |step| from + way * step as f64 / steps as f64)
+        };
+        let fine: Vec<f64> = smooth.windows(2).flat_map(between).chain(smooth.last().copied()).collect();
+        Feedback { steps, ..Feedback::machine(self.controller, &fine.into(), interval / steps as f64) }
+    }
 }
 
 /// The correction of one joint.
@@ -52,6 +94,8 @@ pub(super) struct Feedback {
     simulated: Vec<f64>,
     /// Number of samples so far.
     seen: usize,
+    /// Corrections a sample.
+    pub(super) steps: usize,
 }
 
 impl Feedback {
@@ -66,6 +110,7 @@ impl Feedback {
             recorded: recorded.clone(),
             simulated: vec![0.0; controller.velocity_samples + 1],
             seen: 0,
+            steps: 1,
         }
     }
 
@@ -81,16 +126,6 @@ impl Feedback {
         Self { start, ..plain }
     }
 
-    /// A tracking controller of bandwidth `bandwidth` [Hz] for an inertia [kg·m² or kg].
-    pub(super) fn tracking(recorded: &[f64], interval: f64, bandwidth: f64, inertia: f64) -> Self {
-        /// Cut-off of the recorded motion divided by the bandwidth of the loop.
-        const MARGIN: f64 = 5.0;
-        let omega = 2.0 * std::f64::consts::PI * bandwidth;
-        let controller =
-            Controller { position_gain: omega / 2.0, velocity_gain: 2.0 * omega * inertia, velocity_samples: 1 };
-        Self::machine(controller, &low_pass(recorded, interval, MARGIN * bandwidth).into(), interval)
-    }
-
     /// The initial motion of the recording, with the link in the middle of the gap.
     pub(super) fn start(&self) -> JointState {
         let [position, velocity] = self.start;
@@ -103,7 +138,7 @@ impl Feedback {
         }
     }
 
-    /// `c(q_rec, k) − c(q_sim, k)` [N·m or N] at the next sample `k`, with `position` as the simulated position.
+    /// `c(q_rec, k) − c(q_sim, k)` [N·m or N] at the next correction `k`, with `position` as the simulated position.
     pub(super) fn correction(&mut self, position: f64) -> f64 {
         let Controller { position_gain, velocity_gain, velocity_samples } = self.controller;
         let k = self.seen;

@@ -213,7 +213,8 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
     let empty = || Simulated { position: Vec::with_capacity(time.len()), torque: Vec::with_capacity(time.len()) };
     let mut joints: Vec<Simulated> = (0..n).map(|_| empty()).collect();
     let mut drawing = Drawing::new(model, time.len());
-    let mut commands = vec![0.0; n];
+    let steps = feedback.iter().map(|one| one.steps).max().unwrap_or(1);
+    let (mut commands, mut known, mut misread) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let mut readings = Vec::with_capacity(n);
     for (k, &now) in time.iter().enumerate() {
         readings.clear();
@@ -223,15 +224,24 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
             let state = plant.states()[i];
             // An effect on the readings is contained in the recorded current, not in the motor.
             let added = torque_per_ampere * (readings[i].current - state.current);
-            let asked = inputs[i].forward.at(k) - added + feedback[i].correction(readings[i].position);
+            known[i] = inputs[i].forward.at(k) - added;
+            misread[i] = readings[i].position - state.motor_position;
+            let asked = known[i] + feedback[i].correction(readings[i].position);
             commands[i] = asked / torque_per_ampere;
             let torque = if inputs[i].commanded { asked + added } else { torque_per_ampere * readings[i].current };
             joints[i].position.push(readings[i].position);
             joints[i].torque.push(torque);
             drawing.sample(i, now, &state, f64::from(plant.contact(i)));
         }
-        if let Some(next) = time.get(k + 1) {
-            plant.advance(&commands, next - now)?;
+        let Some(next) = time.get(k + 1) else { continue };
+        let interval = (next - now) / steps as f64;
+        plant.advance(&commands, interval)?;
+        for _ in 1..steps {
+            for (i, feedback) in feedback.iter_mut().enumerate().filter(|(_, feedback)| feedback.steps > 1) {
+                let position = plant.states()[i].motor_position + misread[i];
+                commands[i] = (known[i] + feedback.correction(position)) / model.joints[i].torque_per_ampere();
+            }
+            plant.advance(&commands, interval)?;
         }
     }
     Ok((joints, drawing.finish(&session.series)))

@@ -17,7 +17,7 @@ const fn planted(name: &'static str, told: &'static [&'static str], of_joint: bo
 }
 
 /// Everything that is planted.
-pub const MISTAKES: [Planted; 33] = [
+pub const MISTAKES: [Planted; 34] = [
     planted("current turned", &["sign_of_current", "sign_of_torque", "sign_of_joint"], true),
     planted("position and velocity turned", &["sign_of_joint", "sign_of_current", "sign_of_torque"], true),
     planted("position turned", &["sign_of_joint"], true),
@@ -50,6 +50,7 @@ pub const MISTAKES: [Planted; 33] = [
     planted("currents late", &["late_channel"], false),
     planted("position and velocity late", &["late_channel"], true),
     planted("current dead", &["dead_channel"], true),
+    planted("current of noise alone", &["dead_channel"], true),
     planted("position dead", &["dead_channel"], true),
 ];
 
@@ -121,6 +122,10 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         "currents late" => names.iter().for_each(|name| late(&mut sessions, name, &torque, 0.2)),
         "position and velocity late" => late(&mut sessions, &names[joint], &both, 0.2),
         "current dead" => each(&mut sessions, &names[joint], &torque, &|values| values.fill(0.0)),
+        "current of noise alone" => each(&mut sessions, &names[joint], &torque, &|values| {
+            // One step of 10 mA to either side, in an order that repeats after 9973 samples.
+            values.iter_mut().enumerate().for_each(|(k, value)| *value = 0.01 * ((k * k % 9973 % 3) as f64 - 1.0));
+        }),
         "position dead" if velocity => {
             each(&mut sessions, &names[joint], &[Channel::Position], &|values| {
                 let first = values[0];

@@ -240,13 +240,7 @@ fn report(
         friction: problem.motion.joints.iter().map(|joint| joint.friction).collect(),
         rotors: problem.rotors(&fitted),
     };
-    let mut selection = Selection {
-        taken,
-        first_round: changes.first_round,
-        fitted,
-        nominal,
-        as_recorded: unchanged,
-    };
+    let mut selection = Selection { taken, first_round: changes.first_round, fitted, nominal, as_recorded: unchanged };
     let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();
     let confirmed = confirm::confirm(problem, &mut selection, given, &is_effect).ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions, division, earlier, shaken: false };

@@ -92,23 +92,7 @@ impl Inertial {
             deviations.ncols() + 2 * motion.joints.len(),
             deviations.ncols() + 2 * motion.joints.len(),
         );
-        let torques = torques(&few, &accuracy, &deviations, &unit);
-        let mut gram = DMatrix::zeros(unit.nrows(), unit.nrows());
-        for (joint, torques) in torques.iter().enumerate() {
-            let size = root_mean_square(&few.joints[joint].torque).max(1e-300) * (rows.len().max(1) as f64).sqrt();
-            let shown: Vec<usize> = (0..torques.len()).filter(|k| torques[*k].iter().any(|x| *x != 0.0)).collect();
-            for a in &shown {
-                for b in shown.iter().take_while(|b| *b <= a) {
-                    let sum: f64 =
-                        torques[*a].iter().zip(&torques[*b]).map(|(x, y)| x * y).sum::<f64>() / (size * size);
-                    gram[(*a, *b)] += sum;
-                    if a != b {
-                        gram[(*b, *a)] += sum;
-                    }
-                }
-            }
-        }
-        let eigen = gram.symmetric_eigen();
+        let eigen = gram(&few, &torques(&few, &accuracy, &deviations, &unit)).symmetric_eigen();
         let shown: Vec<usize> =
             (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > LEAST_TORQUE * LEAST_TORQUE).collect();
         if shown.is_empty() {
@@ -116,13 +100,7 @@ impl Inertial {
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
         let columns = self::torques(motion, &accuracy, &deviations, &directions);
-        Some(Self {
-            directions,
-            columns,
-            views: vec![None; motion.joints.len()],
-            last: None,
-            fixed: false,
-        })
+        Some(Self { directions, columns, views: vec![None; motion.joints.len()], last: None, fixed: false })
     }
 
     /// Number of directions.
@@ -171,6 +149,24 @@ pub fn combined<'c>(columns: &[Vec<f64>], coefficients: impl IntoIterator<Item =
         sum.iter_mut().zip(column).for_each(|(sum, x)| *sum += c * x);
     }
     sum
+}
+
+/// Gram matrix of the torques of all directions, `torques[joint][direction][row]`, each divided by the RMS torque of its joint and averaged.
+fn gram(motion: &Motion, torques: &[Vec<Vec<f64>>]) -> DMatrix<f64> {
+    let count = torques.first().map_or(0, Vec::len);
+    let mut gram = DMatrix::zeros(count, count);
+    for (joint, torques) in torques.iter().enumerate() {
+        let power = root_mean_square(&motion.joints[joint].torque).max(1e-300).powi(2) * motion.rows().max(1) as f64;
+        let shown: Vec<usize> = (0..count).filter(|k| torques[*k].iter().any(|x| *x != 0.0)).collect();
+        for a in &shown {
+            for b in shown.iter().take_while(|b| *b <= a) {
+                let product: f64 = torques[*a].iter().zip(&torques[*b]).map(|(x, y)| x * y).sum();
+                gram[(*a, *b)] += product / power;
+            }
+        }
+    }
+    gram.fill_upper_triangle_with_lower_triangle();
+    gram
 }
 
 /// Torque of each direction on each joint.

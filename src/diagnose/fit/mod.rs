@@ -7,6 +7,7 @@
 //! - `stribeck`: the Stribeck velocities that suit the terms
 //! - `new_sessions`: what is freed in held-out sessions without training rows
 //! - `baseline`: the free parameters of the nominal model
+//! - `inertial`: deviations of the nominal model within its stated accuracy; `views`: what one joint's rows can decide of them
 //! - `cause`: the cause of a term, an effect or the change of an effect
 //! - `regression`: linear regression with a heavy-tailed error
 //! - `uncertainty`: standard errors by a jackknife over blocks of time

@@ -109,13 +109,7 @@ impl Uncertainty {
                 .flatten()
         });
         let jackknives: Vec<Jackknife> = jackknives.collect();
-        (!jackknives.is_empty()).then_some(Self {
-            jackknives,
-            unknowns: system.unknowns,
-            stribeck_at,
-            shape_at,
-            moved,
-        })
+        (!jackknives.is_empty()).then_some(Self { jackknives, unknowns: system.unknowns, stribeck_at, shape_at, moved })
     }
 
     /// Standard error of `Σ slope · coefficient`, each `(position, slope)`.

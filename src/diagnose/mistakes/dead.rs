@@ -1,10 +1,15 @@
-//! Dead channels: constant or frozen, while another channel of the same joint shows that they should change.
+//! Dead channels: constant, frozen, or noise in a few steps, while another channel of the same joint shows that they should change.
 //!
 //! Position: constant while the velocity channel moves the joint, in a whole session by a part of the joint's largest range, or from some sample
 //! on by more than that range. Velocity: constant while the position changes. Current or torque: constant while the joint moves in both
 //! directions, where friction alone changes the sign. A joint that is switched off reads zero in part of a session and swings; so only whole
-//! sessions count, or a nonzero value that stays to the end.
+//! sessions count, or a nonzero value that stays to the end. Noise: a current or torque that takes a few values alone, of which direction,
+//! speed and angle explain nothing. With `R²` the share of its variance that they explain, noise has `R² ≈ p/N` for `p` columns; Coulomb friction of
+//! one step of the sensor already has tenths.
 
+use nalgebra::{DMatrix, DVector};
+
+use crate::linear::least_squares;
 use crate::robot::Model;
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
@@ -15,6 +20,15 @@ const LEAST: f64 = 0.1;
 /// Least number of samples for which a channel is frozen.
 const SAMPLES: usize = 50;
 
+/// Most values that noise about a constant takes: four steps to either side.
+const LEVELS: usize = 9;
+/// `R²` [1] below which motion explains nothing, far above what noise of hundreds of independent samples has by chance.
+const EXPLAINED: f64 = 0.02;
+/// Least number of samples for that.
+const JUDGED: usize = 500;
+/// Samples over which the direction of a motion is taken, less than any move lasts.
+const SPAN: usize = 10;
+
 /// A dead channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dead {
@@ -24,8 +38,10 @@ pub struct Dead {
     pub channel: &'static str,
     /// The session.
     pub session: String,
-    /// The constant value.
+    /// The constant value, or the first.
     pub value: f64,
+    /// Number of values that it takes: 1 for a constant.
+    pub levels: usize,
     /// [s] Time at which it starts.
     pub since: f64,
     /// [rad or m] Motion of the joint meanwhile.
@@ -40,7 +56,7 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Dead> {
             sessions.iter().filter_map(|session| Some((*session, session.joint(&joint.name)?))).collect();
         let most = series.iter().filter_map(|(_, one)| one.get(Channel::Position)).map(range).fold(0.0, f64::max);
         for (session, one) in series {
-            let dead = |(channel, since, way): (Channel, usize, f64)| {
+            let dead = |(channel, since, way, levels): (Channel, usize, f64, usize)| {
                 let (name, values) = (name(channel), one.get(channel)?);
                 let (session_name, time) = (session.name.clone(), session.time[since] - session.time[0]);
                 Some(Dead {
@@ -48,6 +64,7 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Dead> {
                     channel: name,
                     session: session_name,
                     value: values[since],
+                    levels,
                     since: time,
                     way,
                 })
@@ -67,8 +84,8 @@ const fn name(channel: Channel) -> &'static str {
     }
 }
 
-/// Channel, first frozen sample, and the motion meanwhile.
-fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Channel, usize, f64)> {
+/// Channel, first frozen sample, the motion meanwhile, and the number of values.
+fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Channel, usize, f64, usize)> {
     let mut dead = Vec::new();
     let Some(position) = series.get(Channel::Position) else { return dead };
     let end = position.len();
@@ -79,27 +96,55 @@ fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Cha
         // A joint that is held also reads one value, and its velocity is noisy: a position that freezes during a session must miss a large motion.
         let least = if since == 0 { WAY * most } else { most };
         if end - since > SAMPLES && way > LEAST && way > least {
-            dead.push((Channel::Position, since, way));
+            dead.push((Channel::Position, since, way, 1));
         }
         let since = frozen_since(velocity);
         let way = if since < end { range(&position[since..]) } else { 0.0 };
         if end - since > SAMPLES && most > 0.0 && way > WAY * most {
-            dead.push((Channel::Velocity, since, way));
+            dead.push((Channel::Velocity, since, way, 1));
         }
     }
     for channel in [Channel::Current, Channel::Torque] {
         let Some(values) = series.get(channel) else { continue };
-        let since = frozen_since(values);
-        if end - since <= SAMPLES || (since > 0 && values[since] == 0.0) {
+        let frozen = frozen_since(values);
+        let noise = noise_of(position, values);
+        if noise.is_none() && (end - frozen <= SAMPLES || (frozen > 0 && values[frozen] == 0.0)) {
             continue;
         }
+        let (since, levels) = noise.map_or((frozen, 1), |levels| (0, levels));
         let (up, down) = ways(&position[since..]);
         let way = up.min(down);
         if most > 0.0 && way > WAY * most {
-            dead.push((channel, since, way));
+            dead.push((channel, since, way, levels));
         }
     }
     dead
+}
+
+/// Number of values of a signal that is noise in a few steps, whatever the motion.
+fn noise_of(position: &[f64], values: &[f64]) -> Option<usize> {
+    let mut levels: Vec<f64> = Vec::new();
+    for value in values {
+        if !levels.contains(value) {
+            levels.push(*value);
+        }
+        if levels.len() > LEVELS {
+            return None;
+        }
+    }
+    if levels.len() < 2 || values.len() < JUDGED {
+        return None;
+    }
+    let last = position.len() - 1;
+    let moved = |k: usize| position[(k + SPAN).min(last)] - position[k.saturating_sub(SPAN)];
+    let direction = |k: usize| if moved(k) == 0.0 { 0.0 } else { moved(k).signum() };
+    let row = |k: usize| [1.0, direction(k), moved(k), position[k].sin(), position[k].cos()];
+    let columns = DMatrix::from_fn(values.len(), 5, |k, column| row(k)[column]);
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let signal = DVector::from_iterator(values.len(), values.iter().map(|value| value - mean));
+    let (fit, _) = least_squares(&columns, &signal)?;
+    let left = (&signal - columns * fit).norm_squared();
+    (1.0 - left / signal.norm_squared() < EXPLAINED).then_some(levels.len())
 }
 
 /// Integral of a velocity without its mean: an offset is no motion.

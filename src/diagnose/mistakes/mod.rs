@@ -9,7 +9,7 @@
 //! | module | compares | right | mistaken |
 //! |---|---|---|---|
 //! | `time_base` | sample interval, velocity | below 0.1 s, `Δq = ∫ v dt` on all joints | one common factor on all joints |
-//! | `dead` | a channel with the others of its joint | moves as they do | constant |
+//! | `dead` | a channel with the others of its joint | moves as they do | constant, or noise in a few steps |
 //! | `kinematics` | `Δq` with `∫ v dt` | 1, no lag | −1, π/180, π/30, gear ratio; late |
 //! | `encoder` | steps of the position with a count | 1 | gear ratio, 180/π |
 //! | `balance`, `search` | torque with inertia, weight, friction | leaves a few percent of the squares | one change halves the RMS residual |

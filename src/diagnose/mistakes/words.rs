@@ -53,11 +53,14 @@ pub fn dead(model: &Model, found: &[Dead]) -> Vec<Mistake> {
         let unit = model.joints[one.joint].kind.position_unit();
         let since =
             if one.since > 0.0 { format!("from {} s on", figure(one.since)) } else { "all the time".to_owned() };
+        let reads = match one.levels {
+            1 => format!("is {} {since}", figure(one.value)),
+            levels => format!("takes {levels} values only, on which the motion has no influence"),
+        };
         let evidence = format!(
-            "{}: {joint}.{} is {} {since}, while the joint moves by {} {unit}.",
+            "{}: {joint}.{} {reads}, while the joint moves by {} {unit}.",
             one.session,
             one.channel,
-            figure(one.value),
             figure(one.way)
         );
         let remedy = format!(

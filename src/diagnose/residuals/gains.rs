@@ -65,7 +65,21 @@ impl<'p, 'm> Judge<'p, 'm> {
     }
 
     /// The gain of one set of residuals over another on some joints.
-    pub fn compared(&self, joints: &[usize], [before, after]: [&Residuals; 2]) -> Gain {
+    pub fn compared(&self, joints: &[usize], residuals: [&Residuals; 2]) -> Gain {
+        self.weighted(joints, residuals, weights)
+    }
+
+    /// As [`compared`](Self::compared), with equal weight for all rows.
+    pub fn unweighted(&self, joints: &[usize], residuals: [&Residuals; 2]) -> Gain {
+        self.weighted(joints, residuals, |rows, _, _| vec![1.0; rows.len()])
+    }
+
+    fn weighted(
+        &self,
+        joints: &[usize],
+        [before, after]: [&Residuals; 2],
+        weights: fn(&[usize], &[f64], &[f64]) -> Vec<f64>,
+    ) -> Gain {
         let motion = &self.problem.motion;
         let of_joint = |joint: &usize| {
             let rows = self.problem.rows(*joint, Part::HeldOut);

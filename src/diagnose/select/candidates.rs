@@ -307,7 +307,9 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
         let applies = |joint: usize| effect.applies(&problem.motion, joint);
         let present = |joint: usize| terms.iter().any(|term| term.effect == effect && term.joints.contains(&joint));
         match effect.about().scope {
-            Scope::Machine if (0..dof).any(applies) && (effect.several() || !present(0)) => places.push((effect, (0..dof).collect())),
+            Scope::Machine if (0..dof).any(applies) && (effect.several() || !present(0)) => {
+                places.push((effect, (0..dof).collect()))
+            }
             Scope::Machine => {}
             // An effect with another order is a further candidate of the same name.
             Scope::Joint => places.extend(

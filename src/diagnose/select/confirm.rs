@@ -2,7 +2,7 @@
 //!
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. So is an effect with a parameter that a later fit
-//! moves out of its range.
+//! moves out of its range, and the weakest of several that gain nothing together.
 
 use super::own_gains;
 use super::selection::{Selection, evidence_beside, resettle};
@@ -44,7 +44,12 @@ pub fn confirm(
             .filter(|index| !gains[*index].shown())
             .min_by(|a, b| lower_end(&gains[*a]).total_cmp(&lower_end(&gains[*b])));
         let without_gain = least.map(|index| (index, of_gain(&gains[index])));
-        let Some((index, reason)) = outside.or(without_gain) else {
+        let compensating = || {
+            let judged: Vec<usize> = judged().collect();
+            let index = least_of_compensating(problem, selection, &judged, &strength)?;
+            Some((index, "no gain on data held out together with the other effects named there".to_owned()))
+        };
+        let Some((index, reason)) = outside.or(without_gain).or_else(compensating) else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
         withdrawn.push(Withdrawn { effect: terms[index].effect.label(), joints: names(problem, terms[index]), reason });
@@ -55,6 +60,24 @@ pub fn confirm(
             selection.fitted = resettle(problem, &mut selection.taken)?;
         }
     }
+}
+
+/// The weakest of several terms that gain nothing together: of those of one joint alone, or of all.
+fn least_of_compensating(
+    problem: &Problem,
+    selection: &Selection,
+    judged: &[usize],
+    strength: &[f64],
+) -> Option<usize> {
+    let terms = selection.terms();
+    let of_joint = |joint: usize| -> Vec<usize> {
+        judged.iter().copied().filter(|index| terms[*index].joints == [joint]).collect()
+    };
+    let groups = problem.joints().into_iter().map(of_joint).chain([judged.to_vec()]);
+    groups
+        .filter(|group| group.len() > 1)
+        .find(|group| own_gains::gain_together(problem, selection, group) == Some(false))
+        .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
 }
 
 /// Divides effects that are seen in other data than torque along the motion: those with a gain and parameters in range, and the others.
@@ -95,7 +118,7 @@ fn of_gain(gain: &EffectGain) -> String {
     format!("no gain on data held out: {:.1} % ({low:.1} to {high:.1})", gain.gain_percent)
 }
 
-/// The first parameter of a term that lies outside its range, with a description.
+/// The first parameter of a term that lies outside its range, with a description; or that the term is not what it is named after.
 fn outside_of_range(problem: &Problem, term: &Term, selection: &Selection, index: usize) -> Option<String> {
     let at = selection.fitted.term_at[index];
     let coefficients = &selection.fitted.solution.coefficients.as_slice()[at..at + term.coefficients()];
@@ -103,7 +126,11 @@ fn outside_of_range(problem: &Problem, term: &Term, selection: &Selection, index
     let values = term.effect.parameters(&problem.motion, term.joints[0], &term.shape, coefficients);
     let value =
         |name: &str| about.parameters.iter().position(|spec| spec.name == name).and_then(|k| values.get(k).copied());
-    outside(about, &value)
+    let unlike = || {
+        let itself = term.effect.is_itself(&problem.motion, term.joints[0], &term.shape, coefficients);
+        (!itself).then(|| "its values, fitted beside all others, are not those of such an effect".to_owned())
+    };
+    outside(about, &value).or_else(unlike)
 }
 
 fn outside(about: &About, value: &dyn Fn(&str) -> Option<f64>) -> Option<String> {

@@ -28,6 +28,21 @@ pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength
     Some(gains)
 }
 
+/// Whether some terms together gain on held-out data: those of a pair whose torques compensate each other gain beside each other, and
+/// together nothing. The gain has to be significant on rows weighted as for one effect, and there must be no significant loss on all rows.
+/// `None` where the other terms cannot be fitted.
+pub fn gain_together(problem: &Problem, selection: &Selection, group: &[usize]) -> Option<bool> {
+    let terms = selection.terms();
+    let judge = Judge::new(problem, &selection.as_recorded);
+    let mut joints: Vec<usize> = group.iter().flat_map(|index| terms[*index].joints.clone()).collect();
+    joints.sort_unstable();
+    joints.dedup();
+    let all = residuals_with(problem, &terms, &selection.fitted);
+    let without = fitted_with(problem, &terms, &|other| !group.contains(&other))?;
+    let lost = judge.unweighted(&joints, [&without, &all]).interval_percent[1] < 0.0;
+    Some(judge.compared(&joints, [&without, &all]).shown && !lost)
+}
+
 fn residuals_with(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> Residuals {
     (0..problem.baseline.len()).map(|joint| problem.residual(terms, fitted, joint)).collect()
 }

@@ -109,8 +109,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             if first_round.is_empty() {
                 first_round.clone_from(&found);
             }
-            let best = choose(&found, rules).filter(|_| taken.len() < rules.most);
-            let Some(best) = best else { break };
+            let Some(best) = choose(&found, rules).filter(|_| taken.len() < rules.most) else { break };
             taken.push(Taken::new(best, &found));
             fitted = resettle(problem, &mut taken)?;
         }

@@ -48,6 +48,10 @@ const NOTICEABLE: f64 = 2e-4;
 const SURELY: f64 = 4.0;
 /// Wind-up relative to that of the model's stiffness above which a gear counts as soft.
 const SOFT: f64 = 1.5;
+/// Standard deviations of the stated accuracy of a stiffness within which a softer gear is no surprise.
+const STATED: f64 = 1.96;
+/// Largest of them together: a stiffness that is known to a factor of four is hardly known.
+const MOST_STATED: f64 = 0.75;
 /// The quantity in which the gains are given here.
 const LINK_POSITION: &str = "link position";
 
@@ -234,7 +238,9 @@ fn delay(lag: Estimate, fits: &[AxisFit], errors: &[FitError]) -> Sighting {
 fn soft(problem: &Problem, fit: &AxisFit, errors: &[FitError]) -> Option<Sighting> {
     let model = &problem.motion.model.joints[fit.joint];
     // A gear without a stiffness in the model file is nominally rigid: any wind-up is more.
-    let (c, soft) = (fit.wind_up, model.gear_stiffness.map_or(0.0, |k| SOFT / k));
+    let within = (STATED * problem.motion.model.accuracy.stiffness).min(MOST_STATED);
+    let softest = SOFT.max(1.0 / (1.0 - within));
+    let (c, soft) = (fit.wind_up, model.gear_stiffness.map_or(0.0, |k| softest / k));
     let nominal = model.gear_stiffness.map_or_else(|| "none".to_owned(), |k| format!("{k:.3e}"));
     if c.value - soft < SURELY * c.std_error {
         return None;
