@@ -79,8 +79,8 @@ fn scenario(file: &Path) -> Result<String> {
 /// A scenario on recordings: its recordings and model are read as in a run.
 fn on_recordings(scenario: &Recorded) -> Result<String> {
     let model = buildable(scenario.model()?)?;
-    let read = input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &channels())?;
-    let sessions = read.data.len() + read.hold_out.len();
+    let read = input::Recordings::read(&scenario.data, &scenario.hold_out, &scenario.reference, &model, &channels())?;
+    let sessions = read.data.len() + read.hold_out.len() + read.reference.len();
     Ok(format!("scenario {}, {sessions} recordings of {}", scenario.name, model.name))
 }
 

@@ -8,10 +8,9 @@ use crate::diagnose::Verdict;
 use crate::error::Result;
 use crate::report::diagnosis::report;
 use crate::report::files::planned;
-use crate::scenario::{Findings, channels, reference_name};
-use crate::timeseries::Drawn;
+use crate::scenario::channels;
 
-use super::console::{OutputOptions, Progress};
+use super::console::OutputOptions;
 use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
@@ -41,37 +40,17 @@ impl Diagnose {
     /// Reads, diagnoses, replays the nominal and the extended model, reports.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
-        let input::Recordings { model, data: train, hold_out, reference, mut drawn, drawn_before } =
-            input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model, &channels())?;
-        let notes: Vec<String> =
-            [&train, &hold_out, &reference].into_iter().flat_map(|one| input::notes(one)).collect();
-        let folder = Folder::reserve(
-            self.output.out.as_deref(),
-            Request {
-                verb: "diagnose",
-                name: &model.name,
-                files: planned(Some(&model), []),
-                inputs: input::files(
-                    &model,
-                    &[&self.data, &self.hold_out, &self.reference],
-                    &[&train, &hold_out, &reference],
-                ),
-            },
-        )?;
-        let progress = Progress::start("diagnosing", self.output.quiet);
-        let show = &mut |doing: &str, share: f64| progress.show(doing, share);
-        let found = if reference.is_empty() {
-            Findings::new(&model, train, hold_out, show)?
-        } else {
-            drawn = drawn_before
-                .into_iter()
-                .map(|one| Drawn { name: reference_name(&one.name), ..one })
-                .chain(drawn)
-                .collect();
-            Findings::compared(&model, reference, train, hold_out, show)?
+        let recordings = input::Recordings::read(&self.data, &self.hold_out, &self.reference, &model, &channels())?;
+        let (name, notes) = (recordings.model.name.clone(), recordings.notes());
+        let request = Request {
+            verb: "diagnose",
+            name: &name,
+            files: planned(Some(&recordings.model), []),
+            inputs: recordings.files(&[&self.data, &self.hold_out, &self.reference]),
         };
-        drop(progress);
-        let mut report = report(&found, &model.name, drawn);
+        let folder = Folder::reserve(self.output.out.as_deref(), request)?;
+        let (found, drawn) = recordings.findings(self.output.quiet)?;
+        let mut report = report(&found, &name, drawn);
         report.document.warnings.extend(notes);
         let outcome = console::finish(&report, &folder, &self.output)?;
         let gap = !matches!(found.diagnosis.verdict, Verdict::NothingFound | Verdict::MistakeSuspected);

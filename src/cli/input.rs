@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::robot::Model;
+use crate::scenario::{Findings, reference_name};
 use crate::timeseries::{Channel, Drawn, TimeSeries, give_back_memory};
 
+use super::console::Progress;
 use super::{catalogue, identity};
 
 /// The model of a file, a folder with a `model.toml`, or a robot of the catalogue.
@@ -60,6 +62,32 @@ impl Recordings {
         identity::of_names(&[("--reference", reference)])?;
         identity::of_samples(&[("--data", data), ("--hold-out", hold_out), ("--reference", reference)])?;
         Ok(recordings)
+    }
+
+    /// All files that the command reads, see [`files`].
+    pub fn files(&self, given: &[&[PathBuf]]) -> Vec<PathBuf> {
+        files(&self.model, given, &[&self.data, &self.hold_out, &self.reference])
+    }
+
+    /// Notes on what was found or repaired while reading.
+    pub fn notes(&self) -> Vec<String> {
+        [&self.data, &self.hold_out, &self.reference].into_iter().flat_map(|sessions| notes(sessions)).collect()
+    }
+
+    /// What the nominal model lacks; with a reference, what has changed. And all recordings, reduced for display.
+    ///
+    /// # Errors
+    /// As [`Findings::new`] and [`Findings::compared`].
+    pub fn findings(self, quiet: bool) -> Result<(Findings, Vec<Drawn>)> {
+        let Self { model, data, hold_out, reference, drawn, drawn_before } = self;
+        let progress = Progress::start("diagnosing", quiet);
+        let show = &mut |doing: &str, share: f64| progress.show(doing, share);
+        if reference.is_empty() {
+            return Ok((Findings::new(&model, data, hold_out, show)?, drawn));
+        }
+        let findings = Findings::compared(&model, reference, data, hold_out, show)?;
+        let before = drawn_before.into_iter().map(|one| Drawn { name: reference_name(&one.name), ..one });
+        Ok((findings, before.chain(drawn).collect()))
     }
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use crate::error::Result;
 use crate::report::files::planned;
 use crate::report::run as rendering;
-use crate::scenario::{self, Findings, Recorded, Scenario, channels};
+use crate::scenario::{self, Recorded, Scenario, channels};
 
 use super::console::{self, OutputOptions, Progress};
 use super::folder::{Folder, Request};
@@ -109,17 +109,18 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
 /// Diagnoses recordings, and checks the named effects.
 fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = scenario.model()?;
-    let input::Recordings { model, data: train, hold_out, drawn, .. } =
-        input::Recordings::read(&scenario.data, &scenario.hold_out, &[], &model, &channels())?;
-    let mut inputs = input::files(&model, &[&scenario.data, &scenario.hold_out], &[&train, &hold_out]);
+    let Recorded { data, hold_out, reference, .. } = scenario;
+    let recordings = input::Recordings::read(data, hold_out, reference, &model, &channels())?;
+    let mut inputs = recordings.files(&[data, hold_out, reference]);
     inputs.push(source.to_owned());
-    let request = Request { verb: "run", name: &scenario.name, files: planned(Some(&model), []), inputs };
-    let folder = Folder::reserve(common.output.out.as_deref(), request)?;
-    let progress = Progress::start("diagnosing", common.output.quiet);
-    let findings = Findings::new(&model, train, hold_out, &mut |doing, share| progress.show(doing, share))?;
-    drop(progress);
+    let files = planned(Some(&recordings.model), []);
+    let folder =
+        Folder::reserve(common.output.out.as_deref(), Request { verb: "run", name: &scenario.name, files, inputs })?;
+    let notes = recordings.notes();
+    let (findings, drawn) = recordings.findings(common.output.quiet)?;
     let unmet: Vec<String> = scenario.check(&findings.diagnosis).iter().map(ToString::to_string).collect();
-    let report = rendering::of_recordings(scenario, &findings, &unmet, drawn);
+    let mut report = rendering::of_recordings(scenario, &findings, &unmet, drawn);
+    report.document.warnings.extend(notes);
     let outcome = console::finish(&report, &folder, &common.output)?;
     Ok(judged(outcome, &unmet))
 }

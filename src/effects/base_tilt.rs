@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{DMatrix, Rotation3, Unit, Vector3};
 
 use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
@@ -79,6 +79,13 @@ impl Diagnosable for BaseTilt {
             motion.inverse_dynamics(&robot, true).swap_remove(joint)
         });
         columns.into()
+    }
+
+    fn on_changed_bodies(&self, motion: &Motion, changes: &DMatrix<f64>, c: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
+        let mut robot = motion.model.robot.clone();
+        let [x, y] = gravity_changes(&robot.gravity);
+        robot.gravity = x * c[0] + y * c[1];
+        Some(motion.regressed_on(&robot, true, changes))
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {

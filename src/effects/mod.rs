@@ -57,6 +57,8 @@ pub use turns::{AtTurns, Trial, Turns};
 
 use std::collections::BTreeMap;
 
+use nalgebra::DMatrix;
+
 use crate::error::Result;
 use crate::robot::Model;
 
@@ -211,6 +213,17 @@ pub trait Diagnosable: Effect {
 
     /// The columns of all joints, for an effect that gets them in one pass: `columns[joint][coefficient][row]`.
     fn columns_of_all(&self, _motion: &Motion, _shape: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
+        None
+    }
+
+    /// Torque by which each change of the bodies' parameters (a column, ten rows a body) alters the torque of these coefficients, for an effect whose
+    /// torque is proportional to masses: `torque[joint][change][row]`.
+    fn on_changed_bodies(
+        &self,
+        _motion: &Motion,
+        _changes: &DMatrix<f64>,
+        _coefficients: &[f64],
+    ) -> Option<Vec<Vec<Vec<f64>>>> {
         None
     }
 

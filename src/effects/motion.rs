@@ -224,15 +224,25 @@ impl Motion<'_> {
     /// Torque of all joints for changes of the bodies' [parameters](crate::robot::Inertia::parameters), one column of `changes` each:
     /// `torques[joint][change][row]`.
     pub fn regressed(&self, changes: &DMatrix<f64>) -> Vec<Vec<Vec<f64>>> {
+        self.regressed_on(&self.model.robot, false, changes)
+    }
+
+    /// As [`regressed`](Self::regressed), on another robot; with `still`, the torque at rest (v = a = 0).
+    pub fn regressed_on(&self, robot: &Robot, still: bool, changes: &DMatrix<f64>) -> Vec<Vec<Vec<f64>>> {
         let dof = self.joints.len();
         let mut torques = vec![vec![Vec::with_capacity(self.rows()); changes.ncols()]; dof];
-        let mut dynamics = Dynamics::new(&self.model.robot);
+        let mut dynamics = Dynamics::new(robot);
+        let rest = vec![0.0; dof];
         let mut y = DMatrix::zeros(dof, changes.nrows());
         let mut product = DMatrix::zeros(dof, changes.ncols());
         for row in 0..self.rows() {
             let each =
                 |of: fn(&JointMotion) -> &Vec<f64>| -> Vec<f64> { self.joints.iter().map(|m| of(m)[row]).collect() };
-            dynamics.regressor(&each(|m| &m.q), &each(|m| &m.v), &each(|m| &m.a), &mut y);
+            let q = each(|m| &m.q);
+            match still {
+                true => dynamics.regressor(&q, &rest, &rest, &mut y),
+                false => dynamics.regressor(&q, &each(|m| &m.v), &each(|m| &m.a), &mut y),
+            }
             y.mul_to(changes, &mut product);
             for (joint, torques) in torques.iter_mut().enumerate() {
                 torques.iter_mut().enumerate().for_each(|(k, torque)| torque.push(product[(joint, k)]));

@@ -5,10 +5,11 @@
 //! name = "kr300_two_encoders"
 //! question = "Is it a gap?"
 //! procedure = "diagnose"
-//! robot = "../../robots/kr300/model.toml"      # relative to this file, else to the folder named by LOSTMOTION_DATA; so are the next two
+//! robot = "../../robots/kr300/model.toml"      # relative to this file, else to the folder named by LOSTMOTION_DATA; so are the recordings
 //! model = ["accuracy.masses=0.2"]              # changes of the model, if any
 //! data = ["../../robots/kr300/datasets/trajectory_a.toml"]
 //! hold_out = ["../../robots/kr300/datasets/trajectory_b.toml"]
+//! reference = []                               # recordings of the healthy machine, if what has changed since is asked
 //! [expect]
 //! effects = ["sensor_delay"]                   # all that is named; and bounds of figures, see `expect_diagnosis`
 //! ```
@@ -39,6 +40,8 @@ pub struct Recorded {
     pub data: Vec<PathBuf>,
     /// Recordings to evaluate on.
     pub hold_out: Vec<PathBuf>,
+    /// Recordings of the healthy machine; empty if no change is asked for.
+    pub reference: Vec<PathBuf>,
     /// Expected effects, and bounds of their figures.
     pub expectation: DiagnosisExpectation,
 }
@@ -79,6 +82,7 @@ impl Recorded {
             assignments: root.optional_texts("model")?.unwrap_or_default().into_iter().map(str::to_owned).collect(),
             data: all("data")?,
             hold_out: all("hold_out")?,
+            reference: all("reference")?,
             expectation,
         };
         root.finish()?;

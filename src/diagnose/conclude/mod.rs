@@ -3,7 +3,7 @@
 //! Takes a confirmed selection, runs the instruments that need a fit, and gives the parts of a diagnosis.
 //! - `gaps`: gaps that the model file does not give
 //! - `link_load`: whether an effect prevents the measurement of a gap
-//! - `unexplained`: structure that no effect explains
+//! - `unexplained`: structure that no effect explains; `undecided`: effects that could explain it, with too little evidence
 //! - `extend`: the baseline model and the extended model
 //! - `records`: candidates and method for the report
 
@@ -12,6 +12,7 @@ pub mod extend;
 mod gaps;
 mod link_load;
 mod records;
+mod undecided;
 /// Structure that no effect explains.
 pub mod unexplained;
 
@@ -99,6 +100,7 @@ pub fn conclude(
     };
     unexplained.append(&mut findings.unexplained);
     unexplained.extend(unexplained::shapeless(&fit, &unexplained));
+    undecided::add(problem, selection, &options.rules, &mut unexplained);
     findings.unexplained = unexplained;
     let [baseline_model, extended_model] =
         models(problem, selection, &findings, &gaps, &encoders.other_gaps, &options.catalogue);

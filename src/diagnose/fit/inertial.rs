@@ -30,6 +30,8 @@ pub struct Inertial {
     directions: DMatrix<f64>,
     /// `columns[joint][direction][row]` [N·m or N]: torque of one standard deviation.
     pub columns: Vec<Vec<Vec<f64>>>,
+    /// Whether the columns contain what deviations do to the torque of effects.
+    altered: bool,
     /// What each joint can still decide; `None` before the first fit.
     pub views: Vec<Option<View>>,
     /// The deviations of the last fit that was held.
@@ -100,7 +102,14 @@ impl Inertial {
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
         let columns = self::torques(motion, &accuracy, &deviations, &directions);
-        Some(Self { directions, columns, views: vec![None; motion.joints.len()], last: None, fixed: false })
+        Some(Self {
+            directions,
+            columns,
+            views: vec![None; motion.joints.len()],
+            last: None,
+            fixed: false,
+            altered: false,
+        })
     }
 
     /// Number of directions.
@@ -253,6 +262,30 @@ impl Problem<'_> {
                 None => Some(inertial.torque_of(joint, &inertial.estimate(fitted))),
             },
             _ => Some(inertial.torque_of(joint, &inertial.estimate(fitted))),
+        }
+    }
+
+    /// Deviations of bodies alter the torque of effects that is proportional to masses; from now on as at this fit, if it has such effects.
+    pub fn deviate_beside(&mut self, terms: &[&Term], fitted: &Fitted) {
+        let Some(inertial) = &mut self.inertial else { return };
+        let accuracy = self.motion.model.accuracy;
+        let deviations = accuracy.inertial_deviations(&self.motion.model.robot);
+        let changes = &deviations * inertial.directions.rows(0, deviations.ncols());
+        let of_term = |(term, at): (&&Term, &usize)| {
+            let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
+            term.effect.on_changed_bodies(&self.motion, &changes, own)
+        };
+        let altered: Vec<_> = terms.iter().zip(&fitted.term_at).filter_map(of_term).collect();
+        if altered.is_empty() && !inertial.altered {
+            return;
+        }
+        inertial.altered = !altered.is_empty();
+        inertial.columns = torques(&self.motion, &accuracy, &deviations, &inertial.directions);
+        inertial.views.fill(None);
+        for torque in &altered {
+            for (column, torque) in inertial.columns.iter_mut().flatten().zip(torque.iter().flatten()) {
+                column.iter_mut().zip(torque).for_each(|(sum, x)| *sum += x);
+            }
         }
     }
 

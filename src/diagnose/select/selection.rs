@@ -79,7 +79,7 @@ impl Nominal {
 impl Selection {
     /// All terms.
     pub fn terms(&self) -> Vec<&Term> {
-        self.taken.iter().flat_map(|taken| &taken.terms).collect()
+        terms_of(&self.taken)
     }
 
     /// Fits what is left after an effect was removed.
@@ -91,6 +91,11 @@ impl Selection {
         }
         Some(())
     }
+}
+
+/// All terms of some effects.
+pub fn terms_of(taken: &[Taken]) -> Vec<&Term> {
+    taken.iter().flat_map(|taken| &taken.terms).collect()
 }
 
 /// Selects effects; `progress` receives the current step and the finished share.
@@ -136,6 +141,8 @@ fn settled(problem: &mut Problem, taken: &mut [Taken], nominal: &mut Nominal) ->
     if fitted.inertial == Treated::Fixed {
         return Some(fitted);
     }
+    problem.deviate_beside(&terms_of(taken), &fitted);
+    let fitted = resettle(problem, taken)?;
     problem.hold(&fitted);
     problem.settle(&[])?;
     *nominal = Nominal::new(problem)?;
@@ -185,19 +192,19 @@ pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate
 pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
     let mut fitted = None;
     for _ in 0..2 {
-        let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+        let terms = terms_of(taken);
         fitted = Some(problem.settle(&terms)?);
         for term in taken.iter_mut().flat_map(|taken| &mut taken.terms) {
             *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
         }
     }
-    let terms: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    let terms = terms_of(taken);
     problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU).or(fitted)
 }
 
 /// Evidence of one effect beside all others; `least_fall` as in [`weighed`].
 pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize, least_fall: f64) -> Option<Vec<Evidence>> {
-    let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    let all = terms_of(taken);
     let others: Vec<&Term> =
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
     let with = problem.fit_loosely(&all, Part::Train)?;
@@ -207,7 +214,7 @@ pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize, least_f
 
 /// RMS torque [N·m or N] that each taken effect moves on each joint: `moved[effect][joint]`.
 fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
-    let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    let all = terms_of(taken);
     let with = problem.fit_loosely(&all, Part::Train)?;
     let moved = |index: usize| {
         let others: Vec<&Term> =

@@ -5,7 +5,7 @@
 //! [pattern](crate::diagnose::evidence::patterns) describes that torque better. If a pattern does, on rows that were not used for its fit and by more
 //! than [`CLEARLY`], the name is withdrawn and the structure is reported as unexplained.
 
-use super::selection::{Selection, Taken};
+use super::selection::{Selection, Taken, terms_of};
 use crate::diagnose::evidence::pattern_search::likeliest;
 use crate::diagnose::evidence::prediction::{Prediction, predict};
 use crate::diagnose::fit::problem::{Part, Problem, Term};
@@ -31,7 +31,7 @@ pub fn withdraw(problem: &mut Problem, selection: &mut Selection) -> Option<()> 
 
 /// Whether patterns on the joints of an effect predict better than the effect, beside the others.
 fn stands_in(problem: &Problem, taken: &[Taken], index: usize) -> bool {
-    let all: Vec<&Term> = taken.iter().flat_map(|taken| &taken.terms).collect();
+    let all = terms_of(taken);
     let mut others: Vec<&Term> =
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
     let joints: Vec<usize> = taken[index].terms.iter().flat_map(|term| term.joints.clone()).collect();
