@@ -40,7 +40,7 @@ fn diagnosed(seed: u64, load: Option<f64>) -> Diagnosis {
         .zip(&motions)
         .map(|(index, motion)| record::record(&format!("run_{index}"), &machine, motion, 4 * seed + index))
         .collect();
-    let nominal = rough::rough(&read(&drawn.nominal()), seed);
+    let nominal = rough::off(&read(&drawn.nominal()), seed, 1.0);
     let options = Options { backlash: false, ..Options::default() };
     let found = diagnose(&nominal, &recorded[..3], &recorded[3..], &options, &mut |_, _| {}).expect("a diagnosis");
     for one in &found.effects {
