@@ -104,7 +104,7 @@ pub fn conclude(
         Masses::Estimated => unexplained::unjudged(problem, &residuals),
     };
     unexplained.append(&mut findings.unexplained);
-    unexplained.extend(unexplained::shapeless(&fit, &unexplained));
+    unexplained.extend(unexplained::shapeless(problem, &residuals, &fit, &unexplained));
     findings.unexplained = unexplained;
     let [baseline_model, extended_model] =
         models(problem, selection, &findings, &gaps, &encoders.other_gaps, &options.catalogue);
