@@ -364,6 +364,15 @@ impl Problem<'_> {
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
     }
 
+    /// Row of a joint's torque constant in the directions, and its deviation `u` where deviations are held.
+    pub fn constant(&self, joint: usize) -> Option<(Vec<f64>, f64)> {
+        let inertial = self.inertial.as_ref()?;
+        let at = inertial.directions.nrows() - self.baseline.len() + joint;
+        let row: Vec<f64> = inertial.directions.row(at).iter().copied().collect();
+        let u = inertial.held()?.z.iter().zip(&row).map(|(z, v)| z * v).sum();
+        Some((row, u))
+    }
+
     /// Bodies that are likelier to deviate more than stated by more than `least` nats, the likeliest first.
     pub fn surprises(&self, least: f64) -> Vec<Surprise> {
         self.inertial.as_ref().map_or_else(Vec::new, |inertial| inertial.surprises(least))
