@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use super::hidden::{Arm, Field};
 use super::strengths::EFFECTS;
 
-pub const USAGE: &str = "usage: cargo bench --bench blind -- generate --out DIR [--effects all|none|pairs|NAME,...] [--machines N] [--skip N] [--strength S] [--seeds FIRST]
+pub const USAGE: &str = "usage: cargo bench --bench blind -- generate --out DIR [--effects all|none|pairs|NAME,...] [--machines N] [--skip N] [--strength S] [--seeds FIRST] [--arms NAME,...] [--rough 0,0.5,1]
        cargo bench --bench blind -- judge SET...
        cargo bench --bench blind -- separate SET...
-       cargo bench --bench blind -- table [--effects all|NAME,...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--changes N] [--seeds FIRST]";
+       cargo bench --bench blind -- table [--effects all|NAME,...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--changes N] [--seeds FIRST] [--field N] [--field-clean N] [--arms planar,six_joints] [--rough 0,0.5,1]";
 
 /// What is to be done.
 #[derive(Debug)]
@@ -37,6 +38,13 @@ pub struct Arguments {
     pub pairs: u64,
     /// Machines compared with themselves, for each change and without one.
     pub changes: u64,
+    /// Of each effect at strength 1, and without an effect, for each arm and accuracy of the nominal model.
+    pub field: u64,
+    pub field_clean: u64,
+    /// Kinds of machines of the field; none where they are not given.
+    pub arms: Vec<Arm>,
+    /// [1] Errors of their nominal models in units of the default accuracy.
+    pub rough: Vec<f64>,
     /// First seed: see [`super::orders`].
     pub seeds: u64,
     pub out: PathBuf,
@@ -65,6 +73,10 @@ impl Arguments {
             clean: 20,
             pairs: 20,
             changes: 5,
+            field: 0,
+            field_clean: 0,
+            arms: Vec::new(),
+            rough: vec![0.0, 0.5, 1.0],
             seeds: 1000,
             out: PathBuf::from("blind"),
         };
@@ -76,6 +88,10 @@ impl Arguments {
                 "--skip" => arguments.skip = number(&value()?)?,
                 "--clean" => arguments.clean = number(&value()?)?,
                 "--changes" => arguments.changes = number(&value()?)?,
+                "--field" => arguments.field = number(&value()?)?,
+                "--field-clean" => arguments.field_clean = number(&value()?)?,
+                "--arms" => arguments.arms = value()?.split(',').map(arm).collect::<Result<_, _>>()?,
+                "--rough" => arguments.rough = value()?.split(',').map(number).collect::<Result<_, _>>()?,
                 "--pairs" => arguments.pairs = number(&value()?)?,
                 "--thorough" => arguments.thorough = number(&value()?)?,
                 "--strength" => arguments.strength = number(&value()?)?,
@@ -91,6 +107,20 @@ impl Arguments {
         }
         Ok(Some(arguments))
     }
+}
+
+impl Arguments {
+    /// Every arm with every accuracy of its nominal model.
+    pub fn fields(&self) -> Vec<Field> {
+        let of = |arm: &Arm| self.rough.iter().map(|&rough| Field { arm: *arm, rough }).collect::<Vec<_>>();
+        self.arms.iter().flat_map(of).collect()
+    }
+}
+
+fn arm(name: &str) -> Result<Arm, String> {
+    let names = Arm::ALL.map(Arm::name);
+    let known = Arm::ALL.into_iter().find(|arm| arm.name() == name);
+    known.ok_or_else(|| format!("{name} is none of {}", names.join(", ")))
 }
 
 fn all() -> Vec<String> {

@@ -29,7 +29,10 @@ impl Case {
         let set = made(order);
         let verdict_of = |set: &Set, options: &Options| verdict(&order.name(), set, options);
         let verdict = verdict_of(&set, &Options::default());
-        let told = separabilities(&set, &verdict.effects, &verdict.hidden);
+        let told = match verdict.failure {
+            None => separabilities(&set, &verdict.effects, &verdict.hidden),
+            Some(_) => vec![None; verdict.effects.len()],
+        };
         let thorough = thorough && order.effects.len() == 1;
         let left_out = thorough.then(|| {
             let mut options = Options::default();
@@ -43,6 +46,16 @@ impl Case {
     /// Name of the effect where one is hidden.
     pub fn single(&self) -> Option<&str> {
         (self.order.effects.len() == 1).then(|| self.order.effects[0].as_str())
+    }
+
+    /// Whether one effect is hidden.
+    pub fn is_single(&self) -> bool {
+        self.order.effects.len() == 1
+    }
+
+    /// Whether one effect of strength 1 is hidden.
+    pub fn is_full(&self) -> bool {
+        self.is_single() && self.order.strength == 1.0
     }
 
     /// Whether every hidden effect shows more than `nats` beside the baseline.

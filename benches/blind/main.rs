@@ -1,14 +1,17 @@
 //! Blind tests at length: sets of data with effects hidden by seed, and what the program makes of them.
 //!
 //! ```text
-//! cargo bench --bench blind -- generate --out DIR [--effects all|NAME,...] [--machines N] [--skip N] [--strength 1|0.5] [--seeds FIRST]
+//! cargo bench --bench blind -- generate --out DIR [--effects all|NAME,...] [--machines N] [--skip N] [--strength 1|0.5] [--seeds FIRST] [--arms NAME,...] [--rough 0,0.5,1]
 //! cargo bench --bench blind -- judge SET...
 //! cargo bench --bench blind -- separate SET...
 //! cargo bench --bench blind -- table [--effects ...] [--machines N] [--thorough N] [--clean N] [--pairs N] [--changes N] [--seeds FIRST]
+//!                                          [--field N] [--field-clean N] [--arms planar,six_joints] [--rough 0,0.5,1]
 //! ```
 //! A set is a folder with `model.toml`, `robot.urdf` and four recordings; what was hidden stands in `truth/<set>.json` beside it.
 //! It is drawn by the same modules as the sets of `benches/hidden_effects`. `table` keeps no data; see `docs/blind.md`. Seeds below 100000 are for tuning, those from 900000 for reports.
 
+#[path = "../../tests/support/drawn/arm.rs"]
+mod arm;
 #[path = "../../tests/support/drawn/drawn.rs"]
 mod drawn;
 #[path = "../../tests/support/drawn/generate.rs"]
@@ -21,16 +24,25 @@ mod machine;
 mod motion;
 #[path = "../../tests/support/drawn/record.rs"]
 mod record;
+#[path = "../../tests/support/rough.rs"]
+mod rough;
+#[path = "../../tests/support/drawn/sampling.rs"]
+mod sampling;
+#[path = "../../tests/support/six_joints.rs"]
+mod six_joints;
 #[path = "../../tests/support/drawn/strengths.rs"]
 mod strengths;
 #[path = "../../tests/support/drawn/verdict.rs"]
 mod verdict;
 
 mod arguments;
+mod calibration;
 mod case;
 mod comparison;
+mod field;
 mod orders;
 mod separate;
+mod share;
 mod side_by_side;
 mod table;
 
@@ -39,11 +51,14 @@ use std::path::{Path, PathBuf};
 use arguments::{Arguments, Command};
 use case::Case;
 use comparison::Comparison;
+use field::FieldTable;
 use generate::Set;
+use hidden::Field;
 use lostmotion::diagnose::Options;
 use orders::Plan;
 use side_by_side::side_by_side;
 use table::Table;
+use verdict::Truth;
 
 fn main() {
     // What the generating process is started for.
@@ -70,7 +85,9 @@ fn main() {
 const GENERATE_ONE: &str = "generate-one";
 
 fn generate(arguments: &Arguments) {
-    let orders = Plan::of(arguments).orders();
+    let fields = arguments.fields();
+    let of_field = fields.iter().flat_map(|field| Plan::of(arguments, Some(*field)).orders());
+    let orders = if fields.is_empty() { Plan::of(arguments, None).orders() } else { of_field.collect() };
     side_by_side(
         &orders,
         |order| generate::in_own_process(&[GENERATE_ONE], &arguments.out, order),
@@ -91,31 +108,43 @@ fn judge(folders: &[PathBuf]) {
 fn separate(folders: &[PathBuf]) {
     let separated = |folder: &PathBuf| {
         let (name, set) = set_of(folder);
-        let (effects, hidden) = verdict::truth(&set.truth);
+        let Truth { effects, hidden, .. } = verdict::truth(&set.truth);
         separate::line(&name, &effects, &separate::separabilities(&set, &effects, &hidden))
     };
     side_by_side(folders, separated, |_, line| println!("{line}"));
 }
 
 fn table(arguments: &Arguments) {
-    let plan = |effects: &[String], machines: u64, strength: f64| {
-        Plan { effects, machines: 0..machines, strength, seeds: arguments.seeds }.orders()
+    let seeds = arguments.seeds;
+    let plan = |effects: &[String], machines: u64, strength: f64, field: Option<Field>| {
+        Plan { effects, machines: 0..machines, strength, seeds, field }.orders()
     };
     let Arguments { effects, machines, .. } = arguments;
-    let orders = [
-        plan(effects, *machines, 1.0),
-        plan(effects, *machines, 0.5),
-        plan(&["none".to_owned()], arguments.clean, 0.0),
-        plan(&["pairs".to_owned()], arguments.pairs, 1.0),
+    let (none, pairs) = (["none".to_owned()], ["pairs".to_owned()]);
+    let laboratory = [
+        plan(effects, *machines, 1.0, None),
+        plan(effects, *machines, 0.5, None),
+        plan(&none, arguments.clean, 0.0, None),
+        plan(&pairs, arguments.pairs, 1.0, None),
     ]
     .concat();
-    let thorough = |order: &hidden::Order| Plan::number(order) < arguments.thorough;
+    let of_field = |field: Field| {
+        let healthy = plan(&none, arguments.field_clean, 0.0, Some(field));
+        [healthy, plan(effects, arguments.field, 1.0, Some(field))].concat()
+    };
+    let in_field = arguments.fields().into_iter().flat_map(of_field).collect();
+    let orders = [laboratory, in_field].concat();
+    let thorough = |order: &hidden::Order| order.field.is_none() && Plan::number(order) < arguments.thorough;
     let cases = side_by_side(&orders, |order| Case::new(order, thorough(order)), |_, case| log(case));
-    let later = orders::later(arguments.seeds, arguments.changes);
+    let later = orders::later(seeds, arguments.changes);
     let comparisons = side_by_side(&later, Comparison::new, |_, comparison| eprintln!("{}", comparison.line()));
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     println!("`cargo bench --bench blind -- {}`\n", words.join(" "));
-    println!("{}", Table { cases: &cases, comparisons: &comparisons, nats: Options::default().rules.nats }.text());
+    let nats = Options::default().rules.nats;
+    if cases.iter().any(|case| case.order.field.is_none()) || !comparisons.is_empty() {
+        println!("{}", Table { cases: &cases, comparisons: &comparisons, nats }.text());
+    }
+    println!("{}", FieldTable { cases: &cases, nats }.text());
 }
 
 fn log(case: &Case) {

@@ -7,7 +7,7 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::arguments::Arguments;
-use super::hidden::{CHANGED, CHANGES, Order};
+use super::hidden::{CHANGED, CHANGES, Field, Order};
 use super::strengths::EFFECTS;
 
 const PAIRS: u64 = 400;
@@ -24,19 +24,22 @@ pub struct Plan<'a> {
     pub machines: std::ops::Range<u64>,
     pub strength: f64,
     pub seeds: u64,
+    /// `None`: sets of the laboratory. The same seed has the same machine whatever the errors of its model.
+    pub field: Option<Field>,
 }
 
 impl<'a> Plan<'a> {
-    pub fn of(arguments: &'a Arguments) -> Self {
+    pub fn of(arguments: &'a Arguments, field: Option<Field>) -> Self {
         let Arguments { effects, machines, skip, strength, seeds, .. } = arguments;
-        Self { effects, machines: *skip..skip + machines, strength: *strength, seeds: *seeds }
+        Self { effects, machines: *skip..skip + machines, strength: *strength, seeds: *seeds, field }
     }
 
     /// One order a machine, the effects taking turns.
     pub fn orders(&self) -> Vec<Order> {
+        let in_field = |order: Order| Order { field: self.field, ..order };
         self.machines
             .clone()
-            .flat_map(|machine| self.effects.iter().map(move |name| self.order(name, machine)))
+            .flat_map(|machine| self.effects.iter().map(move |name| in_field(self.order(name, machine))))
             .collect()
     }
 
@@ -55,7 +58,7 @@ impl<'a> Plan<'a> {
             "pairs" => {
                 let seed = self.seeds + PAIRS + within(SINGLE - PAIRS);
                 let effects = pair(&mut ChaCha8Rng::seed_from_u64(seed), &EFFECTS);
-                Order { effects, strength: self.strength, seed }
+                Order { field: None, effects, strength: self.strength, seed }
             }
             _ => {
                 let index = EFFECTS.iter().position(|one| *one == name).expect("a known effect") as u64;

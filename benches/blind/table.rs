@@ -2,9 +2,11 @@
 
 use std::fmt::Write as _;
 
+use super::calibration::calibration;
 use super::case::Case;
 use super::comparison::Comparison;
 use super::hidden::CHANGES;
+use super::share::Share;
 use super::strengths::EFFECTS;
 use super::verdict::Size;
 
@@ -16,38 +18,19 @@ pub struct Table<'a> {
     pub nats: f64,
 }
 
-/// So many of so many.
-#[derive(Clone, Copy, Default)]
-struct Share {
-    good: usize,
-    all: usize,
-}
-
-impl Share {
-    fn of(answers: impl Iterator<Item = bool>) -> Self {
-        answers.fold(Self::default(), |sum, good| Self { good: sum.good + usize::from(good), all: sum.all + 1 })
-    }
-
-    fn text(self) -> String {
-        if self.all == 0 {
-            return "–".to_owned();
-        }
-        format!("{:.1} % ({} of {})", 100.0 * self.good as f64 / self.all as f64, self.good, self.all)
-    }
-
-    fn short(self) -> String {
-        if self.all == 0 { "–".to_owned() } else { format!("{}/{}", self.good, self.all) }
-    }
-}
-
 impl<'a> Table<'a> {
     /// All parts, as Markdown.
     pub fn text(&self) -> String {
-        [self.figures(), self.by_effect(), self.calibration()].join("\n")
+        [self.figures(), self.by_effect(), calibration(self.laboratory())].join("\n")
+    }
+
+    /// The machines of the laboratory; those of the field have a table of their own.
+    fn laboratory(&self) -> impl Iterator<Item = &'a Case> {
+        self.cases.iter().filter(|case| case.order.field.is_none())
     }
 
     fn hiding(&self, effects: usize) -> impl Iterator<Item = &'a Case> {
-        self.cases.iter().filter(move |case| case.order.effects.len() == effects)
+        self.laboratory().filter(move |case| case.order.effects.len() == effects)
     }
 
     fn of_strength(&self, full: bool) -> impl Iterator<Item = &'a Case> {
@@ -63,7 +46,7 @@ impl<'a> Table<'a> {
         let single = || self.hiding(1);
         let both = |case: &Case| case.verdict.effects.iter().all(|effect| case.verdict.names(effect));
         let mut ratios: Vec<f64> = single().filter_map(Case::error_ratio).collect();
-        let mut seconds: Vec<f64> = self.cases.iter().map(|case| case.verdict.seconds).collect();
+        let mut seconds: Vec<f64> = self.laboratory().map(|case| case.verdict.seconds).collect();
         let rows = [
             ("named first, separable, strength 1", "≥ 95 %", named(true).text()),
             ("named first, separable, less strength", "≥ 85 %", named(false).text()),
@@ -156,29 +139,6 @@ impl<'a> Table<'a> {
         }
         text
     }
-
-    fn calibration(&self) -> String {
-        let mut bins = [(0.0, Share::default()); 10];
-        for case in self.cases {
-            let mut named = Vec::new();
-            for found in &case.verdict.found {
-                if named.contains(&&found.effect) {
-                    continue;
-                }
-                named.push(&found.effect);
-                let (sum, share) = &mut bins[((10.0 * found.probability) as usize).min(9)];
-                *sum += found.probability;
-                share.all += 1;
-                share.good += usize::from(case.order.effects.contains(&found.effect));
-            }
-        }
-        let mut text = String::from("| probability said | mean | right |\n|---|---|---|\n");
-        for (bin, (sum, share)) in bins.into_iter().enumerate().filter(|(_, (_, share))| share.all > 0) {
-            let (low, high) = (bin as f64 / 10.0, (bin + 1) as f64 / 10.0);
-            let _ = writeln!(text, "| {low:.1} to {high:.1} | {:.3} | {} |", sum / share.all as f64, share.text());
-        }
-        text
-    }
 }
 
 /// The effect that is most often the closest stand-in, and the median of what the closest loses.
@@ -193,7 +153,8 @@ fn closest<'c>(cases: impl Iterator<Item = &'c Case>) -> String {
     format!("`{name}`: {:.0}", losses[losses.len() / 2])
 }
 
-fn quantile(values: &mut [f64], part: f64) -> String {
+/// A part of values in their order; the median is the part 0.5.
+pub fn quantile(values: &mut [f64], part: f64) -> String {
     values.sort_by(f64::total_cmp);
     match values.len() {
         0 => "–".to_owned(),

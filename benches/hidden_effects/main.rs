@@ -4,6 +4,8 @@
 //! `truth/<effect>_<seed>.json`. The seeds of this test belong to it alone: nothing may be tuned to them.
 //! A set is judged right only where the hidden effect and no other is named. The bench `blind` draws and judges by the same modules, at length.
 
+#[path = "../../tests/support/drawn/arm.rs"]
+mod arm;
 #[path = "../../tests/support/drawn/drawn.rs"]
 mod drawn;
 #[path = "../../tests/support/drawn/generate.rs"]
@@ -16,6 +18,12 @@ mod machine;
 mod motion;
 #[path = "../../tests/support/drawn/record.rs"]
 mod record;
+#[path = "../../tests/support/rough.rs"]
+mod rough;
+#[path = "../../tests/support/drawn/sampling.rs"]
+mod sampling;
+#[path = "../../tests/support/six_joints.rs"]
+mod six_joints;
 #[path = "../../tests/support/drawn/strengths.rs"]
 mod strengths;
 #[path = "../../tests/support/drawn/verdict.rs"]

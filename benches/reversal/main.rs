@@ -3,6 +3,8 @@
 //! The machines, their motions and what is planted are those of the blind sets (`benches/hidden_effects`, `benches/blind`), strength 1.
 //! The seeds belong to this test alone: nothing may be tuned to them.
 
+#[path = "../../tests/support/drawn/arm.rs"]
+mod arm;
 #[path = "../../tests/support/drawn/drawn.rs"]
 mod drawn;
 #[path = "../../tests/support/drawn/hidden.rs"]
@@ -13,6 +15,12 @@ mod machine;
 mod motion;
 #[path = "../../tests/support/drawn/record.rs"]
 mod record;
+#[path = "../../tests/support/rough.rs"]
+mod rough;
+#[path = "../../tests/support/drawn/sampling.rs"]
+mod sampling;
+#[path = "../../tests/support/six_joints.rs"]
+mod six_joints;
 #[path = "../../tests/support/drawn/strengths.rs"]
 mod strengths;
 

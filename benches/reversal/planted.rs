@@ -1,7 +1,5 @@
 //! A machine by seed with one of the effects of the reversal zone in it, or with none: the sets of the blind tests, in memory.
 
-use std::path::Path;
-
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::TimeSeries;
 
@@ -21,8 +19,6 @@ pub struct Set {
 /// Draws a machine, puts the effect in it, and records it.
 pub fn set(order: &Order) -> Set {
     let drawn = Drawn::new(order);
-    let machine = &drawn.machine;
-    let nominal =
-        Model::from_texts(&machine.nominal(), &machine.urdf(), Path::new("model.toml")).expect("a good model");
-    Set { nominal, sessions: drawn.sessions().collect(), entries: drawn.entries }
+    let sessions = drawn.sessions().collect();
+    Set { nominal: drawn.nominal, sessions, entries: drawn.entries }
 }

@@ -16,7 +16,7 @@ mod quantity;
 mod rigid_body;
 mod signals;
 mod signs;
-mod statistics;
+pub(crate) mod statistics;
 mod summary;
 mod windows;
 

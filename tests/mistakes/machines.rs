@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::hidden::{self, Order};
 use super::machine::Machine;
+use super::six_joints::RANGES;
 use super::{motion, record};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
@@ -88,15 +89,7 @@ fn moving(robot: &str, ranges: &[Range], duration: f64, hidden: &str, seed: u64)
 
 /// The six-axis arm of the catalogue.
 pub fn six_axis(hidden: &str, seed: u64) -> Set {
-    let ranges = [
-        [0.0, 1.2, 1.5, 4.0, 6.0],
-        [0.3, 0.6, 1.0, 3.0, 7.0],
-        [-0.5, 0.6, 1.2, 4.0, 2.5],
-        [0.0, 1.2, 2.0, 8.0, 0.15],
-        [0.2, 1.0, 2.0, 8.0, 0.15],
-        [0.0, 1.5, 3.0, 12.0, 0.03],
-    ];
-    moving("sixaxis", &ranges, 16.0, hidden, seed)
+    moving("sixaxis", &RANGES, 16.0, hidden, seed)
 }
 
 /// The chain of twelve joints of the catalogue.

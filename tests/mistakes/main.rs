@@ -14,6 +14,9 @@ mod machine;
 mod motion;
 #[path = "../support/drawn/record.rs"]
 mod record;
+#[path = "../support/six_joints.rs"]
+#[allow(dead_code)]
+mod six_joints;
 #[path = "../support/drawn/strengths.rs"]
 #[allow(dead_code)]
 mod strengths;

@@ -4,6 +4,8 @@
 
 #[path = "../support/rough.rs"]
 mod rough;
+#[path = "../support/six_joints.rs"]
+mod six_joints;
 
 use std::path::Path;
 
@@ -11,20 +13,7 @@ use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::scenario::{Scenario, Truth, simulate};
 use lostmotion::timeseries::TimeSeries;
-
-const ROBOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/sixaxis");
-
-/// The arm with friction that is alike in both directions.
-fn symmetric() -> Model {
-    let mut model = Model::load(&Path::new(ROBOT).join("model.toml")).expect("the arm");
-    for joint in &mut model.joints {
-        let friction = joint.friction.as_mut().expect("friction");
-        if let lostmotion::gearhead::FrictionLaw::Exponential([positive, negative]) = &mut friction.law {
-            *negative = *positive;
-        }
-    }
-    model
-}
+use six_joints::{RANGES, ROBOT, symmetric};
 
 /// Three fast runs of all joints; the third is for judging.
 fn scenario() -> String {
@@ -32,23 +21,14 @@ fn scenario() -> String {
         "schema = \"lostmotion/scenario/1\"\nname = \"six\"\nquestion = \"What is in it?\"\nrobot = \"{ROBOT}/model.toml\"\n\
          sensors = \"model\"\ncontrol_period = 0.001\nprocedure = \"diagnose\"\n"
     );
-    // Within limits, around a pose with the arm forwards: the middle, half the range [rad], the speed [rad/s], acceleration [rad/s²].
-    let joints = [
-        (0.0, 1.2, 1.5, 4.0),
-        (0.3, 0.6, 1.0, 3.0),
-        (-0.5, 0.6, 1.2, 4.0),
-        (0.0, 1.2, 2.0, 8.0),
-        (0.2, 1.0, 2.0, 8.0),
-        (0.0, 1.5, 3.0, 12.0),
-    ];
     for run in 1..=3 {
         text += &format!(
             "\n[[session]]\nname = \"fast_{run}\"\nkind = \"fast\"\nrest = 1.0\nduration = 12.0\nlongest_rest = 0.2\nseed = {run}\n"
         );
-        for (index, (middle, ..)) in joints.iter().enumerate() {
+        for (index, [middle, ..]) in RANGES.iter().enumerate() {
             text += &format!("start.joint{} = {middle}\n", index + 1);
         }
-        for (index, (middle, half, speed, acceleration)) in joints.iter().enumerate() {
+        for (index, [middle, half, speed, acceleration, _]) in RANGES.iter().enumerate() {
             text += &format!(
                 "[session.joints.joint{}]\nlowest = {}\nhighest = {}\nspeed = {speed}\nacceleration = {acceleration}\n",
                 index + 1,
@@ -58,7 +38,7 @@ fn scenario() -> String {
         }
     }
     text += "\n[controller]\nlaw = \"pi\"\nvelocity = \"sensor\"\n";
-    for (index, inertia) in [6.0, 7.0, 2.5, 0.15, 0.15, 0.03].iter().enumerate() {
+    for (index, [.., inertia]) in RANGES.iter().enumerate() {
         text += &format!(
             "[controller.joints.joint{}]\nproportional = {}\nintegral = {}\n",
             index + 1,
@@ -136,7 +116,7 @@ fn recover_friction_of_one_joint_that_differs_by_direction() {
 /// Every nominal value is off by as much as a vendor's model is.
 #[test]
 fn property_nothing_is_found_in_a_sound_arm_with_a_rough_model() {
-    let found = diagnosed_with(rough::rough(&symmetric(), 51), &[], 51);
+    let found = diagnosed_with(rough::off(&symmetric(), 51, 1.0), &[], 51);
     assert!(found.effects.is_empty() && found.mistakes.is_empty(), "{:?} {:?}", found.effects, found.mistakes);
 }
 
@@ -148,7 +128,7 @@ fn recover_a_load_as_heavy_as_the_last_link_beside_a_rough_model() {
     let machine = symmetric();
     let mass = machine.robot.bodies[5].inertia.mass;
     let load = effect("payload", None, &[("mass", mass), ("x", 0.09), ("z", 0.022)]);
-    let found = diagnosed_with(rough::rough(&machine, 52), &[load], 52);
+    let found = diagnosed_with(rough::off(&machine, 52, 1.0), &[load], 52);
     assert_eq!(first(&found).0, "payload");
     let measured = &found.effects[0].parameters["mass"];
     // Three standard errors, which contain what the link itself may deviate by.

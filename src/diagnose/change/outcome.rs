@@ -196,9 +196,9 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
         Identified { factors: &factors, friction: &friction, rotors: &rotors, gaps: &gaps_were, shares: &shares };
     let today = Identified { friction: &friction_is, gaps: &gaps_are, ..then };
     let was = extend::with_baseline(&model, &then);
-    let mut was = extend::with_effects(&model, &was, &factors, &old, catalogue);
+    let mut was = extend::with_effects(&model, &was, &old, catalogue);
     let is = extend::with_baseline(&model, &today);
-    let mut is = extend::with_effects(&model, &is, &factors, &old, catalogue);
+    let mut is = extend::with_effects(&model, &is, &old, catalogue);
     is.effects.extend(parts.findings.effects.iter().map(|found| entry(found, catalogue)));
     for change in &changes {
         let Some(joint) = model.joints.iter().position(|joint| joint.name == change.joint) else { continue };

@@ -50,14 +50,8 @@ pub fn with_baseline(model: &Model, identified: &Identified) -> Model {
 
 /// The baseline model with the found effects added. Friction and rotors that were fitted in a torque with a wrong scale are corrected.
 ///
-/// `deviating` are factors as in [`Identified`], which friction already has.
-pub fn with_effects(
-    nominal: &Model,
-    baseline: &Model,
-    deviating: &[f64],
-    found: &[FoundEffect],
-    catalogue: &Catalogue,
-) -> Model {
+/// Parameters of effects are in true torque, but for what the effects found correct.
+pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], catalogue: &Catalogue) -> Model {
     let mut model = baseline.clone();
     let factors: Vec<f64> = model.joints.iter().map(|joint| torque_factor(&joint.name, found, catalogue)).collect();
     for ((joint, nominal), factor) in model.joints.iter_mut().zip(&nominal.joints).zip(&factors) {
@@ -72,7 +66,7 @@ pub fn with_effects(
         let scope = catalogue.find(&effect.effect).map(|effect| effect.about().scope);
         let joint = if scope == Some(Scope::Joint) { effect.joints.first().cloned() } else { None };
         let index = joint.as_ref().and_then(|name| model.joints.iter().position(|joint| joint.name == *name));
-        let factor = index.map_or(1.0, |index| factors[index] * deviating[index]);
+        let factor = index.map_or(1.0, |index| factors[index]);
         let value = |measured: &Measured| {
             let is_torque = measured.unit.starts_with('N');
             measured.value * if is_torque { factor } else { 1.0 }

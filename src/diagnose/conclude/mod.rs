@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 use crate::diagnose::fit::estimate;
 use crate::diagnose::fit::pose::nothing_moves;
 use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::torque_scale::TorqueScale;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::instruments::two_encoders::Encoders;
 use crate::diagnose::instruments::{FittedRows, ON_ROWS, removal};
@@ -28,13 +29,13 @@ use crate::diagnose::options::Options;
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::errors;
 use crate::diagnose::residuals::{floor, maps, shares, spectra};
-use crate::diagnose::result::{BaselineEstimate, Findings, Measured, Parts};
+use crate::diagnose::result::{BaselineEstimate, Findings, FoundEffect, Measured, Parts};
 use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::select::confirm::Confirmed;
 use crate::diagnose::select::findings::found;
 use crate::diagnose::select::selection::Selection;
-use crate::effects::Catalogue;
+use crate::effects::{Catalogue, Scope};
 use crate::error::Result;
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
@@ -90,6 +91,7 @@ pub fn conclude(
     progress("measuring the gap", 0.9);
     let gaps = gaps(data, problem, selection, &encoders.gaps, options);
     gaps::blur(&mut findings.effects, model, &gaps, &options.catalogue);
+    in_true_torque(problem, &mut findings.effects, &uncertainty, &options.catalogue);
     findings.effects.sort_by(|a, b| b.evidence_nats.total_cmp(&a.evidence_nats));
     progress("drawing residuals", 0.95);
     let floor = floor::floor(problem, sessions, &typical_inertia(model));
@@ -99,7 +101,7 @@ pub fn conclude(
         Masses::Estimated => unexplained::unjudged(problem, &residuals),
     };
     unexplained.append(&mut findings.unexplained);
-    unexplained.extend(unexplained::shapeless(&fit, &unexplained));
+    unexplained.extend(unexplained::shapeless(problem, &residuals, &fit, &unexplained));
     undecided::add(problem, selection, &options.rules, &mut unexplained);
     findings.unexplained = unexplained;
     let [baseline_model, extended_model] =
@@ -120,6 +122,19 @@ pub fn conclude(
         series: errors::series(problem, sessions, &residuals),
         ..Parts::new(model, method, &options.catalogue)
     })
+}
+
+/// Takes the parameters of effects of a joint from the torque of the nominal model to the true one.
+fn in_true_torque(problem: &Problem, effects: &mut [FoundEffect], uncertainty: &Uncertainty, catalogue: &Catalogue) {
+    let of_joint = |found: &&mut FoundEffect| {
+        catalogue.find(&found.effect).is_some_and(|effect| effect.about().scope == Scope::Joint)
+    };
+    for found in effects.iter_mut().filter(of_joint) {
+        let first = |name: &String| problem.motion.model.joints.iter().position(|joint| joint.name == *name);
+        let Some(joint) = found.joints.first().and_then(first) else { continue };
+        let scale = TorqueScale::of(problem, joint, uncertainty);
+        found.parameters.values_mut().for_each(|measured| scale.correct(measured));
+    }
 }
 
 /// The gap of each joint. The estimate assumes that only friction and inertia act while the gap is crossed, so the torque of effects is
@@ -160,7 +175,7 @@ fn models(
     };
     let baseline = extend::with_baseline(&model, &before);
     let extended = extend::with_baseline(&model, &after);
-    let mut extended = extend::with_effects(&model, &extended, &factors, &findings.effects, catalogue);
+    let mut extended = extend::with_effects(&model, &extended, &findings.effects, catalogue);
     for (joint, gap) in other_gaps {
         extended.joints[*joint].backlash = Some(*gap);
     }
@@ -184,7 +199,9 @@ fn baseline(
 ) -> BTreeMap<String, BaselineEstimate> {
     let mut estimates = BTreeMap::new();
     for (joint, model) in problem.motion.model.joints.iter().enumerate() {
-        let friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
+        let mut friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
+        let scale = TorqueScale::of(problem, joint, uncertainty);
+        friction.values_mut().for_each(|measured| scale.correct(measured));
         let torque_offset = estimate::offsets(problem, joint, &selection.fitted, uncertainty, sessions);
         let MeasuredGap { measured: backlash, left_out: backlash_left_out, .. } = gaps[joint].clone();
         let rotor_inertia = estimate::rotor_inertia(problem, joint, &selection.fitted, uncertainty);

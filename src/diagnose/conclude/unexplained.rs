@@ -12,6 +12,7 @@ use crate::diagnose::options::Rules;
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::gains;
 use crate::diagnose::result::{FitError, Split, Unexplained};
+use crate::identify::statistics::median;
 
 /// Least amplitude of a pattern relative to the RMS torque: the inaccuracy of a law of an effect or of friction is smaller. Patterns
 /// with enough evidence on 16 clean machines (seeds 1000 to 1015 of `benches/blind`) are below it.
@@ -99,22 +100,37 @@ pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
 }
 
 /// Residual torque of the joints without a pattern in `said`, where it is too large for an explained torque.
-pub fn shapeless(fit: &[FitError], said: &[Unexplained]) -> Vec<Unexplained> {
-    let too_much = |one: &&FitError| {
-        let beyond = |percent: f64, floors: f64| one.after_percent > percent && one.after > floors * one.floor;
-        one.split == Split::HeldOut && (beyond(LEFT, ABOVE_FLOOR) || beyond(LEFT_CLEARLY, FAR_ABOVE_FLOOR))
+///
+/// Where rows in which a link floats are among those that are judged, the typical residual counts instead of the RMS, which a few such rows
+/// dominate. A torque that is missing all the time, such as that of a control loop that shakes the joint, is in both.
+pub fn shapeless(
+    problem: &Problem,
+    residuals: &[Residual],
+    fit: &[FitError],
+    said: &[Unexplained],
+) -> Vec<Unexplained> {
+    let judged = |one: &FitError| -> Option<Unexplained> {
+        let joint = problem.motion.model.joints.iter().position(|joint| joint.name == one.joint)?;
+        let left =
+            if problem.floating[joint] { one.after.min(typical(problem, &residuals[joint], joint)) } else { one.after };
+        let percent = one.after_percent * left / one.after.max(1e-300);
+        let floors = left / one.floor.max(1e-300);
+        let too_much = (percent > LEFT && floors > ABOVE_FLOOR) || (percent > LEFT_CLEARLY && floors > FAR_ABOVE_FLOOR);
+        let pattern = format!(
+            "{percent:.0} % of the {}, {floors:.0} times what the sensors leave, in no shape that repeats (a control loop that shakes the joint looks so)",
+            one.quantity
+        );
+        too_much.then(|| Unexplained { joint: one.joint.clone(), pattern })
     };
     let silent = |one: &&FitError| said.iter().all(|known| known.joint != one.joint);
-    let words = |one: &FitError| Unexplained {
-        joint: one.joint.clone(),
-        pattern: format!(
-            "{:.0} % of the {}, {:.0} times what the sensors leave, in no shape that repeats (a control loop that shakes the joint looks so)",
-            one.after_percent,
-            one.quantity,
-            one.after / one.floor.max(1e-300)
-        ),
-    };
-    fit.iter().filter(too_much).filter(silent).map(words).collect()
+    fit.iter().filter(|one| one.split == Split::HeldOut).filter(silent).filter_map(judged).collect()
+}
+
+/// Standard deviation of the residual of held-out rows [N·m or N] by its median, `1.4826 median |e|`, which less than half of the rows cannot
+/// decide (P. Rousseeuw, C. Croux 1993).
+fn typical(problem: &Problem, residual: &Residual, joint: usize) -> f64 {
+    let rows = problem.judged_rows(joint, Part::HeldOut);
+    1.4826 * median(rows.iter().map(|row| residual.after[*row].abs()).collect())
 }
 
 /// RMS torque that the last term explains, times √2 [N·m or N]: the amplitude of a harmonic.

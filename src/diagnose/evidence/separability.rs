@@ -10,16 +10,21 @@
 //! `s` is the scale of the error and `n_eff/n` the independent samples per row, both of a fit that contains the effect; `(ν + 1)/(ν + 3)` is the
 //! Fisher information of Student's t of unit scale. Only training rows count. Without a rival, `Δ` is the visibility of the effect itself.
 //! A rival of one joint may act on every joint, each with its own shape.
+//! The nominal model deviates within its stated accuracy beside every rival: a deviation of `z` standard deviations costs `½ z²`, as one more
+//! row of the column does that has `1/√2` there and 0 in all other columns. On one joint the deviations are as free as their prior,
+//! whatever the other joints say of them, so that `Δ` is a lower bound for effects of a joint.
 //! Left out: two rivals together; effects that are identified by other data than torque against motion: by a joint at rest, by the
 //! command, by reversals.
 //! Reference: C. R. Rao (1945), Information and the accuracy attainable in the estimation of statistical parameters.
 
-use crate::diagnose::fit::golden::golden_section;
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::diagnose::fit::golden::golden_section;
+use crate::diagnose::fit::inertial::Inertial;
 use crate::diagnose::fit::pose::pose;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
 use crate::diagnose::fit::regression::NU;
@@ -172,6 +177,8 @@ struct Field<'p, 'm> {
     motions: Vec<Motion<'m>>,
     /// Factor from the torque of a joint to the square root of nats.
     factor: Vec<f64>,
+    /// Number of deviations of the nominal model, each with a row for what it costs.
+    deviations: usize,
     basis: Vec<Vec<f64>>,
 }
 
@@ -193,7 +200,8 @@ impl<'p, 'm> Field<'p, 'm> {
             rows.push(all.into_iter().step_by(stride).collect::<Vec<_>>());
         }
         let motions = rows.iter().map(|rows| problem.motion.at_rows(rows)).collect();
-        let mut field = Self { problem, joints: joints.to_vec(), rows, motions, factor, basis: Vec::new() };
+        let deviations = problem.inertial.as_ref().map_or(0, Inertial::count);
+        let mut field = Self { problem, joints: joints.to_vec(), rows, motions, factor, deviations, basis: Vec::new() };
         for (place, joint) in joints.iter().enumerate() {
             let baseline = &problem.baseline[*joint];
             for column in baseline.columns().iter().chain(baseline.stribeck_derivative()) {
@@ -212,19 +220,34 @@ impl<'p, 'm> Field<'p, 'm> {
                 field.take_out(&field.joined(&parts));
             }
         }
+        field.deviate();
         field
+    }
+
+    /// Takes out what deviations of the nominal model can reproduce at the cost of their prior.
+    fn deviate(&mut self) {
+        let Some(inertial) = &self.problem.inertial else { return };
+        for k in 0..self.deviations {
+            let of_joint = |(place, joint): (usize, &usize)| self.picked(place, &inertial.columns[*joint][k]);
+            let parts: Vec<Vec<f64>> = self.joints.iter().enumerate().map(of_joint).collect();
+            let mut column = self.joined(&parts);
+            let cost = column.len() - self.deviations + k;
+            column[cost] = FRAC_1_SQRT_2;
+            self.take_out(&column);
+        }
     }
 
     fn picked(&self, place: usize, column: &[f64]) -> Vec<f64> {
         self.rows[place].iter().map(|row| column[*row]).collect()
     }
 
-    /// One vector from one part per joint, in units of its error; a missing part is zero.
+    /// One vector from one part per joint, in units of its error, and no deviation; a missing part is zero.
     fn joined(&self, parts: &[Vec<f64>]) -> Vec<f64> {
         let mut all = Vec::new();
         for ((part, rows), factor) in parts.iter().zip(&self.rows).zip(&self.factor) {
             all.extend((0..rows.len()).map(|row| part.get(row).map_or(0.0, |value| factor * value)));
         }
+        all.resize(all.len() + self.deviations, 0.0);
         all
     }
 

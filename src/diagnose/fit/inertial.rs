@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use super::problem::{Fitted, Problem, Term};
 use super::views::View;
 use crate::diagnose::rows::observe::root_mean_square;
-use crate::effects::Motion;
+use crate::effects::{JointMotion, Kind, Motion};
 use crate::robot::{Accuracy, Model};
 
 /// [1] Torque of one standard deviation, as a share of the RMS torque, below which a direction is left out: no friction law is as accurate.
@@ -201,6 +201,25 @@ fn torques(
     torques
 }
 
+/// What the torque constants in each direction do to the torque of an effect of the machine.
+fn rescaled(
+    motion: &Motion,
+    accuracy: &Accuracy,
+    directions: &DMatrix<f64>,
+    term: &Term,
+    coefficients: &[f64],
+) -> Vec<Vec<Vec<f64>>> {
+    let first = directions.nrows() - motion.joints.len();
+    let of_joint = |(joint, m): (usize, &JointMotion)| -> Vec<Vec<f64>> {
+        let place = term.joints.iter().position(|own| *own == joint).filter(|_| m.has_current);
+        let torque =
+            place.map_or_else(|| vec![0.0; motion.rows()], |place| combined(&term.columns[place], coefficients));
+        let scale = |u: &f64| torque.iter().map(|torque| -accuracy.torque_constants * u * torque).collect();
+        directions.row(first + joint).iter().map(scale).collect()
+    };
+    motion.joints.iter().enumerate().map(of_joint).collect()
+}
+
 impl Problem<'_> {
     /// From now on the nominal model may deviate within its stated accuracy.
     pub fn deviate(&mut self) {
@@ -265,17 +284,22 @@ impl Problem<'_> {
         }
     }
 
-    /// Deviations of bodies alter the torque of effects that is proportional to masses; from now on as at this fit, if it has such effects.
+    /// Deviations alter the torque of physical effects of the machine: of bodies where it is proportional to masses, of torque constants where it is
+    /// computed from a current, as that of the links. From now on as at this fit, if it has such effects.
     pub fn deviate_beside(&mut self, terms: &[&Term], fitted: &Fitted) {
         let Some(inertial) = &mut self.inertial else { return };
         let accuracy = self.motion.model.accuracy;
         let deviations = accuracy.inertial_deviations(&self.motion.model.robot);
         let changes = &deviations * inertial.directions.rows(0, deviations.ncols());
+        let (motion, directions) = (&self.motion, &inertial.directions);
         let of_term = |(term, at): (&&Term, &usize)| {
             let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
-            term.effect.on_changed_bodies(&self.motion, &changes, own)
+            let by_scale = rescaled(motion, &accuracy, directions, term, own);
+            term.effect.on_changed_bodies(motion, &changes, own).into_iter().chain([by_scale])
         };
-        let altered: Vec<_> = terms.iter().zip(&fitted.term_at).filter_map(of_term).collect();
+        let physical = |term: &&Term| term.is_machine() && term.effect.about().kind == Kind::Physics;
+        let found = terms.iter().zip(&fitted.term_at).filter(|(term, _)| physical(term));
+        let altered: Vec<_> = found.flat_map(of_term).collect();
         if altered.is_empty() && !inertial.altered {
             return;
         }
@@ -320,5 +344,14 @@ impl Problem<'_> {
         let Some((_, u)) = held else { return (model.clone(), vec![1.0; dof]) };
         let factor = |joint: usize| model.accuracy.torque_factor(u[u.len() - dof + joint]);
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
+    }
+
+    /// Row of a joint's torque constant in the directions, and its deviation `u` where deviations are held.
+    pub fn constant(&self, joint: usize) -> Option<(Vec<f64>, f64)> {
+        let inertial = self.inertial.as_ref()?;
+        let at = inertial.directions.nrows() - self.baseline.len() + joint;
+        let row: Vec<f64> = inertial.directions.row(at).iter().copied().collect();
+        let u = inertial.held()?.z.iter().zip(&row).map(|(z, v)| z * v).sum();
+        Some((row, u))
     }
 }

@@ -12,6 +12,7 @@
 //! - `regression`: linear regression with a heavy-tailed error
 //! - `uncertainty`: standard errors by a jackknife over blocks of time
 //! - `estimate`: parameters with standard errors
+//! - `torque_scale`: the scale of the torque that is computed from a current
 //! - `typical`: an effect of typical strength
 //! - `golden`: golden section search
 
@@ -26,6 +27,7 @@ pub mod pose;
 pub mod problem;
 pub mod regression;
 mod stribeck;
+pub mod torque_scale;
 pub mod typical;
 pub mod uncertainty;
 mod views;

@@ -68,7 +68,9 @@ fn find_zones_of(problem: &mut Problem, widest: Widest) {
     }
     for joint in 0..coulomb.len() {
         // If a motion never stays long on a flank, judge it on the rows that are fitted.
-        if [Part::Train, Part::HeldOut].iter().any(|part| problem.judged_rows(joint, *part).len() < FEWEST_ROWS) {
+        problem.floating[joint] =
+            [Part::Train, Part::HeldOut].iter().any(|part| problem.judged_rows(joint, *part).len() < FEWEST_ROWS);
+        if problem.floating[joint] {
             problem.judged[joint].clone_from(&problem.zones[joint]);
         }
     }

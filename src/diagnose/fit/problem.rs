@@ -68,6 +68,8 @@ pub struct Problem<'m> {
     pub zones: Vec<Vec<bool>>,
     /// `judged[joint][row]`: rows of the error figures, in which the links follow their rotors for certain.
     pub judged: Vec<Vec<bool>>,
+    /// Joints of which too few such rows were found: they are judged on the rows of the fit, where a link may float in its gap.
+    pub floating: Vec<bool>,
     /// How wide unknown gaps were taken to be.
     pub widest_gap: Widest,
     /// Whether a row is held out.
@@ -141,12 +143,14 @@ impl<'m> Problem<'m> {
         let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / BLOCK) as usize + s) % FOLDS).collect();
         let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
         let judged = zones.clone();
+        let floating = vec![false; motion.joints.len()];
         let independence = vec![1.0; motion.joints.len()];
         let standstill = vec![None; motion.joints.len()];
         Self {
             motion,
             zones,
             judged,
+            floating,
             widest_gap: Widest::Any,
             held_out,
             baseline,

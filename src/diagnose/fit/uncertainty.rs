@@ -49,6 +49,8 @@ pub struct Uncertainty {
     pub stribeck_at: Vec<Option<usize>>,
     /// Positions of each term's shape parameters.
     pub shape_at: Vec<Vec<usize>>,
+    /// Position of the first deviation of the nominal model.
+    pub deviations_at: usize,
     /// The torque of each term.
     moved: Vec<MovedTorque>,
 }
@@ -109,7 +111,14 @@ impl Uncertainty {
                 .flatten()
         });
         let jackknives: Vec<Jackknife> = jackknives.collect();
-        (!jackknives.is_empty()).then_some(Self { jackknives, unknowns: system.unknowns, stribeck_at, shape_at, moved })
+        (!jackknives.is_empty()).then_some(Self {
+            jackknives,
+            unknowns: system.unknowns,
+            stribeck_at,
+            shape_at,
+            deviations_at: deviations.start,
+            moved,
+        })
     }
 
     /// Standard error of `Σ slope · coefficient`, each `(position, slope)`.

@@ -1,4 +1,5 @@
-//! The motions of a set: a staircase of slow speeds with rests of different length, and fast runs.
+//! The motions of a set: a staircase of slow speeds with rests of different length, fast runs, and point-to-point motion with dwells.
+#![allow(dead_code, reason = "every test file is its own crate and uses its own part")]
 
 use std::f64::consts::PI;
 
@@ -15,30 +16,53 @@ const ACCELERATION: f64 = 1.0;
 /// [s] Length of a fast run.
 const FAST: f64 = 40.0;
 
-/// Where a run starts [rad] and the velocity references of both joints [rad/s], sample by sample.
+/// [rad] Half the range of a joint of the planar arm in fast runs.
+const HALF: f64 = 1.8;
+
+/// Where a run starts [rad] and the velocity references of the joints [rad/s], sample by sample.
 #[derive(Debug)]
 pub struct Motion {
-    pub start: [f64; 2],
-    pub velocity: [Vec<f64>; 2],
+    pub start: Vec<f64>,
+    pub velocity: Vec<Vec<f64>>,
 }
 
-/// ±0.5 to ±10 deg/s in steps of 0.5 deg/s, one joint after the other; each speed as long as it takes for 3 degrees, 1 to 6 s.
-/// After every other pair of speeds the joint rests for 0.2 to 3 s: what grows at rest can be told by rests of different length only.
+/// Where a joint moves: the middle of its range and half of it [rad].
+#[derive(Debug, Clone, Copy)]
+pub struct Space {
+    pub middle: f64,
+    pub half: f64,
+}
+
+impl Space {
+    /// Of both joints of the planar arm.
+    pub const PLANAR: [Self; 2] = [Self { middle: 0.0, half: HALF }; 2];
+
+    /// [rad] a position of the planar arm in this range.
+    fn at(&self, position: f64) -> f64 {
+        self.middle + self.half / HALF * position
+    }
+}
+
+/// ±0.5 to ±10 deg/s in steps of 0.5 deg/s, one joint after the other.
 pub fn staircase(rng: &mut ChaCha8Rng) -> Motion {
-    const STEPS: usize = 20;
-    let start = [rng.random_range(-1.2..1.2), rng.random_range(-1.2..1.2)];
-    let mut velocity = [Vec::new(), Vec::new()];
-    for joint in 0..2 {
-        for step in 1..=STEPS {
-            let speed = 0.5 * step as f64 * DEG;
+    let start = vec![rng.random_range(-1.2..1.2), rng.random_range(-1.2..1.2)];
+    stairs(rng, start, 20)
+}
+
+/// So many speeds up to ±10 deg/s, one joint after the other; each speed as long as it takes for 3 degrees, 1 to 6 s.
+/// After every other pair of speeds the joint rests for 0.2 to 3 s: what grows at rest can be told by rests of different length only.
+pub fn stairs(rng: &mut ChaCha8Rng, start: Vec<f64>, steps: usize) -> Motion {
+    let mut velocity = vec![Vec::new(); start.len()];
+    for joint in 0..start.len() {
+        for step in 1..=steps {
+            let speed = 10.0 / steps as f64 * step as f64 * DEG;
             let samples = ((3.0 * DEG / speed).clamp(1.0, 6.0) / INTERVAL) as usize;
             for sign in [1.0, -1.0] {
                 for _ in 0..samples {
                     let before = velocity[joint].last().copied().unwrap_or(0.0);
                     let change: f64 = sign * speed - before;
                     let most = ACCELERATION * INTERVAL;
-                    velocity[joint].push(before + change.clamp(-most, most));
-                    velocity[1 - joint].push(0.0);
+                    push(&mut velocity, joint, before + change.clamp(-most, most));
                 }
             }
             if step % 2 == 0 {
@@ -50,24 +74,72 @@ pub fn staircase(rng: &mut ChaCha8Rng) -> Motion {
     Motion { start, velocity }
 }
 
+/// One sample more: this velocity of a joint, the others at rest.
+fn push(velocity: &mut [Vec<f64>], joint: usize, value: f64) {
+    velocity.iter_mut().for_each(|one| one.push(0.0));
+    if let Some(last) = velocity[joint].last_mut() {
+        *last = value;
+    }
+}
+
 /// Brings a joint back to rest, and lets it rest for the remainder of `duration` [s].
-fn rest(velocity: &mut [Vec<f64>; 2], joint: usize, duration: f64) {
+fn rest(velocity: &mut [Vec<f64>], joint: usize, duration: f64) {
     for _ in 0..(duration / INTERVAL) as usize {
         let before = velocity[joint].last().copied().unwrap_or(0.0);
-        velocity[joint].push(before - before.clamp(-ACCELERATION * INTERVAL, ACCELERATION * INTERVAL));
-        velocity[1 - joint].push(0.0);
+        push(velocity, joint, before - before.clamp(-ACCELERATION * INTERVAL, ACCELERATION * INTERVAL));
     }
 }
 
 /// Half a run of joined sines, half of moves from rest to rest, both joints at once, up to 120 deg/s.
 pub fn fast(rng: &mut ChaCha8Rng) -> Motion {
-    let plans = [Plan::draw(rng), Plan::draw(rng)];
+    fast_in(rng, &Space::PLANAR)
+}
+
+/// The same in these ranges, faster or slower as they are wider or narrower.
+pub fn fast_in(rng: &mut ChaCha8Rng, spaces: &[Space]) -> Motion {
+    let plans: Vec<Plan> = spaces.iter().map(|_| Plan::draw(rng)).collect();
+    sampled(spaces, |joint, time| plans[joint].position(time))
+}
+
+/// The velocities of planned positions of the planar arm [rad] at times [s], in these ranges.
+fn sampled(spaces: &[Space], position: impl Fn(usize, f64) -> f64) -> Motion {
+    let at = |joint: usize, k: usize| spaces[joint].at(position(joint, k as f64 * INTERVAL));
     let samples = (FAST / INTERVAL) as usize;
-    let speed = |plan: &Plan| {
-        let at = |k: usize| plan.position(k as f64 * INTERVAL);
-        (0..samples).map(|k| (at(k + 1) - at(k)) / INTERVAL).collect()
-    };
-    Motion { start: [plans[0].position(0.0), plans[1].position(0.0)], velocity: [speed(&plans[0]), speed(&plans[1])] }
+    let speed = |joint: usize| (0..samples).map(|k| (at(joint, k + 1) - at(joint, k)) / INTERVAL).collect();
+    let joints = 0..spaces.len();
+    Motion { start: joints.clone().map(|joint| at(joint, 0)).collect(), velocity: joints.map(speed).collect() }
+}
+
+/// Pick and place: all joints go together from one of a few points to another and dwell there for 0.2 to 2 s.
+pub fn pick_and_place(rng: &mut ChaCha8Rng, spaces: &[Space]) -> Motion {
+    const POINTS: usize = 6;
+    let points: Vec<Vec<f64>> =
+        (0..POINTS).map(|_| spaces.iter().map(|_| rng.random_range(-HALF..HALF)).collect()).collect();
+    let top = rng.random_range(70.0..120.0) * DEG;
+    // Start [s], duration [s], from and to by number.
+    let mut moves: Vec<(f64, f64, usize, usize)> = Vec::new();
+    let (mut time, mut from) = (0.5, 0);
+    while time < FAST - 5.0 {
+        let to = (from + rng.random_range(1..POINTS)) % POINTS;
+        let longest = points[from].iter().zip(&points[to]).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max);
+        // The peak of a minimum-jerk move is 1.875 times its mean speed.
+        let duration = (1.875 * longest / (top * rng.random_range(0.5..1.0))).max(0.6);
+        moves.push((time, duration, from, to));
+        time += duration + 0.2 * 10.0_f64.powf(rng.random_range(0.0..1.0));
+        from = to;
+    }
+    sampled(spaces, |joint, time| match moves.iter().rfind(|one| one.0 <= time) {
+        None => points[0][joint],
+        Some(&(begin, duration, from, to)) => {
+            minimum_jerk([points[from][joint], points[to][joint]], (time - begin) / duration)
+        }
+    })
+}
+
+/// A move from rest to rest after a part `s` of its time.
+fn minimum_jerk([from, to]: [f64; 2], s: f64) -> f64 {
+    let s = s.min(1.0);
+    from + (to - from) * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s)
 }
 
 /// Planned positions of one joint.
@@ -110,8 +182,7 @@ impl Plan {
 
     fn position(&self, time: f64) -> f64 {
         if let Some([begin, duration, from, to]) = self.moves.iter().rfind(|one| one[0] <= time) {
-            let s = ((time - begin) / duration).min(1.0);
-            return from + (to - from) * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s);
+            return minimum_jerk([*from, *to], (time - begin) / duration);
         }
         // Rises from rest and comes back to it.
         let window = (PI * time / (FAST / 2.0)).sin().powi(2);

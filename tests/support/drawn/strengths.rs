@@ -8,10 +8,49 @@ use std::f64::consts::PI;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::machine::{GEAR_RATIO, Machine, around};
+use super::machine::{Friction, around};
 
 /// Parameters of an effect by name.
 pub type Drawn = Vec<(&'static str, f64)>;
+
+/// What the strengths on a joint are measured by.
+#[derive(Debug, Clone, Copy)]
+pub struct JointSizes {
+    /// Motor turns per joint turn.
+    pub gear_ratio: f64,
+    /// [kg·m²] on the joint side.
+    pub rotor_inertia: f64,
+    /// [rad] whole gap.
+    pub backlash: f64,
+    pub friction: Friction,
+    /// [1] friction on the link side.
+    pub link_share: f64,
+    /// [rad] middle of the motion, and how far from it contacts and rests of cables lie.
+    pub middle: f64,
+    pub reach: f64,
+    /// [N·m/rad] of a cable and of a contact.
+    pub cable: f64,
+    pub contact: f64,
+    /// [N·m·s²/rad²] of a quadratic drag.
+    pub drag: f64,
+    /// [N·m] of a periodic disturbance.
+    pub disturbance: f64,
+    /// [A] of an offset and of a dead band.
+    pub offset: f64,
+    pub dead_band: f64,
+    /// [N·m/rad] of a soft gear.
+    pub soft: f64,
+    /// [1] friction by torque through the gear.
+    pub load_friction: f64,
+}
+
+/// A load on the last link: mass [kg] and where it is [m].
+#[derive(Debug, Clone, Copy)]
+pub struct Payload {
+    pub mass: f64,
+    pub x: f64,
+    pub z: f64,
+}
 
 /// Every effect that can be hidden, by name: all but `link_inertia`, for which the nominal model would have to be wrong and not the machine.
 pub const EFFECTS: [&str; 27] = [
@@ -45,10 +84,14 @@ pub const EFFECTS: [&str; 27] = [
 ];
 
 /// An effect of the whole machine; `None` where it is one of a joint.
-pub fn of_machine(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Machine) -> Option<Drawn> {
+pub fn of_machine(rng: &mut ChaCha8Rng, effect: &str, strength: f64, payload: &Payload) -> Option<Drawn> {
     match effect {
         "base_tilt" => Some(vec![("tilt", 0.05 * strength), ("azimuth", angle(rng))]),
-        "payload" => Some(vec![("mass", 0.5 * strength), ("x", machine.reach())]),
+        "payload" => {
+            let Payload { mass, x, z } = *payload;
+            let height = (z != 0.0).then_some(("z", z));
+            Some([("mass", mass * strength), ("x", x)].into_iter().chain(height).collect())
+        }
         "sensor_delay" => {
             let channel = if rng.random_bool(0.5) { "current_delay" } else { "position_delay" };
             Some(vec![(channel, 0.01 * strength)])
@@ -58,13 +101,13 @@ pub fn of_machine(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &M
 }
 
 /// An effect of one joint.
-pub fn of_joint(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Machine, joint: usize) -> Drawn {
+pub fn of_joint(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &JointSizes) -> Drawn {
     match effect {
         "cogging" | "encoder_eccentricity" | "periodic_disturbance" | "torque_ripple" | "transmission_error" => {
-            ripple(rng, effect, strength, machine, joint)
+            ripple(rng, effect, strength, joint)
         }
         "coupling_slip" | "dwell_stiction" | "joint_compliance" | "position_dependent_backlash" | "presliding" => {
-            at_reversals(rng, effect, strength, machine, joint)
+            at_reversals(rng, effect, strength, joint)
         }
         "cable_spring"
         | "current_offset"
@@ -77,7 +120,7 @@ pub fn of_joint(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Mac
             let lag = if rng.random_bool(0.5) { "delay" } else { "time_constant" };
             vec![(lag, 0.02 * strength)]
         }
-        _ => of_friction(rng, effect, strength, machine, joint),
+        _ => of_friction(rng, effect, strength, joint),
     }
 }
 
@@ -93,31 +136,34 @@ fn whole(rng: &mut ChaCha8Rng, range: std::ops::RangeInclusive<u32>) -> f64 {
     f64::from(rng.random_range(range))
 }
 
-fn ripple(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Machine, joint: usize) -> Drawn {
+fn ripple(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &JointSizes) -> Drawn {
     let phase = ("phase", angle(rng));
     match effect {
         "cogging" => {
-            let amplitude = 0.15 * machine.friction[joint].coulomb * strength;
+            let amplitude = 0.15 * joint.friction.coulomb * strength;
             vec![("amplitude", amplitude), ("order", whole(rng, 3..=12)), phase]
         }
         "torque_ripple" => vec![("amplitude", 0.12 * strength), ("order", whole(rng, 3..=12)), phase],
         // 30 mrad at the motor shaft.
-        "encoder_eccentricity" => vec![("amplitude", 0.03 * strength / GEAR_RATIO[joint]), phase],
+        "encoder_eccentricity" => vec![("amplitude", 0.03 * strength / joint.gear_ratio), phase],
         // The link's speed ripples by 2 % whatever the number of teeth: 0.2 to 0.67 mrad.
         "transmission_error" => {
             let teeth = whole(rng, 30..=100);
             vec![("amplitude", 0.02 * strength / teeth), ("teeth", teeth), phase]
         }
         _ => {
-            let amplitude = [0.07, 0.05][joint] * strength;
-            vec![("amplitude", amplitude), ("frequency", 15.0 * 8.0_f64.powf(rng.random_range(0.0..1.0))), phase]
+            vec![
+                ("amplitude", joint.disturbance * strength),
+                ("frequency", 15.0 * 8.0_f64.powf(rng.random_range(0.0..1.0))),
+                phase,
+            ]
         }
     }
 }
 
-fn at_reversals(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Machine, joint: usize) -> Drawn {
-    let gap = machine.backlash[joint];
-    let coulomb = machine.friction[joint].coulomb;
+fn at_reversals(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &JointSizes) -> Drawn {
+    let gap = joint.backlash;
+    let coulomb = joint.friction.coulomb;
     match effect {
         // In every session at the same time since its start, as a model file says it; all of them last for 40 s or more.
         "coupling_slip" => {
@@ -125,46 +171,49 @@ fn at_reversals(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Mac
             vec![("jump", jump), ("time", rng.random_range(8.0..32.0))]
         }
         "dwell_stiction" => vec![("growth", 0.25 * coulomb * strength), ("time_constant", around(rng, 1.0, 2.0))],
-        "joint_compliance" => vec![("stiffness", around(rng, 245.0, 1.6) / strength)],
+        "joint_compliance" => vec![("stiffness", around(rng, joint.soft, 1.6) / strength)],
         "position_dependent_backlash" => {
             vec![("amplitude", 0.5 * gap * strength), ("order", whole(rng, 1..=3)), ("phase", angle(rng))]
         }
         // Friction yields by 3 to 8 mrad before it slips; damped as a spring with the rotor's inertia is at its limit.
         _ => {
             let yielding = around(rng, 0.005, 1.6) * strength;
-            let stiffness = (1.0 - machine.link_share) * coulomb / yielding;
-            vec![("stiffness", stiffness), ("damping", (stiffness * machine.rotor_inertia[joint]).sqrt())]
+            let stiffness = (1.0 - joint.link_share) * coulomb / yielding;
+            vec![("stiffness", stiffness), ("damping", (stiffness * joint.rotor_inertia).sqrt())]
         }
     }
 }
 
-fn of_torque(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: usize) -> Drawn {
+fn of_torque(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &JointSizes) -> Drawn {
     let sign = sign(rng);
     match effect {
         "cable_spring" => {
-            vec![("stiffness", [0.15, 0.08][joint] * strength), ("rest_position", rng.random_range(-1.0..1.0))]
+            vec![
+                ("stiffness", joint.cable * strength),
+                ("rest_position", joint.middle + joint.reach * rng.random_range(-1.0..1.0)),
+            ]
         }
-        "current_offset" => vec![("offset", 0.5 * strength * sign)],
-        "drive_dead_band" => vec![("width", 0.45 * strength)],
-        // The fast runs go to ±1.8 rad: it is met in part of them, on one side.
+        "current_offset" => vec![("offset", joint.offset * strength * sign)],
+        "drive_dead_band" => vec![("width", joint.dead_band * strength)],
+        // The runs go to ±1.8 times this reach: it is met in part of them, on one side.
         "external_contact" => {
-            let place = sign * rng.random_range(0.8..1.2);
-            vec![("angle", place), ("stiffness", [2.5, 1.25][joint] * strength), ("side", sign)]
+            let place = joint.middle + joint.reach * (sign * rng.random_range(0.8..1.2));
+            vec![("angle", place), ("stiffness", joint.contact * strength), ("side", sign)]
         }
         "rotor_inertia" => vec![("error", 0.25 * strength * sign)],
         _ => vec![("error", 0.08 * strength * sign)],
     }
 }
 
-fn of_friction(rng: &mut ChaCha8Rng, effect: &str, strength: f64, machine: &Machine, joint: usize) -> Drawn {
-    let friction = machine.friction[joint];
+fn of_friction(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &JointSizes) -> Drawn {
+    let friction = joint.friction;
     match effect {
         "coulomb_asymmetry" => vec![("asymmetry", 0.15 * strength * sign(rng))],
-        "load_dependent_friction" => vec![("coefficient", 0.15 * strength)],
+        "load_dependent_friction" => vec![("coefficient", joint.load_friction * strength)],
         "position_dependent_friction" => {
             vec![("amplitude", 0.25 * strength), ("order", whole(rng, 1..=3)), ("phase", angle(rng))]
         }
-        "quadratic_drag" => vec![("coefficient", [0.15, 0.07][joint] * strength)],
+        "quadratic_drag" => vec![("coefficient", joint.drag * strength)],
         "stribeck" => vec![
             ("breakaway", friction.coulomb * (1.0 + 0.3 * strength)),
             ("stribeck_velocity", friction.stribeck_velocity),

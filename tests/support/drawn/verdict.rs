@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::path::Path;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lostmotion::dataset;
-use lostmotion::diagnose::{self, Diagnosis, FitError, FoundEffect, Options, Split};
+use lostmotion::diagnose::{self, Diagnosis, FitError, FoundEffect, Options, Split, Withdrawn};
+use lostmotion::error::Result;
 use lostmotion::robot::Model;
 use lostmotion::timeseries::TimeSeries;
 
@@ -30,12 +32,18 @@ pub struct Verdict {
     pub found: Vec<FoundEffect>,
     /// Patterns that no effect explains.
     pub unexplained: Vec<String>,
+    /// Suspected mistakes of data or model file.
+    pub mistakes: Vec<String>,
     /// What was chosen and withdrawn again, with the reason.
     pub withdrawn: Vec<String>,
     /// Torque errors of nominal and extended model.
     pub fit: Vec<FitError>,
     /// [s] that the diagnosis took.
     pub seconds: f64,
+    /// How the set was sampled, where that was drawn.
+    pub sampling: Option<String>,
+    /// The error or the panic of a run that ended without a report.
+    pub failure: Option<String>,
 }
 
 /// What was hidden on one joint, or in the machine.
@@ -71,7 +79,8 @@ impl Size {
 impl Verdict {
     /// Whether what was hidden and nothing else was named; where nothing was hidden, that nothing was named.
     pub fn is_right(&self) -> bool {
-        self.effects.iter().all(|effect| self.names(effect))
+        self.failure.is_none()
+            && self.effects.iter().all(|effect| self.names(effect))
             && self.found.iter().all(|found| self.effects.contains(&found.effect))
     }
 
@@ -122,7 +131,8 @@ impl Verdict {
                 } else {
                     format!(", or {}", found.confusable_with.join(" or "))
                 };
-                format!("{} {} ({:.2}{listed})", found.effect, found.joints.join("+"), found.probability)
+                let gain = found.gain.gain_percent;
+                format!("{} {} ({:.2}{listed}; {gain:.1} %)", found.effect, found.joints.join("+"), found.probability)
             })
             .collect();
         let sizes: Vec<String> = self
@@ -142,18 +152,16 @@ impl Verdict {
             (false, true) => "FIRST",
             (false, false) => "WRONG",
         };
-        let unexplained = if self.unexplained.is_empty() {
-            String::new()
-        } else {
-            format!("; something unexplained ({})", self.unexplained.join("; "))
+        let list = |what: &str, list: &[String]| {
+            if list.is_empty() { String::new() } else { format!("; {what} ({})", list.join("; ")) }
         };
-        let withdrawn = if self.withdrawn.is_empty() {
-            String::new()
-        } else {
-            format!("; withdrawn ({})", self.withdrawn.join("; "))
-        };
+        let unexplained = list("something unexplained", &self.unexplained);
+        let mistakes = list("mistakes", &self.mistakes);
+        let withdrawn = list("withdrawn", &self.withdrawn);
+        let failure = list("NO REPORT", self.failure.as_slice());
+        let sampling = list("sampled", self.sampling.as_slice());
         format!(
-            "{mark} {}: hidden {}; named {}{unexplained}{withdrawn}; {}; {}; {:.1} s",
+            "{mark} {}: hidden {}; named {}{unexplained}{mistakes}{withdrawn}{failure}; {}; {}; {:.1} s{sampling}",
             self.name,
             or_nothing(hidden),
             or_nothing(named),
@@ -167,25 +175,69 @@ impl Verdict {
 /// Diagnoses a set. The program is given nothing but the nominal model and the data.
 pub fn verdict(name: &str, set: &Set, options: &Options) -> Verdict {
     let start = Instant::now();
-    let Diagnosis { effects: found, unexplained, withdrawn, mistakes, fit, .. } = diagnosed(set, options);
+    let diagnosed = catch_unwind(AssertUnwindSafe(|| diagnosed(set, options)));
     let seconds = start.elapsed().as_secs_f64();
-    let unexplained = unexplained.into_iter().map(|one| format!("{}: {}", one.joint, one.pattern)).collect();
-    let withdrawn = withdrawn.into_iter().map(|one| format!("{} {}: {}", one.effect, one.joints.join("+"), one.reason));
-    let withdrawn = withdrawn.chain(mistakes.iter().map(|one| one.sentence())).collect();
-    let (effects, hidden) = truth(&set.truth);
-    Verdict { name: name.to_owned(), effects, hidden, found, unexplained, withdrawn, fit, seconds }
+    let Truth { effects, hidden, sampling } = truth(&set.truth);
+    let mut verdict = Verdict {
+        name: name.to_owned(),
+        effects,
+        hidden,
+        found: Vec::new(),
+        unexplained: Vec::new(),
+        mistakes: Vec::new(),
+        withdrawn: Vec::new(),
+        fit: Vec::new(),
+        seconds,
+        sampling,
+        failure: None,
+    };
+    match diagnosed {
+        Ok(Ok(found)) => verdict.take(found),
+        Ok(Err(error)) => verdict.failure = Some(format!("error: {error}")),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("without a message");
+            verdict.failure = Some(format!("panic: {text}"));
+        }
+    }
+    verdict
 }
 
-fn diagnosed(set: &Set, options: &Options) -> Diagnosis {
-    let model = Model::load(&set.model).expect("the nominal model");
-    let read = |file: &Path| dataset::load(file, &dataset::joints_of(&model)).expect("a recording").series;
-    let train: Vec<TimeSeries> = set.data.iter().map(|file| read(file)).collect();
-    let hold_out = [read(&set.hold_out)];
-    diagnose::diagnose(&model, &train, &hold_out, options, &mut |_, _| {}).expect("a diagnosis")
+impl Verdict {
+    fn take(&mut self, found: Diagnosis) {
+        let Diagnosis { effects, unexplained, withdrawn, mistakes, fit, .. } = found;
+        let of_withdrawn = |one: Withdrawn| format!("{} {}: {}", one.effect, one.joints.join("+"), one.reason);
+        self.found = effects;
+        self.unexplained = unexplained.into_iter().map(|one| format!("{}: {}", one.joint, one.pattern)).collect();
+        self.mistakes = mistakes.iter().map(|one| one.sentence()).collect();
+        self.withdrawn = withdrawn.into_iter().map(of_withdrawn).collect();
+        self.fit = fit;
+    }
 }
 
-/// What was hidden: names, and an entry a joint.
-pub fn truth(file: &Path) -> (Vec<String>, Vec<Hidden>) {
+/// Reads model and recordings as the commands do, and diagnoses.
+fn diagnosed(set: &Set, options: &Options) -> Result<Diagnosis> {
+    let model = Model::load(&set.model)?;
+    let read = |file: &PathBuf| dataset::load_for(file, &model);
+    let mut sessions = set.data.iter().chain([&set.hold_out]).map(read).collect::<Result<Vec<_>>>()?;
+    let model = dataset::meet(&model, &sessions.iter().collect::<Vec<_>>())?;
+    let hold_out: Vec<TimeSeries> = sessions.pop().into_iter().map(|session| session.series).collect();
+    let train: Vec<TimeSeries> = sessions.into_iter().map(|session| session.series).collect();
+    diagnose::diagnose(&model, &train, &hold_out, options, &mut |_, _| {})
+}
+
+/// What was hidden in a set.
+pub struct Truth {
+    /// Names.
+    pub effects: Vec<String>,
+    /// An entry a joint.
+    pub hidden: Vec<Hidden>,
+    /// How it was sampled, where that was drawn.
+    pub sampling: Option<String>,
+}
+
+/// Reads what was hidden.
+pub fn truth(file: &Path) -> Truth {
     let text = std::fs::read_to_string(file).expect("the truth");
     let truth: serde_json::Value = serde_json::from_str(&text).expect("the truth is JSON");
     let list = |key: &str| truth[key].as_array().expect("a list").clone();
@@ -195,5 +247,6 @@ pub fn truth(file: &Path) -> (Vec<String>, Vec<Hidden>) {
         joint: text(&entry["joint"]),
         parameters: serde_json::from_value(entry["parameters"].clone()).expect("parameters"),
     };
-    (list("effects").iter().filter_map(text).collect(), list("entries").iter().map(hidden).collect())
+    let effects = list("effects").iter().filter_map(text).collect();
+    Truth { effects, hidden: list("entries").iter().map(hidden).collect(), sampling: text(&truth["sampling"]) }
 }
