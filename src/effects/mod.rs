@@ -180,7 +180,8 @@ pub trait Diagnosable: Effect {
         None
     }
 
-    /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear.
+    /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear. An effect of one joint that does acts on the joint, not on
+    /// the axis of its motor: where axes are coupled, its [`columns`](Self::columns) are torques on the joint, and [`Motion::link`] is its position.
     fn loads_link(&self) -> bool {
         false
     }

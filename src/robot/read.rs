@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::accuracy::Accuracy;
+use super::coupling::Coupling;
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
 use super::model::{EffectEntry, JointModel, Load, Masses, Model};
 use super::ranges;
@@ -106,6 +107,7 @@ impl Model {
         }
         let (mut robot, held) = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
         robot.gravity = gravity.map_or(STANDARD_GRAVITY, Into::into);
+        robot.coupling = Coupling::read(&root, &robot.bodies)?;
         let mut joints = Vec::new();
         for body in &robot.bodies {
             let table = table.table(&body.joint.name)?;

@@ -66,6 +66,7 @@ impl Machine {
             base_shapes: Vec::new(),
             unread_shapes: Vec::new(),
             bodies: vec![body],
+            coupling: None,
         };
         let joint = JointModel {
             name,
