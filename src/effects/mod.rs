@@ -186,6 +186,11 @@ pub trait Diagnosable: Effect {
         false
     }
 
+    /// Whether a torque that is measured behind the gear shows it, as it shows a load on the link.
+    fn shows_behind_gear(&self) -> bool {
+        self.loads_link()
+    }
+
     /// Torque on a joint [N·m or N] per unit of each coefficient, one value per row, which depends on that row only: the torque that the
     /// motor must add to the baseline. For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;

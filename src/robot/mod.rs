@@ -13,6 +13,6 @@ mod write;
 
 pub use accuracy::Accuracy;
 pub use coupling::Coupling;
-pub use model::{EffectEntry, JointModel, Load, Masses, Model};
+pub use model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
 pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape, UnreadShape};
 pub use urdf::STANDARD_GRAVITY;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::accuracy::Accuracy;
 use super::coupling::Coupling;
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
-use super::model::{EffectEntry, JointModel, Load, Masses, Model};
+use super::model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
 use super::ranges;
 use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
@@ -263,6 +263,7 @@ fn first_joint(body: &Body) -> JointModel {
         velocity_sensor: None,
         current_sensor: None,
         friction: None,
+        torque_at: TorqueAt::Motor,
     }
 }
 

@@ -69,6 +69,7 @@ impl Machine {
             coupling: None,
         };
         let joint = JointModel {
+            torque_at: lostmotion::robot::TorqueAt::Motor,
             name,
             kind: JointKind::Revolute,
             gear_ratio: self.ratio,

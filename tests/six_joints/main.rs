@@ -2,6 +2,7 @@
 //!
 //! The recordings come from the plant with the arm's sensors and a velocity controller in the loop.
 
+mod behind_gear;
 #[path = "../support/rough.rs"]
 mod rough;
 mod wrist;
@@ -10,7 +11,7 @@ use std::path::Path;
 
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::robot::{EffectEntry, Model};
-use lostmotion::scenario::{Scenario, Truth, simulate};
+use lostmotion::scenario::{Run, Scenario, Truth, simulate};
 use lostmotion::timeseries::TimeSeries;
 
 const ROBOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/sixaxis");
@@ -75,11 +76,15 @@ fn recorded(effects: &[EffectEntry], seed: u64) -> Vec<TimeSeries> {
 }
 
 fn recorded_on(machine: &Model, effects: &[EffectEntry], seed: u64) -> Vec<TimeSeries> {
+    simulated(machine, effects, seed).measured()
+}
+
+fn simulated(machine: &Model, effects: &[EffectEntry], seed: u64) -> Run {
     let mut scenario = Scenario::from_text(&scenario(), Path::new("scenario.toml"), &[]).expect("a good scenario");
     scenario.truth = Truth::of(machine.clone());
     scenario.model.robot.coupling.clone_from(&machine.robot.coupling);
     scenario.truth.alter(|machine| machine.effects.extend_from_slice(effects));
-    simulate(&scenario, seed, &|_, _| {}).expect("a run").measured()
+    simulate(&scenario, seed, &|_, _| {}).expect("a run")
 }
 
 fn diagnosed(effects: &[EffectEntry], seed: u64) -> Diagnosis {

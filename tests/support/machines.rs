@@ -142,6 +142,7 @@ pub fn plain_joint(name: &str) -> JointModel {
         velocity_sensor: None,
         current_sensor: None,
         friction: None,
+        torque_at: lostmotion::robot::TorqueAt::Motor,
     }
 }
 

@@ -91,7 +91,7 @@ pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted
     let names: Vec<&str> = own.iter().map(|(_, term)| term.effect.name()).collect();
     let others: Vec<_> = problem.catalogue.diagnosable().filter(|effect| !names.contains(&effect.name())).collect();
     let lost = |effect: &&'static dyn Diagnosable| {
-        let applies = |joint: usize| effect.applies(&problem.motion, joint);
+        let applies = |joint: usize| Cause::from(*effect).applies(&problem.motion, joint);
         let best =
             |field: &Field| field.best(*effect, &field.stretched(&signal)).map_or(f64::INFINITY, |best| best.left);
         let nats = match effect.about().scope {

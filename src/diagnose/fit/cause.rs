@@ -3,6 +3,7 @@
 use std::ops::{Deref, Range};
 
 use crate::effects::{Diagnosable, Motion, Scope};
+use crate::robot::TorqueAt;
 
 /// An effect in all sessions; or its change, which is the same effect in some sessions only: its columns are zero in all others.
 ///
@@ -51,6 +52,12 @@ impl Cause {
     /// Torque on one joint.
     pub fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         self.columns_of(motion, &[joint], shape).swap_remove(0)
+    }
+
+    /// Whether the nominal model lacks it on this joint and the recording could show it where its torque was measured.
+    pub fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        let seen = motion.model.joints[joint].torque_at == TorqueAt::Motor || self.effect.shows_behind_gear();
+        seen && self.effect.applies(motion, joint)
     }
 
     /// Axes whose torque shows it where it acts on one joint, the axis of that joint first.

@@ -62,7 +62,7 @@ const fn name(channel: Channel) -> &'static str {
     match channel {
         Channel::Position => "position",
         Channel::Velocity => "velocity",
-        Channel::Torque => "torque",
+        Channel::Torque | Channel::LinkTorque => "torque",
         _ => "current",
     }
 }
@@ -87,7 +87,7 @@ fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Cha
             dead.push((Channel::Velocity, since, way));
         }
     }
-    for channel in [Channel::Current, Channel::Torque] {
+    for channel in [Channel::Current, Channel::Torque, Channel::LinkTorque] {
         let Some(values) = series.get(channel) else { continue };
         let since = frozen_since(values);
         if end - since <= SAMPLES || (since > 0 && values[since] == 0.0) {
