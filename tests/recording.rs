@@ -46,6 +46,7 @@ fn robot() -> Robot {
         base_shapes: vec![pedestal],
         unread_shapes: Vec::new(),
         bodies: vec![body("shoulder", None, 0.0), body("elbow", Some(0), 0.4)],
+        coupling: None,
     }
 }
 

@@ -47,7 +47,7 @@ fn range(channel: Channel, kind: JointKind) -> (f64, f64, &'static str) {
         // The largest drives take 1e4 A.
         Channel::Current | Channel::CommandCurrent => (1e7, "A"),
         // The joints of the largest excavators bear 1e7 N·m and 1e7 N.
-        Channel::Torque => (1e10, kind.effort_unit()),
+        Channel::Torque | Channel::LinkTorque => (1e10, kind.effort_unit()),
         // A motor burns at 300 °C.
         Channel::Temperature => return (-273.15, 1e4, "°C"),
         _ => (f64::MAX, "SI"),
@@ -97,7 +97,8 @@ pub(super) fn outside_limits(
     if !matches!(channel, Channel::Position | Channel::LinkPosition) {
         return None;
     }
-    let &(lower, upper) = limits.get(&joint.name)?;
+    let limits = limits.get(&joint.name)?;
+    let [lower, upper] = if channel == Channel::Position { limits.axis } else { limits.link };
     let margin = MARGIN * (upper - lower);
     if !margin.is_finite() {
         return None;

@@ -11,7 +11,7 @@ use crate::timeseries::Channel;
 use crate::units::{Dimension, JointKind, UNITS, unit};
 
 /// Name of a channel in canonical columns, `<joint>.<name>`, and in manifests.
-pub const CHANNEL_COLUMNS: [(&str, Channel); 11] = [
+pub const CHANNEL_COLUMNS: [(&str, Channel); 13] = [
     ("position", Channel::Position),
     ("velocity", Channel::Velocity),
     ("current", Channel::Current),
@@ -22,17 +22,19 @@ pub const CHANNEL_COLUMNS: [(&str, Channel); 11] = [
     ("reference_velocity", Channel::ReferenceVelocity),
     ("command_current", Channel::CommandCurrent),
     ("link_position", Channel::LinkPosition),
+    ("link_torque", Channel::LinkTorque),
+    ("link_force", Channel::LinkTorque),
     ("temperature", Channel::Temperature),
 ];
 
 /// Channel of a canonical name, if it fits the kind of the joint: `force` for sliding joints, `torque` for turning
 /// ones, `effort` for both.
 pub fn column_of(name: &str, kind: JointKind) -> Option<Channel> {
-    let misfit = match kind {
-        JointKind::Revolute => "force",
-        JointKind::Prismatic => "torque",
+    let misfits = match kind {
+        JointKind::Revolute => ["force", "link_force"],
+        JointKind::Prismatic => ["torque", "link_torque"],
     };
-    CHANNEL_COLUMNS.iter().find(|(known, _)| *known == name && name != misfit).map(|&(_, channel)| channel)
+    CHANNEL_COLUMNS.iter().find(|(known, _)| *known == name && !misfits.contains(&name)).map(|&(_, channel)| channel)
 }
 
 /// Physical quantity of a channel at a joint of that kind.
@@ -46,7 +48,7 @@ fn dimension(channel: Channel, kind: JointKind) -> Option<Dimension> {
             Some(if turning { Dimension::AngularVelocity } else { Dimension::Velocity })
         }
         Channel::Current | Channel::CommandCurrent => Some(Dimension::Current),
-        Channel::Torque => Some(if turning { Dimension::Torque } else { Dimension::Force }),
+        Channel::Torque | Channel::LinkTorque => Some(if turning { Dimension::Torque } else { Dimension::Force }),
         Channel::Temperature => Some(Dimension::Temperature),
         _ => None,
     }
@@ -62,7 +64,7 @@ pub(super) fn conversion(
     scaled: bool,
 ) -> std::result::Result<f64, String> {
     let Some(wanted) = dimension(channel, kind) else { return Err("a measured channel".into()) };
-    let drives = matches!(channel, Channel::Current | Channel::CommandCurrent | Channel::Torque);
+    let drives = matches!(channel, Channel::Current | Channel::CommandCurrent | Channel::Torque | Channel::LinkTorque);
     match unit(name) {
         Some((found, factor)) if found == wanted => Ok(factor),
         Some((Dimension::Voltage, factor)) if drives && scaled => Ok(factor),

@@ -11,7 +11,7 @@ use csv::{ByteRecord, Reader, ReaderBuilder};
 
 use self::guard::{Fault, Guard, MAX_RECORD};
 use super::Note;
-use super::columns::CHANNEL_COLUMNS;
+use super::columns::{CHANNEL_COLUMNS, column_of};
 use super::source_file;
 use super::table::{Column, Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
@@ -253,10 +253,7 @@ pub fn write_rows(out: &mut dyn io::Write, series: &TimeSeries, kinds: &[JointKi
 }
 
 fn written_channels(joint: &JointSeries, kind: JointKind) -> impl Iterator<Item = (&'static str, &[f64])> {
-    let effort = match kind {
-        JointKind::Revolute => "torque",
-        JointKind::Prismatic => "force",
-    };
-    let known = CHANNEL_COLUMNS.iter().filter(move |(name, channel)| *channel != Channel::Torque || *name == effort);
+    // `effort` is another name of a torque or a force.
+    let known = CHANNEL_COLUMNS.iter().filter(move |(name, _)| *name != "effort" && column_of(name, kind).is_some());
     known.filter_map(|&(name, channel): &(&'static str, Channel)| Some((name, joint.get(channel)?)))
 }

@@ -47,8 +47,16 @@ use crate::units::JointKind;
 /// Names and kinds of the joints that data may contain.
 pub type JointKinds = [(String, JointKind)];
 
-/// [rad or m] Lower and upper limit of joints, by name.
-type JointLimits = HashMap<String, (f64, f64)>;
+/// [rad or m] Lower and upper limit of the positions of joints, by name.
+type JointLimits = HashMap<String, Limits>;
+
+/// [rad or m] Lower and upper limit of the two positions of a joint.
+struct Limits {
+    /// Of its motor's axis.
+    axis: [f64; 2],
+    /// Of its link.
+    link: [f64; 2],
+}
 
 /// One recording, checked.
 #[derive(Debug, Clone)]
@@ -111,9 +119,10 @@ pub fn load(path: &Path, joints: &JointKinds) -> Result<Session> {
 /// As [`load`].
 pub fn load_for(path: &Path, model: &Model) -> Result<Session> {
     let joints = joints_of(model);
-    let limits = model.robot.bodies.iter().map(|body| {
-        let limits = &body.joint.limits;
-        (body.joint.name.clone(), (limits.lower, limits.upper))
+    let limits = model.robot.bodies.iter().enumerate().map(|(index, body)| {
+        let link = &body.joint.limits;
+        let limits = Limits { axis: model.robot.axis_range(index), link: [link.lower, link.upper] };
+        (body.joint.name.clone(), limits)
     });
     load_with(path, |_| joints.clone(), |_| joints.clone(), &limits.collect())
 }

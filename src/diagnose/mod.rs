@@ -49,6 +49,7 @@ use crate::timeseries::{Channel, TimeSeries};
 use fit::pose::{nothing_moves, pose};
 use instruments::preparation::{self, Prepared};
 use rows::division::Division;
+use rows::measured::{as_measured, complete};
 use select::{confirm, selection, substitutes};
 
 /// Channels that a diagnosis reads; all others may be dropped.
@@ -58,6 +59,7 @@ pub fn channels() -> Vec<Channel> {
         Channel::Velocity,
         Channel::Current,
         Channel::Torque,
+        Channel::LinkTorque,
         Channel::CommandCurrent,
         Channel::ReferenceVelocity,
         Channel::LinkPosition,
@@ -74,6 +76,21 @@ pub fn diagnose(
     model: &Model,
     train: &[TimeSeries],
     hold_out: &[TimeSeries],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Diagnosis> {
+    let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
+    let seen = as_measured(model, &recorded);
+    let mut diagnosis = diagnose_as_measured(&seen, (train, hold_out), options, progress)?;
+    complete(&mut diagnosis.baseline_model, model);
+    complete(&mut diagnosis.extended_model, model);
+    Ok(diagnosis)
+}
+
+/// The diagnosis with a model as the recordings see it.
+fn diagnose_as_measured(
+    model: &Model,
+    (train, hold_out): (&[TimeSeries], &[TimeSeries]),
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {

@@ -32,6 +32,9 @@ pub(super) struct Articulated {
 impl Dynamics {
     /// `a = H(q)⁻¹ (τ − C v − G)`.
     pub fn forward(&mut self, q: &[f64], v: &[f64], tau: &[f64], a: &mut [f64]) {
+        if self.axes.is_some() {
+            return self.forward_on_axes(q, v, tau, a);
+        }
         self.place(q);
         // The wrench of every body, and its acceleration, for zero joint accelerations.
         self.move_bodies(v, |_| 0.0);

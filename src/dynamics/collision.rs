@@ -71,7 +71,7 @@ impl MotionCheck {
         Ok(check)
     }
 
-    /// Checks a motion: one time per sample [s], and the samples of each joint in the order of the robot's joints [rad
+    /// Checks a motion: one time per sample [s], and the samples of each joint, or axis where axes are coupled, in the order of the robot's joints [rad
     /// or m].
     ///
     /// # Errors
@@ -114,8 +114,9 @@ impl MotionCheck {
         Ok(())
     }
 
-    fn check_limits(&self, time: f64, q: &[f64]) -> Result<(), MotionError> {
-        for ((joint, limits), &position) in self.joints.iter().zip(q) {
+    fn check_limits(&self, time: f64, axes: &[f64]) -> Result<(), MotionError> {
+        for (index, (joint, limits)) in self.joints.iter().enumerate() {
+            let position = self.dynamics.joint_position(index, axes);
             let Limits { lower, upper, .. } = *limits;
             // Not `position < lower`: NaN counts as outside too.
             if !(lower - SLACK..=upper + SLACK).contains(&position) {

@@ -18,6 +18,9 @@ use super::{Dynamics, Twist, Wrench};
 impl Dynamics {
     /// `C(q, v)` with `C v + G` the bias and `Ḣ − 2 C` skew-symmetric.
     pub fn coriolis_matrix(&mut self, q: &[f64], v: &[f64], c: &mut DMatrix<f64>) {
+        if self.axes.is_some() {
+            return self.coriolis_matrix_on_axes(q, v, c);
+        }
         self.place(q);
         self.update_columns();
         c.fill(0.0);

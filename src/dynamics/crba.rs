@@ -15,12 +15,18 @@ use super::{Dynamics, Frame, Moments};
 impl Dynamics {
     /// `H(q)` [kg·m², kg·m or kg], symmetric and positive definite.
     pub fn mass_matrix(&mut self, q: &[f64], h: &mut DMatrix<f64>) {
+        if self.axes.is_some() {
+            return self.mass_matrix_on_axes(q, h);
+        }
         self.place(q);
         self.composite(h);
     }
 
     /// `H(q)` and `C(q, v) v + G(q)` at once: cheaper than one after the other.
     pub fn mass_matrix_and_bias(&mut self, q: &[f64], v: &[f64], h: &mut DMatrix<f64>, tau: &mut [f64]) {
+        if self.axes.is_some() {
+            return self.mass_matrix_and_bias_on_axes(q, v, h, tau);
+        }
         self.place(q);
         self.newton_euler(v, |_| 0.0, tau);
         self.composite(h);

@@ -5,6 +5,9 @@ use super::Dynamics;
 impl Dynamics {
     /// `½ vᵀ H(q) v` [J].
     pub fn kinetic_energy(&mut self, q: &[f64], v: &[f64]) -> f64 {
+        if self.axes.is_some() {
+            return self.kinetic_energy_on_axes(q, v);
+        }
         self.place(q);
         self.update_columns();
         let energy = |i: usize| {

@@ -14,6 +14,9 @@ impl Dynamics {
 
     /// As [`Dynamics::poses`], without allocating.
     pub fn poses_into(&mut self, q: &[f64], poses: &mut [Isometry3<f64>]) {
+        if self.axes.is_some() {
+            return self.poses_on_axes(q, poses);
+        }
         self.place(q);
         for (i, (frame, link)) in self.frames.iter().zip(&self.links).enumerate() {
             let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(frame.r));

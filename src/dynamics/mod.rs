@@ -11,12 +11,16 @@
 //! acceleration of the origin `p̈` (gravity is an acceleration of the base by `−g`); mass `m`, first moment `h = m c` and
 //! tensor `I` about the origin. `R`, `p`: pose of a body in its parent. The joint's axis is `s`.
 //!
+//! Where motor axes are [coupled](crate::robot::Coupling), `q v a τ` are those of the axes, `C q` and `C⁻ᵀ τ`: the generalized coordinates in which
+//! drives and encoders act. Everything that asks for torques or masses then has them where the motors are (`axes`).
+//!
 //! After a [`Dynamics`] is built, only `poses` and `potential_energy` allocate memory. Reference: R. Featherstone
 //! (2008), Rigid Body Dynamics Algorithms.
 
 #![allow(clippy::needless_range_loop, reason = "a body, its parent, frame and motion are visited by one index")]
 
 mod aba;
+mod axes;
 mod collision;
 mod coriolis;
 mod crba;
@@ -49,6 +53,8 @@ pub struct Dynamics {
     columns: Vec<Twist>,
     /// Their time derivatives.
     column_rates: Vec<Twist>,
+    /// Coupled axes; `None`: every axis moves its own joint.
+    axes: Option<Box<axes::Axes>>,
 }
 
 /// Constant data of a body and its joint.
@@ -121,6 +127,7 @@ impl Dynamics {
             articulated: vec![aba::Articulated::zero(); n],
             columns: twists.clone(),
             column_rates: twists,
+            axes: robot.coupling.as_ref().map(|coupling| Box::new(axes::Axes::new(coupling))),
             links,
         }
     }

@@ -17,6 +17,9 @@ impl Dynamics {
     /// `Y(q, v, a)`, `n` rows and `10 n` columns; body `i` has the columns from `10 i`, in the order of
     /// [`Inertia::parameters`](crate::robot::Inertia::parameters).
     pub fn regressor(&mut self, q: &[f64], v: &[f64], a: &[f64], y: &mut DMatrix<f64>) {
+        if self.axes.is_some() {
+            return self.regressor_on_axes(q, v, a, y);
+        }
         self.place(q);
         self.update_columns();
         self.move_bodies(v, |i| a[i]);

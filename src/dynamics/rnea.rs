@@ -21,18 +21,27 @@ impl Dynamics {
     /// # Panics
     /// A slice is shorter than the number of joints, as in every method here.
     pub fn inverse(&mut self, q: &[f64], v: &[f64], a: &[f64], tau: &mut [f64]) {
+        if self.axes.is_some() {
+            return self.inverse_on_axes(q, v, a, tau);
+        }
         self.place(q);
         self.newton_euler(v, |i| a[i], tau);
     }
 
     /// `C(q, v) v + G(q)` [N·m or N]: the effort that keeps the joint velocities constant.
     pub fn bias(&mut self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        if self.axes.is_some() {
+            return self.bias_on_axes(q, v, tau);
+        }
         self.place(q);
         self.newton_euler(v, |_| 0.0, tau);
     }
 
     /// `G(q)` [N·m or N]: the effort that holds the robot still.
     pub fn gravity(&mut self, q: &[f64], tau: &mut [f64]) {
+        if self.axes.is_some() {
+            return self.gravity_on_axes(q, tau);
+        }
         self.place(q);
         for i in 0..self.links.len() {
             let frame = &self.frames[i];

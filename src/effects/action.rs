@@ -11,9 +11,9 @@ pub struct JointState {
     pub motor_position: f64,
     /// `θ̇` [rad/s or m/s].
     pub motor_velocity: f64,
-    /// `q` [rad or m] Link position.
+    /// `q` [rad or m] Link position; where axes are coupled, that of the gear's output, `(C q)_i`.
     pub link_position: f64,
-    /// `q̇` [rad/s or m/s].
+    /// `q̇` [rad/s or m/s] alike.
     pub link_velocity: f64,
     /// `T` [N·m or N] Torque through the gear; positive drives the link in positive direction.
     pub gear_torque: f64,
@@ -36,7 +36,8 @@ pub trait JointAction: Send + Sync {
     fn motor_torque(&self, _state: &JointState) -> f64 {
         0.0
     }
-    /// Torque added to the link [N·m or N], positive in positive direction; must be smooth in the state.
+    /// Torque added to the link [N·m or N], positive in positive direction; must be smooth in the state, whose link position and velocity are those
+    /// of the joint also where axes are coupled.
     fn link_torque(&self, _state: &JointState) -> f64 {
         0.0
     }

@@ -79,7 +79,7 @@ impl Diagnosable for CableSpring {
     }
 
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        let q = motion.joints[joint].q.clone();
+        let q = motion.link(joint).into_owned();
         // If the torque has a free offset, the offset takes the constant, and the rest position cannot be determined.
         if motion.joints[joint].has_current { vec![q, vec![1.0; motion.rows()]] } else { vec![q] }
     }

@@ -77,7 +77,7 @@ impl Diagnosable for ExternalContact {
     }
 
     fn shapes(&self, motion: &Motion, joint: usize) -> Vec<Vec<f64>> {
-        let q = &motion.joints[joint].q;
+        let q = motion.link(joint);
         let (low, high) =
             q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(*q), high.max(*q)));
         let range = high - low;
@@ -97,15 +97,14 @@ impl Diagnosable for ExternalContact {
 
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         let (place, side) = (shape[0], shape[1]);
-        vec![motion.column(joint, |m, row| side * (side * (m.q[row] - place)).max(0.0))]
+        vec![motion.link(joint).iter().map(|q| side * (side * (q - place)).max(0.0)).collect()]
     }
 
     /// A contact with less torque than that part of friction is position-dependent friction.
     fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {
         let (place, side) = (shape[0], shape[1]);
-        let m = &motion.joints[joint];
-        let deepest = m.q.iter().map(|q| side * (q - place)).fold(0.0, f64::max);
-        coefficients[0] * deepest > PRESSING * m.friction.coulomb
+        let deepest = motion.link(joint).iter().map(|q| side * (q - place)).fold(0.0, f64::max);
+        coefficients[0] * deepest > PRESSING * motion.joints[joint].friction.coulomb
     }
 
     fn angles_of_link(&self) -> &'static [&'static str] {

@@ -192,9 +192,15 @@ pub trait Diagnosable: Effect {
         self.harmonic().is_some_and(|harmonic| harmonic.several)
     }
 
-    /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear.
+    /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear. An effect of one joint that does acts on the joint, not on
+    /// the axis of its motor: where axes are coupled, its [`columns`](Self::columns) are torques on the joint, and [`Motion::link`] is its position.
     fn loads_link(&self) -> bool {
         false
+    }
+
+    /// Whether a torque that is measured behind the gear shows it, as it shows a load on the link.
+    fn shows_behind_gear(&self) -> bool {
+        self.loads_link()
     }
 
     /// Torque on a joint [N·m or N] per unit of each coefficient, one value per row, which depends on that row only: the torque that the

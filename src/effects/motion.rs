@@ -1,9 +1,14 @@
 //! Measured motion of a machine for the diagnosis: smooth, on the joint side, at selected samples ("rows").
 //!
+//! A "joint" here is the axis of a motor divided by its gear ratio, where recordings measure position and torque. Where axes are
+//! [coupled](crate::robot::Coupling), `θ = C q`, the links' torque, inertia and regressor are those of the axes, and [`Motion::link`] gives `q`.
+//!
 //! Every row averages torque and motion of the recording around its sample with the kernel
 //! `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`; its first and second derivative give velocity and acceleration.
 //! An oscillation along the path, `cos(n θ)` at the order `n`, passes it with the gain
 //! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`.
+
+use std::borrow::Cow;
 
 use nalgebra::DMatrix;
 
@@ -177,6 +182,16 @@ impl Motion<'_> {
         let (sin, cos) = (order * m.q[row]).sin_cos();
         let gain = self.gain(joint, row, order);
         [[-v * sin, v * cos], [-a * sin - v * v * cos, a * cos - v * v * sin]].map(|pair| pair.map(|x| gain * x))
+    }
+
+    /// Position of a joint's link [rad or m] in each row, which is the position of its axis where axes are not coupled.
+    pub fn link(&self, joint: usize) -> Cow<'_, [f64]> {
+        match &self.model.robot.coupling {
+            None => Cow::Borrowed(&self.joints[joint].q),
+            Some(coupling) => (0..self.joints[joint].q.len())
+                .map(|row| coupling.joint(joint, |axis| self.joints[axis].q[row]))
+                .collect(),
+        }
     }
 
     /// Adds the torque for known masses that the model's last body carries in some sessions; `names` are the names of the sessions.

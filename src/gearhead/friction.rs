@@ -104,6 +104,34 @@ pub struct Friction {
     pub link_share: f64,
 }
 
+impl Friction {
+    /// The part on the link side of the gap, as a law of its own.
+    #[must_use]
+    pub fn of_link(&self) -> Self {
+        let s = self.link_share;
+        let law = match self.law {
+            // Two lines of height zero meet nowhere.
+            FrictionLaw::TwoLines(_) if s == 0.0 => {
+                let none = Exponential { coulomb: 0.0, breakaway: 0.0, stribeck_velocity: 1.0, viscous: 0.0 };
+                FrictionLaw::Exponential([none; 2])
+            }
+            FrictionLaw::TwoLines(lines) => FrictionLaw::TwoLines(lines.map(|line| Lines {
+                a1: s * line.a1,
+                b1: s * line.b1,
+                a2: s * line.a2,
+                b2: s * line.b2,
+            })),
+            FrictionLaw::Exponential(laws) => FrictionLaw::Exponential(laws.map(|law| Exponential {
+                coulomb: s * law.coulomb,
+                breakaway: s * law.breakaway,
+                viscous: s * law.viscous,
+                ..law
+            })),
+        };
+        Self { law, link_share: 1.0 }
+    }
+}
+
 impl FrictionLaw {
     /// Magnitude of friction at speed `|v|` in a direction; at `|v| = 0` the breakaway torque.
     pub fn magnitude(&self, direction: Direction, speed: f64) -> f64 {

@@ -28,7 +28,8 @@ impl JointLaws {
         }
         let state = self.observe(time, y, flow.gear_torque, flow.current);
         for action in &self.actions {
-            let (on_rotor, on_link) = (action.motor_torque(&state), action.link_torque(&state));
+            let on_link = if self.moves_joint { action.link_torque(&state) } else { 0.0 };
+            let on_rotor = action.motor_torque(&state);
             flow.rotor_drive += on_rotor;
             flow.link_load += on_link;
             flow.power.work += on_rotor * y.omega + on_link * y.v;

@@ -11,6 +11,7 @@ use super::machine::Machine;
 use super::mode::Mode;
 use super::obstacle::Obstacle;
 use super::pace::{LONGEST_STEP, LONGEST_STEP_DAMPED};
+use super::rigid_body::{OnAxes, RigidBody};
 use super::sensors::Sensors;
 use super::state::State;
 use super::world::Pair;
@@ -51,9 +52,13 @@ impl Plant {
             Engine::Rapier => {
                 let mut world = World::new(&model.robot);
                 barriers.extend(put_obstacles(&mut world, &model, &options.obstacles)?);
+                let engine: Box<dyn RigidBody> = match &model.robot.coupling {
+                    Some(coupling) => Box::new(OnAxes::new(world, coupling.clone())),
+                    None => Box::new(world),
+                };
                 match options.evaluations {
-                    Evaluations::AsNeeded => Links::carried(Box::new(world), Dynamics::new(&model.robot)),
-                    Evaluations::EveryInterval | Evaluations::EveryStage => Links::asked(Box::new(world)),
+                    Evaluations::AsNeeded => Links::carried(engine, Dynamics::new(&model.robot)),
+                    Evaluations::EveryInterval | Evaluations::EveryStage => Links::asked(engine),
                 }
             }
             Engine::Reduced if options.obstacles.is_empty() => Links::asked(Box::new(Dynamics::new(&model.robot))),
@@ -71,7 +76,7 @@ impl Plant {
         };
         let mut plant = Self {
             integrator: Integrator::new(
-                Machine::new(Coupled::new(laws, Barriers::new(barriers, n)), links),
+                Machine::new(Coupled::new(laws, Barriers::new(barriers, &model.robot), &model.robot), links),
                 options.most_steps,
             ),
             robot: model.robot.clone(),
@@ -139,7 +144,7 @@ fn put(
         Action::Sensor(joint, action) => sensors[joint].push(action),
         Action::Stop(joint, Stop { side, place, stiffness, damping }) => {
             let cause = Cause::EndStop(joint, side, place);
-            barriers.push(Barrier::new(cause, stiffness, damping, model.joints.len()));
+            barriers.push(Barrier::new(cause, stiffness, damping, &model.robot));
         }
     }
     Ok(())
@@ -153,7 +158,7 @@ fn end_stops(model: &Model) -> Vec<Barrier> {
         let limits = body.joint.limits;
         for (side, place) in [(1.0, limits.upper), (-1.0, limits.lower)] {
             if place.is_finite() {
-                stops.push(Barrier::new(Cause::EndStop(i, side, place), stiffness, damping, model.joints.len()));
+                stops.push(Barrier::new(Cause::EndStop(i, side, place), stiffness, damping, &model.robot));
             }
         }
     }
@@ -167,7 +172,7 @@ fn put_obstacles(world: &mut World, model: &Model, obstacles: &[Obstacle]) -> Re
     let pairs = world.put_obstacles(&model.robot, obstacles)?;
     let barrier = |(index, pair): (usize, &Pair)| {
         let Obstacle { stiffness, damping, .. } = obstacles[pair.obstacle];
-        Barrier::new(Cause::Pair(index, pair.body, pair.obstacle), stiffness, damping, model.joints.len())
+        Barrier::new(Cause::Pair(index, pair.body, pair.obstacle), stiffness, damping, &model.robot)
     };
     Ok(pairs.iter().enumerate().map(barrier).collect())
 }
@@ -226,7 +231,11 @@ fn laws(model: &Model) -> Vec<JointLaws> {
         let of_link = mobility.as_ref().map_or(f64::INFINITY, |w| w[(i, i)]);
         let (inertia, mobility) = (rotor_inertia + mass[(i, i)], 1.0 / rotor_inertia + of_link);
         let dead_zone = joint.flanks(joint.backlash.unwrap_or(0.0), inertia, mobility);
-        laws_of(joint, &body.joint, rotor_inertia, dead_zone)
+        let mut laws = laws_of(joint, &body.joint, rotor_inertia, dead_zone);
+        if model.robot.coupling.is_some() {
+            (laws.link_damping, laws.moves_joint) = (0.0, false);
+        }
+        laws
     };
     model.joints.iter().zip(&model.robot.bodies).enumerate().map(of_joint).collect()
 }
@@ -259,6 +268,7 @@ fn laws_of(joint: &JointModel, link: &crate::robot::Joint, rotor_inertia: f64, d
         gears: Vec::new(),
         drives: Vec::new(),
         plain: true,
+        moves_joint: true,
     }
 }
 

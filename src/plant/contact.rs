@@ -9,6 +9,7 @@
 //! `upper − q` or `q − lower`; that of a link and an obstacle is the engine's, found anew at every stage of every step while
 //! they are close, so that the spring's energy `k p²/2` belongs to the state alone. One point a pair acts, the deepest: a face
 //! that lies flat on a face is held at the corner that is deepest.
+//! Where axes are coupled, `q` stands for the positions of the axes; an end stop `side (q_j − place)` has the gradient `−side ∂q_j/∂θ`.
 //! Left out: friction along the surface, and links that meet links of their own arm.
 //! Reference: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact,
 //! J. Appl. Mech. 42 (1975), the linear (Kelvin-Voigt) case, without its pull at the end.
@@ -16,6 +17,7 @@
 use super::joint::Phase;
 use super::mobility::Response;
 use super::rigid_body::RigidBody;
+use crate::robot::{Coupling, Robot};
 
 /// [m/s or rad/s] No link comes closer to a barrier faster than this and twice the speed of the fastest joint.
 const FASTEST_APPROACH: f64 = 20.0;
@@ -66,12 +68,12 @@ pub struct Barrier {
 }
 
 impl Barrier {
-    /// A barrier for a machine of so many joints.
-    pub fn new(cause: Cause, stiffness: f64, damping: f64, joints: usize) -> Self {
-        let mut gradient = vec![0.0; joints];
-        if let Cause::EndStop(joint, side, _) = cause {
-            gradient[joint] = -side;
-        }
+    /// A barrier for a machine.
+    pub fn new(cause: Cause, stiffness: f64, damping: f64, robot: &Robot) -> Self {
+        let gradient = match cause {
+            Cause::EndStop(joint, side, _) => robot.joint_per_axis(joint).iter().map(|share| -side * share).collect(),
+            Cause::Pair(..) => vec![0.0; robot.dof()],
+        };
         Self {
             cause,
             stiffness,
@@ -86,7 +88,10 @@ impl Barrier {
     /// Measures how far the link at `q` is from it.
     fn measure(&mut self, links: &mut dyn RigidBody, q: &[f64]) {
         match self.cause {
-            Cause::EndStop(joint, side, place) => self.depth = side * (q[joint] - place),
+            // The gradient of an end stop is constant.
+            Cause::EndStop(_, side, place) => {
+                self.depth = -self.gradient.iter().zip(q).map(|(slope, q)| slope * q).sum::<f64>() - side * place;
+            }
             Cause::Pair(pair, ..) => match links.distance(pair, q, HORIZON, &mut self.gradient) {
                 Some(distance) => self.depth = -distance,
                 // No answer means far away; but of a pair pressed together a moment ago it means that the geometry had none.
@@ -127,13 +132,17 @@ pub struct Barriers {
     /// [W] that dampers turn into heat.
     pub heat: f64,
     q: Vec<f64>,
+    /// [1] Most that a joint moves per motion of the fastest axis.
+    spread: f64,
 }
 
 impl Barriers {
-    /// The barriers of a machine of so many joints.
-    pub fn new(all: Vec<Barrier>, joints: usize) -> Self {
+    /// The barriers of a machine.
+    pub fn new(all: Vec<Barrier>, robot: &Robot) -> Self {
         let near = Vec::with_capacity(all.len());
-        Self { all, near, load: vec![0.0; joints], heat: 0.0, q: vec![0.0; joints] }
+        let joints = robot.dof();
+        let spread = robot.coupling.as_ref().map_or(1.0, Coupling::spread);
+        Self { all, near, load: vec![0.0; joints], heat: 0.0, q: vec![0.0; joints], spread }
     }
 
     /// How many there are.
@@ -160,7 +169,7 @@ impl Barriers {
         if self.all.is_empty() {
             return;
         }
-        let fastest = y.iter().fold(0.0, |fastest: f64, phase| fastest.max(phase.v.abs()));
+        let fastest = self.spread * y.iter().fold(0.0, |fastest: f64, phase| fastest.max(phase.v.abs()));
         self.take(y);
         for (k, barrier) in self.all.iter_mut().enumerate() {
             if touching[k] || barrier.clear_until < until {

@@ -7,13 +7,56 @@
 //! Which links stick is decided all at once: among the links at rest, Murty's least-index rule exchanges one link that
 //! violates its condition (`|F_i|` within its level while it sticks, acceleration along its slip while it slips) until none
 //! does; `W` is positive definite, so it ends, and the answer is unique.
+//!
+//! Where motor axes are coupled, `v`, `W` and `a₀` are those of the axes' outputs, `C q̇`, and what acts on a joint loads the axes:
+//!
+//! ```text
+//!   load = T − F_l + C⁻ᵀ (τ_l − c q̇)        τ_l, c: of the joint; T, F_l: of the axis
+//! ```
+//! The friction of a joint's own bearing counts as one of the axis of its name: what holds an axis at rest is one law.
 
 use super::contact::Barriers;
 use super::joint::{Flow, JointLaws, Phase, Power};
 use super::mobility::Response;
 use super::mode::{Change, Margins};
 use super::state::{Situation, State};
+use crate::effects::JointState;
 use crate::gearhead::Slip;
+use crate::robot::{Coupling, Robot};
+
+/// What acts on joints that several axes move, beside the gears.
+struct Joints {
+    coupling: Coupling,
+    /// `c`: URDF `damping`, one a joint.
+    damping: Vec<f64>,
+}
+
+impl Joints {
+    /// Adds `C⁻ᵀ (τ_l − c q̇)` to the torques on the axes' outputs; returns its power.
+    #[cold]
+    fn load(&self, at: &Situation, laws: &[JointLaws], flows: &[Flow], torques: &mut [f64]) -> Power {
+        let mut power = Power::default();
+        for (j, (law, flow)) in laws.iter().zip(flows).enumerate() {
+            let velocity = self.coupling.joint(j, |axis| at.joints[axis].v);
+            let mut torque = -self.damping[j] * velocity;
+            power.dissipated -= torque * velocity;
+            if !law.actions.is_empty() {
+                let state = JointState {
+                    link_position: self.coupling.joint(j, |axis| at.joints[axis].q),
+                    link_velocity: velocity,
+                    ..law.observe(at.time, &at.joints[j], flow.gear_torque, flow.current)
+                };
+                let added: f64 = law.actions.iter().map(|action| action.link_torque(&state)).sum();
+                power.work += added * velocity;
+                torque += added;
+            }
+            for (axis, sum) in torques.iter_mut().enumerate() {
+                *sum += self.coupling.joint_per_axis(j, axis) * torque;
+            }
+        }
+        power
+    }
+}
 
 /// The joints' laws, and room to work.
 pub struct Coupled {
@@ -27,6 +70,8 @@ pub struct Coupled {
     pub torques: Vec<f64>,
     /// What stands in the links' way.
     pub barriers: Barriers,
+    /// What acts on joints that several axes move.
+    joints: Option<Joints>,
     stuck: Vec<usize>,
     factor: Vec<f64>,
     hold: Vec<f64>,
@@ -34,7 +79,7 @@ pub struct Coupled {
 
 impl Coupled {
     /// Joins the laws of all joints, and what stands in the links' way.
-    pub fn new(laws: Vec<JointLaws>, barriers: Barriers) -> Self {
+    pub fn new(laws: Vec<JointLaws>, barriers: Barriers, robot: &Robot) -> Self {
         let n = laws.len();
         Self {
             laws,
@@ -42,6 +87,10 @@ impl Coupled {
             holds: vec![0.0; n],
             torques: vec![0.0; n],
             barriers,
+            joints: robot.coupling.as_ref().map(|coupling| Joints {
+                coupling: coupling.clone(),
+                damping: robot.bodies.iter().map(|body| body.joint.damping).collect(),
+            }),
             stuck: Vec::with_capacity(n),
             factor: vec![0.0; n * n],
             hold: vec![0.0; n],
@@ -53,7 +102,7 @@ impl Coupled {
     pub fn derivative(&mut self, at: &Situation, response: &Response, rate: &mut [Phase]) -> Power {
         let mut power = Power::default();
         self.stuck.clear();
-        let Self { laws, flows, torques, stuck, barriers, .. } = self;
+        let Self { laws, flows, torques, stuck, barriers, joints, .. } = self;
         let sides = laws.iter().zip(at.joints).zip(at.modes).zip(at.commands);
         let found = flows.iter_mut().zip(torques.iter_mut()).zip(rate.iter_mut());
         for (i, ((((law, y), mode), command), ((flow, torque), rate))) in sides.zip(found).enumerate() {
@@ -69,6 +118,11 @@ impl Coupled {
             if mode.link == Slip::Stuck {
                 stuck.push(i);
             }
+        }
+        if let Some(joints) = joints {
+            let added = joints.load(at, laws, flows, torques);
+            power.work += added.work;
+            power.dissipated += added.dissipated;
         }
         if !barriers.are_far() {
             torques.iter_mut().zip(&barriers.load).for_each(|(torque, load)| *torque += load);

@@ -59,7 +59,7 @@ pub struct JointLaws {
     pub power: PowerStage,
     /// Gearhead; the URDF's `friction` is that of the link's bearing.
     pub gearhead: Gearhead,
-    /// `c`: URDF `damping` of the link.
+    /// `c`: URDF `damping` of the link; 0 where axes are coupled ([`coupled`](super::coupled)).
     pub link_damping: f64,
     /// What effects add.
     pub actions: Vec<Box<dyn JointAction>>,
@@ -69,6 +69,8 @@ pub struct JointLaws {
     pub drives: Vec<Box<dyn DriveAction>>,
     /// Whether no effect acts on rotor, gear or link.
     pub plain: bool,
+    /// Whether the axis moves its own joint alone; otherwise `q` is the gear's output `(C q)_i`, and what acts on the joint is no part of these laws.
+    pub moves_joint: bool,
 }
 
 /// What a joint's own laws say at an instant.

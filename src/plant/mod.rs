@@ -9,6 +9,8 @@
 //! [`mobility`] carries `M` and `h` from one evaluation to the next (`pace`), [`world`] is the engine that has the last word on them ([`links`]).
 //! What stops a link, [`contact`]: an end stop, or an [`obstacle`] in rapier's world.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
+//! Where motor axes are coupled, `θ = C q` ([`Coupling`](crate::robot::Coupling)), `q` stands for the output `C q` of an axis' gear, and `M`, `h` are those
+//! seen from there ([`rigid_body`]): every law but those of a joint itself keeps its form.
 
 mod altered;
 mod build;
@@ -158,7 +160,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Puts everything to rest at these link positions [rad or m], rotors in the middle of their gaps, time and work at zero.
+    /// Puts everything to rest at these positions [rad or m] of the gears' outputs, which are those of the links or `C q` where axes are coupled;
+    /// rotors in the middle of their gaps, time and work at zero.
     pub fn place(&mut self, positions: &[f64]) {
         let at_rest = |&q: &f64| Phase { theta: q, q, ..Phase::default() };
         self.start(positions.iter().map(at_rest).collect());
@@ -207,7 +210,9 @@ impl Plant {
     /// What the sensors say now, one a joint. Every call is a sampling instant: it draws noise and advances filters.
     pub fn read(&mut self) -> &[Reading] {
         for (i, sensors) in self.sensors.iter_mut().enumerate() {
-            self.readings[i] = sensors.read(self.state.time, &self.state.joints[i], self.states[i].current);
+            let joints = &self.state.joints;
+            let q = self.robot.joint_of_axes(i, |axis| joints[axis].q);
+            self.readings[i] = sensors.read(self.state.time, &joints[i], q, self.states[i].current);
         }
         &self.readings
     }

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::dynamics::Dynamics;
+use crate::robot::Coupling;
 
 /// The links of a machine as a rigid-body engine sees them.
 pub trait RigidBody: Send {
@@ -23,5 +24,39 @@ pub trait RigidBody: Send {
 impl RigidBody for Dynamics {
     fn evaluate(&mut self, q: &[f64], v: &[f64], mass: &mut DMatrix<f64>, h: &mut [f64]) {
         self.mass_matrix_and_bias(q, v, mass, h);
+    }
+}
+
+/// An engine that knows joints alone, in the coordinates of coupled axes: `q = C⁻¹ θ`, `M_θ = C⁻ᵀ M C⁻¹`, `h_θ = C⁻ᵀ h`, `∂d/∂θ = C⁻ᵀ ∂d/∂q`.
+pub struct OnAxes<E> {
+    engine: E,
+    coupling: Coupling,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    on_joints: Vec<f64>,
+}
+
+impl<E: RigidBody> OnAxes<E> {
+    /// Puts the coupling before the engine.
+    pub fn new(engine: E, coupling: Coupling) -> Self {
+        let zero = vec![0.0; coupling.dof()];
+        Self { engine, coupling, q: zero.clone(), v: zero.clone(), on_joints: zero }
+    }
+}
+
+impl<E: RigidBody> RigidBody for OnAxes<E> {
+    fn evaluate(&mut self, q: &[f64], v: &[f64], mass: &mut DMatrix<f64>, h: &mut [f64]) {
+        self.coupling.joints(q, &mut self.q);
+        self.coupling.joints(v, &mut self.v);
+        self.engine.evaluate(&self.q, &self.v, mass, &mut self.on_joints);
+        self.coupling.axis_torques(&self.on_joints, h);
+        self.coupling.axis_matrix(mass, &mut self.on_joints);
+    }
+
+    fn distance(&mut self, pair: usize, q: &[f64], reach: f64, gradient: &mut [f64]) -> Option<f64> {
+        self.coupling.joints(q, &mut self.q);
+        let distance = self.engine.distance(pair, &self.q, reach, &mut self.on_joints)?;
+        self.coupling.axis_torques(&self.on_joints, gradient);
+        Some(distance)
     }
 }

@@ -88,8 +88,8 @@ impl Sensors {
         }
     }
 
-    /// What the sensors say.
-    pub fn read(&mut self, time: f64, y: &Phase, current: f64) -> Reading {
+    /// What the sensors say, with the joint at `q`.
+    pub fn read(&mut self, time: f64, y: &Phase, q: f64, current: f64) -> Reading {
         let (seen, seen_velocity) = self.seen(y);
         let position = self.counter.as_ref().map_or(seen, |counter| counter.position(self.tracker.count));
         let velocity = match (&self.counter, &mut self.tracker.velocity) {
@@ -98,8 +98,8 @@ impl Sensors {
         };
         let current = self.current.map_or(current, |sensor| sensor.read(current, &mut self.noise));
         let link_position = self.link.map(|counter| match counter.step > 0.0 {
-            true => counter.position(counter.count(y.q)),
-            false => y.q,
+            true => counter.position(counter.count(q)),
+            false => q,
         });
         let mut reading = Reading { position, velocity, current, link_position };
         for action in &mut self.actions {

@@ -1,6 +1,6 @@
 //! Reads the table of one joint in a model file: gear, motor, drive, sensors, friction.
 
-use super::model::JointModel;
+use super::model::{JointModel, TorqueAt};
 use super::ranges;
 use super::tree::Body;
 use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, Sensing, VelocitySensor};
@@ -55,6 +55,7 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
             .optional_table("friction")?
             .map(|table| read(table, |table| read_friction(table, kind)))
             .transpose()?,
+        torque_at: TorqueAt::Motor,
     })
 }
 

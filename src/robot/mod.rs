@@ -1,6 +1,7 @@
 //! The machine's description: kinematic tree, inertias, collision shapes, and the model file. No engine types.
 
 mod accuracy;
+mod coupling;
 mod inertia;
 mod joint;
 pub mod model;
@@ -11,6 +12,7 @@ mod urdf;
 mod write;
 
 pub use accuracy::Accuracy;
-pub use model::{EffectEntry, JointModel, Load, Masses, Model};
+pub use coupling::Coupling;
+pub use model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
 pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape, UnreadShape};
 pub use urdf::STANDARD_GRAVITY;

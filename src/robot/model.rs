@@ -80,6 +80,16 @@ impl Load {
     }
 }
 
+/// Where the torque of a joint is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TorqueAt {
+    /// At the motor: current times torque constant, or a torque of the drive. It drives rotor, gear and link against all friction.
+    #[default]
+    Motor,
+    /// Behind the gear, by a joint torque sensor: it drives the link against the friction of its bearing.
+    Link,
+}
+
 /// Origin of the masses and inertias of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Masses {
@@ -126,9 +136,24 @@ pub struct JointModel {
     pub current_sensor: Option<CurrentSensor>,
     /// Friction; `None`: unknown, to be identified.
     pub friction: Option<Friction>,
+    /// Where the recordings at hand measure its torque; no key of the model file.
+    pub torque_at: TorqueAt,
 }
 
 impl JointModel {
+    /// The joint as a torque sensor behind its gear sees it: no rotor, no motor, and of its friction the part on the link side.
+    #[must_use]
+    pub fn behind_gear(&self) -> Self {
+        Self {
+            rotor_inertia: Some(0.0),
+            motor: None,
+            current_sensor: None,
+            friction: self.friction.map(|friction| friction.of_link()),
+            torque_at: TorqueAt::Link,
+            ..self.clone()
+        }
+    }
+
     /// Rotor inertia on the joint side, `ratio² · J_r` [kg·m² or kg]; 0 where it is unknown.
     pub fn reflected_inertia(&self) -> f64 {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia.unwrap_or(0.0)

@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::accuracy::Accuracy;
+use super::coupling::Coupling;
 use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
-use super::model::{EffectEntry, JointModel, Load, Masses, Model};
+use super::model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
 use super::ranges;
 use super::tree::Body;
 use super::urdf::{STANDARD_GRAVITY, Urdf};
@@ -106,6 +107,7 @@ impl Model {
         }
         let (mut robot, held) = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
         robot.gravity = gravity.map_or(STANDARD_GRAVITY, Into::into);
+        robot.coupling = Coupling::read(&root, &robot.bodies)?;
         let mut joints = Vec::new();
         for body in &robot.bodies {
             let table = table.table(&body.joint.name)?;
@@ -261,6 +263,7 @@ fn first_joint(body: &Body) -> JointModel {
         velocity_sensor: None,
         current_sensor: None,
         friction: None,
+        torque_at: TorqueAt::Motor,
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
+use super::Coupling;
 use crate::units::JointKind;
 
 /// A robot on a fixed base. Joint `i` moves body `i`; parents come before their children.
@@ -19,6 +20,8 @@ pub struct Robot {
     pub unread_shapes: Vec<UnreadShape>,
     /// The movable bodies.
     pub bodies: Vec<Body>,
+    /// How motor axes move the joints; `None`: each axis moves the joint of its name.
+    pub coupling: Option<Coupling>,
 }
 
 /// A rigid body and the joint that moves it. Its frame is the joint's frame after the joint's motion.
@@ -125,5 +128,34 @@ impl Robot {
     /// Number of degrees of freedom.
     pub fn dof(&self) -> usize {
         self.bodies.len()
+    }
+
+    /// Position, velocity or acceleration of a joint, from those of the motor axes.
+    pub fn joint_of_axes(&self, joint: usize, of_axis: impl Fn(usize) -> f64) -> f64 {
+        self.coupling.as_ref().map_or_else(|| of_axis(joint), |coupling| coupling.joint(joint, &of_axis))
+    }
+
+    /// Torque on each axis per torque on a joint; also motion of the joint per motion of each axis.
+    pub fn joint_per_axis(&self, joint: usize) -> Vec<f64> {
+        let of_axis = |axis: usize| match &self.coupling {
+            Some(coupling) => coupling.joint_per_axis(joint, axis),
+            None => f64::from(u8::from(axis == joint)),
+        };
+        (0..self.dof()).map(of_axis).collect()
+    }
+
+    /// Axes that a torque on a joint loads; the axis of its name first.
+    pub fn axes_of(&self, joint: usize) -> Vec<usize> {
+        self.coupling.as_ref().map_or_else(|| vec![joint], |coupling| coupling.axes_of(joint))
+    }
+
+    /// [rad or m] Lowest and highest position that an axis can have while all joints are within their limits.
+    pub fn axis_range(&self, axis: usize) -> [f64; 2] {
+        let limits = |joint: usize| self.bodies[joint].joint.limits;
+        let Some(coupling) = &self.coupling else { return [limits(axis).lower, limits(axis).upper] };
+        let parts = (0..self.dof()).map(|joint| (coupling.axis_per_joint(axis, joint), limits(joint)));
+        parts.filter(|(c, _)| *c != 0.0).fold([0.0, 0.0], |[low, high], (c, Limits { lower, upper, .. })| {
+            [low + (c * lower).min(c * upper), high + (c * lower).max(c * upper)]
+        })
     }
 }

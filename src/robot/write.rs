@@ -59,6 +59,7 @@ impl Model {
         for joint in &self.joints {
             write_joint(&mut out, joint);
         }
+        self.write_coupling(&mut out);
         out.push_str("\n[accuracy]\n");
         for (key, value, comment) in self.accuracy.entries() {
             number(&mut out, key, value, comment);
@@ -82,6 +83,20 @@ impl Model {
             }
         }
         out
+    }
+}
+
+impl Model {
+    /// The table of coupled axes, if there are any.
+    fn write_coupling(&self, out: &mut String) {
+        let name = |index: usize| written_key(&self.joints[index].name);
+        let Some(coupling) = &self.robot.coupling else { return };
+        out.push_str("\n[coupling]  # motion of an axis (motor / gear ratio) per motion of each joint\n");
+        for (axis, row) in coupling.rows() {
+            let entries: Vec<String> =
+                row.into_iter().map(|(joint, value)| format!("{} = {}", name(joint), written_number(value))).collect();
+            line(out, &self.joints[axis].name, &format!("{{ {} }}", entries.join(", ")), "");
+        }
     }
 }
 

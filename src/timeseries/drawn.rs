@@ -122,8 +122,9 @@ impl Drawn {
                 }
                 _ => None,
             };
-            let link = joint.get(Channel::TrueLinkPosition).or_else(|| joint.get(Channel::LinkPosition));
-            let pose = link.or_else(|| joint.get(Channel::Position)).unwrap_or_default();
+            // A second encoder is left out: the gap is not seen in a picture, and where axes are coupled it reads another angle.
+            let pose =
+                joint.get(Channel::TrueLinkPosition).or_else(|| joint.get(Channel::Position)).unwrap_or_default();
             DrawnJoint {
                 name: joint.name.clone(),
                 channels: joint.channels.iter().map(|(channel, values)| (*channel, drawn(values))).collect(),

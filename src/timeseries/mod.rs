@@ -31,15 +31,17 @@ pub enum Channel {
     CommandCurrent,
     /// [rad or m] second encoder, on the link.
     LinkPosition,
+    /// [N·m or N] torque on the link, measured behind the gear: a joint torque sensor. Neither rotor inertia nor motor-side friction is in it.
+    LinkTorque,
     /// [°C] gear or motor temperature.
     Temperature,
     /// [rad or m] true rotor position; simulation only.
     TrueMotorPosition,
     /// [rad/s or m/s] true rotor velocity; simulation only.
     TrueMotorVelocity,
-    /// [rad or m] true link position; simulation only.
+    /// [rad or m] true position of the gear's output: that of the link, or `C q` where axes are coupled; simulation only.
     TrueLinkPosition,
-    /// [rad/s or m/s] true link velocity; simulation only.
+    /// [rad/s or m/s] its velocity; simulation only.
     TrueLinkVelocity,
     /// [A] true motor current; simulation only.
     TrueCurrent,

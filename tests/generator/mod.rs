@@ -66,8 +66,10 @@ impl Machine {
             base_shapes: Vec::new(),
             unread_shapes: Vec::new(),
             bodies: vec![body],
+            coupling: None,
         };
         let joint = JointModel {
+            torque_at: lostmotion::robot::TorqueAt::Motor,
             name,
             kind: JointKind::Revolute,
             gear_ratio: self.ratio,

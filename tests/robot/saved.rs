@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lostmotion::drive::{CurrentSensor, LinkEncoder, Motor, Sensing, VelocitySensor};
 use lostmotion::gearhead::{FrictionLaw, Lines};
-use lostmotion::robot::{EffectEntry, Load, Masses, Model};
+use lostmotion::robot::{Coupling, EffectEntry, Load, Masses, Model};
 use rand::RngExt;
 
 use super::support::random;
@@ -44,6 +44,8 @@ fn equivalent_saved_models_load_as_they_were() {
         }
         model.robot.gravity =
             nalgebra::Vector3::new(number(0.1), -number(0.1), if case % 2 == 0 { 0.0 } else { -9.81 });
+        let row = nalgebra::DMatrix::from_row_slice(2, 2, &[1.0, 0.0, number(1.0), -number(1.0)]);
+        model.robot.coupling = (case % 3 == 2).then(|| Coupling::new(row).unwrap());
         model.masses = if case % 2 == 0 { Masses::Known } else { Masses::Estimated };
         model.effects = vec![
             EffectEntry { effect: "payload".into(), joint: None, parameters: [("mass".into(), number(1.0))].into() },

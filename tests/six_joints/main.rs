@@ -2,16 +2,18 @@
 //!
 //! The recordings come from the plant with the arm's sensors and a velocity controller in the loop.
 
+mod behind_gear;
 #[path = "../support/rough.rs"]
 mod rough;
 #[path = "../support/six_joints.rs"]
 mod six_joints;
+mod wrist;
 
 use std::path::Path;
 
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::robot::{EffectEntry, Model};
-use lostmotion::scenario::{Scenario, Truth, simulate};
+use lostmotion::scenario::{Run, Scenario, Truth, simulate};
 use lostmotion::timeseries::TimeSeries;
 use six_joints::{RANGES, ROBOT, symmetric};
 
@@ -50,10 +52,19 @@ fn scenario() -> String {
 }
 
 fn recorded(effects: &[EffectEntry], seed: u64) -> Vec<TimeSeries> {
+    recorded_on(&symmetric(), effects, seed)
+}
+
+fn recorded_on(machine: &Model, effects: &[EffectEntry], seed: u64) -> Vec<TimeSeries> {
+    simulated(machine, effects, seed).measured()
+}
+
+fn simulated(machine: &Model, effects: &[EffectEntry], seed: u64) -> Run {
     let mut scenario = Scenario::from_text(&scenario(), Path::new("scenario.toml"), &[]).expect("a good scenario");
-    scenario.truth = Truth::of(symmetric());
+    scenario.truth = Truth::of(machine.clone());
+    scenario.model.robot.coupling.clone_from(&machine.robot.coupling);
     scenario.truth.alter(|machine| machine.effects.extend_from_slice(effects));
-    simulate(&scenario, seed, &|_, _| {}).expect("a run").measured()
+    simulate(&scenario, seed, &|_, _| {}).expect("a run")
 }
 
 fn diagnosed(effects: &[EffectEntry], seed: u64) -> Diagnosis {
@@ -61,9 +72,12 @@ fn diagnosed(effects: &[EffectEntry], seed: u64) -> Diagnosis {
 }
 
 /// A diagnosis with a nominal model whose friction is not known.
-fn diagnosed_with(mut nominal: Model, effects: &[EffectEntry], seed: u64) -> Diagnosis {
+fn diagnosed_with(nominal: Model, effects: &[EffectEntry], seed: u64) -> Diagnosis {
+    diagnosed_from(nominal, &recorded(effects, seed))
+}
+
+fn diagnosed_from(mut nominal: Model, recorded: &[TimeSeries]) -> Diagnosis {
     nominal.joints.iter_mut().for_each(|joint| joint.friction = None);
-    let recorded = recorded(effects, seed);
     let options = Options { backlash: false, ..Options::default() };
     let found = diagnose(&nominal, &recorded[..2], &recorded[2..], &options, &mut |_, _| {}).expect("a diagnosis");
     for one in &found.effects {

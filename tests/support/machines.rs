@@ -71,6 +71,7 @@ pub fn planar_arm() -> Robot {
                 inertia(M2, C2, I2),
             ),
         ],
+        coupling: None,
     }
 }
 
@@ -89,6 +90,7 @@ pub fn turntable(inertia: f64) -> Robot {
             Vector3::z(),
             Inertia { mass: 1.0, com: Vector3::zeros(), tensor: point_tensor(inertia, inertia, inertia) },
         )],
+        coupling: None,
     }
 }
 
@@ -107,6 +109,7 @@ pub fn pendulum(mass: f64, length: f64) -> Robot {
             Vector3::y(),
             Inertia { mass, com: Vector3::new(0.0, 0.0, -length), tensor: point_tensor(1e-3, 1e-3, 1e-3) },
         )],
+        coupling: None,
     }
 }
 
@@ -139,6 +142,7 @@ pub fn plain_joint(name: &str) -> JointModel {
         velocity_sensor: None,
         current_sensor: None,
         friction: None,
+        torque_at: lostmotion::robot::TorqueAt::Motor,
     }
 }
 
@@ -225,6 +229,7 @@ pub fn random_tree(mut uniform: impl FnMut() -> f64, joints: usize) -> Robot {
         base_shapes: Vec::new(),
         unread_shapes: Vec::new(),
         bodies,
+        coupling: None,
     }
 }
 

@@ -37,6 +37,7 @@ use crate::diagnose::instruments::current_lag::Aligned;
 use crate::diagnose::options::Options;
 use crate::diagnose::result::{Change, Diagnosis, Findings, Parts};
 use crate::diagnose::rows::division::Division;
+use crate::diagnose::rows::measured::{as_measured, complete};
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::select::confirm;
 use crate::diagnose::select::selection;
@@ -59,6 +60,22 @@ pub fn compare(
     reference: &[TimeSeries],
     now: &[TimeSeries],
     hold_out: &[TimeSeries],
+    options: &Options,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Diagnosis> {
+    let all: Vec<&TimeSeries> = reference.iter().chain(now).chain(hold_out).collect();
+    let seen = as_measured(model, &all);
+    let mut diagnosis = compare_as_measured(&seen, reference, [now, hold_out], options, progress)?;
+    complete(&mut diagnosis.baseline_model, model);
+    complete(&mut diagnosis.extended_model, model);
+    Ok(diagnosis)
+}
+
+/// The comparison with a model as the recordings see it.
+fn compare_as_measured(
+    model: &Model,
+    reference: &[TimeSeries],
+    [now, hold_out]: [&[TimeSeries]; 2],
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {

@@ -7,7 +7,7 @@ use crate::diagnose::rows::gentlest::gentlest;
 use crate::diagnose::select::selection::Selection;
 use crate::effects::Catalogue;
 use crate::identify::backlash;
-use crate::robot::{Masses, Model};
+use crate::robot::{Masses, Model, TorqueAt};
 use crate::timeseries::TimeSeries;
 
 /// Result for a gap that the model file does not give.
@@ -45,6 +45,11 @@ pub fn measured(
         if let Some(gap) = &seen[index] {
             let gap = Measured { value: gap.value.max(0.0), ..gap.clone() };
             return MeasuredGap { measured: Some(gap), ..MeasuredGap::default() };
+        }
+        if joint.torque_at == TorqueAt::Link {
+            let left_out = "its torque was measured behind the gear: no turn of the rotor shows there. For the same reason the friction is that of the \
+                            link side, and effects of motor and gear were not sought";
+            return MeasuredGap { left_out: Some(left_out.to_owned()), ..MeasuredGap::default() };
         }
         if model.masses == Masses::Estimated {
             return MeasuredGap::default();

@@ -33,7 +33,8 @@ pub fn why_not(problem: &Problem, selection: &Selection, joint: usize, sessions:
     for (term, at) in terms.filter(|(term, _)| term.effect.loads_link() && term.joints.contains(&joint)) {
         names.push(term.effect.name());
         let coefficients = &selection.fitted.solution.coefficients.as_slice()[*at..];
-        for (column, c) in term.effect.columns(&at_rest, joint, &term.shape).iter().zip(coefficients) {
+        let place = term.joints.iter().position(|axis| *axis == joint).unwrap_or(0);
+        for (column, c) in term.effect.columns_at(&at_rest, &term.joints, place, &term.shape).iter().zip(coefficients) {
             torque.iter_mut().zip(column).for_each(|(torque, x)| *torque += c * x);
         }
     }

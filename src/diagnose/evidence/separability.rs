@@ -23,6 +23,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::fit::golden::golden_section;
 use crate::diagnose::fit::inertial::Inertial;
 use crate::diagnose::fit::pose::pose;
@@ -95,7 +96,7 @@ pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted
     let names: Vec<&str> = own.iter().map(|(_, term)| term.effect.name()).collect();
     let others: Vec<_> = problem.catalogue.diagnosable().filter(|effect| !names.contains(&effect.name())).collect();
     let lost = |effect: &&'static dyn Diagnosable| {
-        let applies = |joint: usize| effect.applies(&problem.motion, joint);
+        let applies = |joint: usize| Cause::from(*effect).applies(&problem.motion, joint);
         let best =
             |field: &Field| field.best(*effect, &field.stretched(&signal)).map_or(f64::INFINITY, |best| best.left);
         let nats = match effect.about().scope {
@@ -141,7 +142,10 @@ fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Optio
         let effect = problem.catalogue.find(name)?.diagnosable()?;
         match effect.about().scope {
             Scope::Machine => places.push((effect, (0..problem.baseline.len()).collect())),
-            Scope::Joint => places.extend(joints.iter().map(|joint| (effect, vec![*joint]))),
+            Scope::Joint => {
+                let axes = |joint: &usize| (effect, Cause::from(effect).axes(&problem.motion, *joint));
+                places.extend(joints.iter().map(axes));
+            }
         }
     }
     let mut terms: Vec<Term> = Vec::new();
@@ -273,15 +277,16 @@ impl<'p, 'm> Field<'p, 'm> {
     }
 
     /// [nats] Remainder of a vector (without the baseline's part) after a fit of an effect with this shape.
-    fn left(&self, effect: &dyn Diagnosable, shape: &[f64], many: bool, missed: &[f64]) -> f64 {
-        let of_joint = |(place, joint): (usize, &usize)| -> Vec<Vec<f64>> {
+    fn left(&self, effect: &'static dyn Diagnosable, shape: &[f64], many: bool, missed: &[f64]) -> f64 {
+        let cause = Cause::from(effect);
+        let of_joint = |place: usize| -> Vec<Vec<f64>> {
             if many {
-                return effect.columns(&self.motions[place], *joint, shape);
+                return cause.columns_at(&self.motions[place], &self.joints, place, shape);
             }
-            let columns = effect.columns(&self.problem.motion, *joint, shape);
+            let columns = cause.columns_at(&self.problem.motion, &self.joints, place, shape);
             columns.iter().map(|column| self.picked(place, column)).collect()
         };
-        let columns: Vec<Vec<Vec<f64>>> = self.joints.iter().enumerate().map(of_joint).collect();
+        let columns: Vec<Vec<Vec<f64>>> = (0..self.joints.len()).map(of_joint).collect();
         let mut left = missed.to_vec();
         let mut own: Vec<Vec<f64>> = Vec::new();
         for k in 0..columns.first().map_or(0, Vec::len) {

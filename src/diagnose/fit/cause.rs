@@ -2,7 +2,8 @@
 
 use std::ops::{Deref, Range};
 
-use crate::effects::{Diagnosable, Motion};
+use crate::effects::{Diagnosable, Motion, Scope};
+use crate::robot::TorqueAt;
 
 /// An effect in all sessions; or its change, which is the same effect in some sessions only: its columns are zero in all others.
 ///
@@ -42,7 +43,7 @@ impl Cause {
     pub fn columns_of(&self, motion: &Motion, joints: &[usize], shape: &[f64]) -> Vec<Vec<Vec<f64>>> {
         let mut columns = match self.effect.columns_of_all(motion, shape).filter(|_| joints.len() > 1) {
             Some(mut all) => joints.iter().map(|joint| std::mem::take(&mut all[*joint])).collect(),
-            None => joints.iter().map(|joint| self.effect.columns(motion, *joint, shape)).collect::<Vec<_>>(),
+            None => (0..joints.len()).map(|place| self.columns_at(motion, joints, place, shape)).collect::<Vec<_>>(),
         };
         columns.iter_mut().flatten().for_each(|column| self.mask(motion, column));
         columns
@@ -51,6 +52,33 @@ impl Cause {
     /// Torque on one joint.
     pub fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         self.columns_of(motion, &[joint], shape).swap_remove(0)
+    }
+
+    /// Whether the nominal model lacks it on this joint and the recording could show it where its torque was measured.
+    pub fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        let seen = motion.model.joints[joint].torque_at == TorqueAt::Motor || self.effect.shows_behind_gear();
+        seen && self.effect.applies(motion, joint)
+    }
+
+    /// Axes whose torque shows it where it acts on one joint, the axis of that joint first.
+    pub fn axes(&self, motion: &Motion, joint: usize) -> Vec<usize> {
+        if self.is_on_link() { motion.model.robot.axes_of(joint) } else { vec![joint] }
+    }
+
+    /// Whether it loads the link of one joint, and so every axis that moves this joint.
+    fn is_on_link(&self) -> bool {
+        self.effect.about().scope == Scope::Joint && self.effect.loads_link()
+    }
+
+    /// Torque on one of a term's `joints`, without the limits of a change. A torque `τ_q` on the link of the first joint is `C⁻ᵀ τ_q` on the axes.
+    pub fn columns_at(&self, motion: &Motion, joints: &[usize], place: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        let (first, axis) = (joints[0], joints[place]);
+        let coupling = motion.model.robot.coupling.as_ref().filter(|_| self.is_on_link());
+        let Some(coupling) = coupling else { return self.effect.columns(motion, axis, shape) };
+        let share = coupling.joint_per_axis(first, axis);
+        let mut columns = self.effect.columns(motion, first, shape);
+        columns.iter_mut().flatten().for_each(|value| *value *= share);
+        columns
     }
 
     /// A change is zero in all other sessions.

@@ -13,7 +13,7 @@ use crate::effects::{Catalogue, Diagnosable, Motion, Scope};
 pub struct Term {
     /// The effect.
     pub effect: Cause,
-    /// One joint, or all of them for an effect of the machine.
+    /// One joint, or all of them for an effect of the machine. After a joint whose link is loaded come the other axes that move it.
     pub joints: Vec<usize>,
     /// Its shape.
     pub shape: Vec<f64>,
@@ -32,6 +32,11 @@ impl Term {
     /// Number of linear coefficients.
     pub fn coefficients(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// Joints that it is an effect of: all, or one.
+    pub fn own_joints(&self) -> &[usize] {
+        if self.is_machine() { &self.joints } else { &self.joints[..1] }
     }
 
     /// Whether one set of parameters applies to the whole machine.

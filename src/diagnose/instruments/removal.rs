@@ -28,8 +28,8 @@ pub fn without(
             for (term, at) in &terms {
                 let coefficients = &selection.fitted.solution.coefficients.as_slice()[**at..];
                 let first = block * BLOCK;
-                for joint in &term.joints {
-                    take_off(&mut corrected, first, &motion, *joint, term, coefficients);
+                for place in 0..term.joints.len() {
+                    take_off(&mut corrected, first, &motion, place, term, coefficients);
                 }
             }
         }
@@ -38,12 +38,13 @@ pub fn without(
     sessions.iter().enumerate().map(of_session).collect()
 }
 
-/// Subtracts the torque of a term on a joint from a recording, from sample `first` on, over the length of the motion.
-fn take_off(recorded: &mut TimeSeries, first: usize, motion: &Motion, joint: usize, term: &Term, coefficients: &[f64]) {
+/// Subtracts the torque of a term on one of its joints from a recording, from sample `first` on, over the length of the motion.
+fn take_off(recorded: &mut TimeSeries, first: usize, motion: &Motion, place: usize, term: &Term, coefficients: &[f64]) {
+    let joint = term.joints[place];
     let model = &motion.model.joints[joint];
     let Some(series) = recorded.joints.iter_mut().find(|series| series.name == model.name) else { return };
     let absolute = model.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
-    for (column, c) in term.effect.columns(motion, joint, &term.shape).iter().zip(coefficients) {
+    for (column, c) in term.effect.columns_at(motion, &term.joints, place, &term.shape).iter().zip(coefficients) {
         for (channel, scale) in [(Channel::Torque, 1.0), (Channel::Current, model.torque_per_ampere())] {
             let samples = series.channels.get_mut(&channel).into_iter().flatten();
             for (row, sample) in samples.skip(first).take(column.len()).enumerate() {

@@ -79,7 +79,7 @@ const fn name(channel: Channel) -> &'static str {
     match channel {
         Channel::Position => "position",
         Channel::Velocity => "velocity",
-        Channel::Torque => "torque",
+        Channel::Torque | Channel::LinkTorque => "torque",
         _ => "current",
     }
 }
@@ -104,7 +104,7 @@ fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Cha
             dead.push((Channel::Velocity, since, way, 1));
         }
     }
-    for channel in [Channel::Current, Channel::Torque] {
+    for channel in [Channel::Current, Channel::Torque, Channel::LinkTorque] {
         let Some(values) = series.get(channel) else { continue };
         let frozen = frozen_since(values);
         let noise = noise_of(position, values);

@@ -43,16 +43,15 @@ impl Outside {
 pub fn outside(model: &Model, sessions: &[&TimeSeries]) -> Vec<Outside> {
     let of_joint = |index: usize| {
         let joint = &model.joints[index];
-        let limits = model.robot.bodies[index].joint.limits;
-        let range = limits.upper - limits.lower;
+        let [lower, upper] = model.robot.axis_range(index);
+        let range = upper - lower;
         let [low, high] = extent(model, index, sessions)?;
         let n = joint.gear_ratio;
         let units = match joint.kind {
             JointKind::Revolute => [(DEG, "degrees_for_radians"), (1.0 / n, "motor_angle_for_joint_angle")],
             JointKind::Prismatic => [(1e-3, "millimetres_for_metres"), (1.0 / n, "motor_angle_for_joint_angle")],
         };
-        let inside =
-            |factor: f64| factor * low > limits.lower - MARGIN * range && factor * high < limits.upper + MARGIN * range;
+        let inside = |factor: f64| factor * low > lower - MARGIN * range && factor * high < upper + MARGIN * range;
         let units: Vec<(f64, &'static str)> = units.into_iter().filter(|(factor, _)| inside(*factor)).collect();
         let ranges = (high - low) / range;
         let far = range.is_finite() && range > 0.0 && ranges > DOUBTFUL && !units.is_empty();

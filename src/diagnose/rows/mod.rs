@@ -8,6 +8,7 @@
 //! - `reversals`: times since reversals, and durations of rests
 //! - `standstill`: currents before the first motion
 //! - `gentlest`: the sessions with the gentlest reversals
+//! - `measured`: where torque was measured, and what of the model shows there
 //! - `inertia`: a typical inertia of each joint
 //! - `side_by_side`: parallel work on joints within a memory limit
 
@@ -16,6 +17,7 @@ pub mod gentlest;
 pub mod inertia;
 pub mod kernel;
 pub mod local;
+pub mod measured;
 pub mod observe;
 pub mod reversals;
 pub mod sampling;

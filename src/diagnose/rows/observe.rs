@@ -12,7 +12,7 @@ use super::sampling::Sampling;
 use crate::drive::Sensing;
 use crate::effects::{JointMotion, Motion};
 use crate::error::{Error, Place, Result};
-use crate::robot::Model;
+use crate::robot::{Model, TorqueAt};
 use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory};
 
 /// [s] Narrowest and widest half width.
@@ -26,7 +26,7 @@ const ROW_SPACING: f64 = 0.6;
 /// Largest number of rows of a recording, so that the computing time grows slowly with its length.
 const MOST_ROWS: usize = 24_000;
 
-/// Motor torque [N·m or N, joint side] of a joint, and whether it comes from a current.
+/// Torque [N·m or N, joint side] of a joint, and whether it comes from a current: the motor's, or where the model says so the link's.
 pub fn motor_torque(
     model: &Model,
     index: usize,
@@ -34,6 +34,9 @@ pub fn motor_torque(
     reference: Option<&[f64]>,
 ) -> Option<(Vec<f64>, bool)> {
     let joint = &model.joints[index];
+    if joint.torque_at == TorqueAt::Link {
+        return Some((series.get(Channel::LinkTorque)?.to_vec(), false));
+    }
     if let Some(torque) = series.get(Channel::Torque) {
         return Some((torque.to_vec(), false));
     }

@@ -104,10 +104,12 @@ impl Search<'_, '_> {
     }
 
     fn shortlist(&self, effect: Cause, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-        if shapes.len() <= MANY_SHAPES || joints.len() > 1 {
+        if shapes.len() <= MANY_SHAPES || effect.about().scope == Scope::Machine {
             return shapes;
         }
+        // Of several axes, one is enough to find the peaks.
         let joint = joints[0];
+        let joints = &joints[..1];
         let rows = self.problem.rows(joint, Part::Train);
         let system = self.problem.system_of(joints, &self.terms, Part::Train, true).system;
         let near = self.problem.fit_near(joints, &self.terms, Part::Train, self.fitted);
@@ -305,7 +307,8 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
     let mut places: Vec<(Cause, Vec<usize>)> = Vec::new();
     for effect in problem.causes.iter().copied() {
         let applies = |joint: usize| effect.applies(&problem.motion, joint);
-        let present = |joint: usize| terms.iter().any(|term| term.effect == effect && term.joints.contains(&joint));
+        let present =
+            |joint: usize| terms.iter().any(|term| term.effect == effect && term.own_joints().contains(&joint));
         match effect.about().scope {
             Scope::Machine if (0..dof).any(applies) && (effect.several() || !present(0)) => {
                 places.push((effect, (0..dof).collect()))
@@ -315,7 +318,7 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
             Scope::Joint => places.extend(
                 (0..dof)
                     .filter(|joint| applies(*joint) && (effect.several() || !present(*joint)))
-                    .map(|joint| (effect, vec![joint])),
+                    .map(|joint| (effect, effect.axes(&problem.motion, joint))),
             ),
         }
     }

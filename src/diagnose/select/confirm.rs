@@ -142,7 +142,7 @@ fn outside(about: &About, value: &dyn Fn(&str) -> Option<f64>) -> Option<String>
 }
 
 fn names(problem: &Problem, term: &Term) -> Vec<String> {
-    term.joints.iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect()
+    term.own_joints().iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect()
 }
 
 /// Removes one term; `index` counts the terms of all effects.

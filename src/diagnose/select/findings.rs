@@ -24,7 +24,7 @@ pub fn found(
     for taken in &selection.taken {
         let (confusable_with, probability) = rivals(taken, options);
         for term in &taken.terms {
-            let names = term.joints.iter().map(|joint| problem.motion.model.joints[*joint].name.clone());
+            let names = term.own_joints().iter().map(|joint| problem.motion.model.joints[*joint].name.clone());
             let parameters = estimate::parameters(problem, term, position, &selection.fitted, uncertainty);
             let (evidence_nats, gain) = (confirmed.strength[position], confirmed.gains[position].clone());
             let standing = Standing { probability, evidence_nats, gain };

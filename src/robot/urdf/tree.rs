@@ -21,6 +21,7 @@ impl Urdf<'_> {
             base_shapes: Vec::new(),
             unread_shapes: Vec::new(),
             bodies: Vec::new(),
+            coupling: None,
         };
         let links: BTreeMap<&str, &urdf_rs::Link> = self.robot.links.iter().map(|link| (&*link.name, link)).collect();
         let mut children: BTreeMap<&str, Vec<&urdf_rs::Joint>> = BTreeMap::new();

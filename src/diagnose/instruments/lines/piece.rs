@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use crate::diagnose::rows::observe::motor_torque;
 use crate::dynamics::Dynamics;
-use crate::robot::Model;
+use crate::robot::{Model, TorqueAt};
 use crate::timeseries::{Channel, TimeSeries};
 
 /// [s] Time on either side over which the speed is computed.
@@ -67,6 +67,10 @@ pub struct Piece {
 impl Piece {
     /// These samples of a session, at even times; `None` where a channel is missing or the joint hardly moves.
     pub fn new(model: &Model, joint: usize, session: &TimeSeries, part: Range<usize>, held_out: bool) -> Option<Self> {
+        // Ripple of motor and gear does not pass on to the link as the rotor's balance has it.
+        if model.joints[joint].torque_at == TorqueAt::Link {
+            return None;
+        }
         let series = session.joint(&model.joints[joint].name)?;
         let q = series.get(Channel::Position)?;
         let (tau, _) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;

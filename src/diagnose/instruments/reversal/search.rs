@@ -13,6 +13,7 @@ use crate::diagnose::rows::reversals::rests;
 use crate::diagnose::rows::side_by_side::side_by_side;
 use crate::effects::{AtTurns, Turns};
 use crate::replay::Gain;
+use crate::robot::TorqueAt;
 use crate::timeseries::TimeSeries;
 
 /// Starting values of an unknown gap, in counts of the encoder.
@@ -77,7 +78,8 @@ fn held(problem: &Problem) -> usize {
 fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual: &[f64]) -> Vec<TurnCandidate> {
     let model = &problem.motion.model.joints[joint];
     let (count, gap) = (model.encoder_step(), model.backlash);
-    if count <= 0.0 {
+    // A sensor behind the gear does not see the rotor reverse.
+    if count <= 0.0 || model.torque_at == TorqueAt::Link {
         return Vec::new();
     }
     let largest = gap.map_or(GAPS[GAPS.len() - 1] * count, |gap| 1.5 * gap);

@@ -1,12 +1,13 @@
 //! The rows of one joint's two encoders: the difference of motor and link position, and quantities that may cause it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::contact::contact;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::kernel::Kernel;
 use crate::diagnose::rows::sampling::Sampling;
-use crate::robot::Masses;
+use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::JointKind;
 
@@ -36,9 +37,19 @@ pub struct Difference {
     pub motor_side: bool,
 }
 
-/// Recording of a joint's second encoder.
-fn recorded<'s>(session: &'s TimeSeries, joint: &str) -> Option<&'s [f64]> {
-    session.joint(joint)?.get(Channel::LinkPosition)
+/// Recording of a joint's second encoder. Where axes are coupled, the output of the axis' gear, `(C q)_i`, from the second encoders of all joints
+/// that the axis moves.
+fn recorded<'s>(session: &'s TimeSeries, model: &Model, joint: usize) -> Option<Cow<'s, [f64]>> {
+    let of = |joint: usize| session.joint(&model.joints[joint].name)?.get(Channel::LinkPosition);
+    let Some(coupling) = &model.robot.coupling else { return of(joint).map(Cow::Borrowed) };
+    let mut output = vec![0.0; session.len()];
+    for other in 0..model.joints.len() {
+        let per_joint = coupling.axis_per_joint(joint, other);
+        if per_joint != 0.0 {
+            output.iter_mut().zip(of(other)?).for_each(|(sum, q)| *sum += per_joint * q);
+        }
+    }
+    Some(Cow::Owned(output))
 }
 
 /// The difference with the link's recordings shifted so that a delay of `lag` [s] is removed.
@@ -47,14 +58,15 @@ pub fn difference(problem: &Problem, sessions: &[&TimeSeries], joint: usize, lag
     let (m, model) = (&motion.joints[joint], &motion.model.joints[joint]);
     let motor_side = motion.model.masses == Masses::Estimated;
     let friction = |row: usize| m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
-    if !sessions.iter().any(|session| recorded(session, &model.name).is_some()) {
+    let links: Vec<_> = sessions.iter().map(|session| recorded(session, motion.model, joint)).collect();
+    if links.iter().all(Option::is_none) {
         return None;
     }
     let contact = contact(problem, joint);
     let mut kernels: BTreeMap<usize, Kernel> = BTreeMap::new();
     let (mut rows, mut ahead) = (Vec::new(), Vec::new());
-    for (number, session) in sessions.iter().enumerate() {
-        let Some(link) = recorded(session, &model.name) else { continue };
+    for (number, (session, link)) in sessions.iter().zip(&links).enumerate() {
+        let Some(link) = link.as_deref() else { continue };
         let dt = session.sample_interval();
         let sampling = Sampling::new(&session.time, dt);
         if sampling.uneven_share() > 0.0 {
