@@ -135,6 +135,16 @@ impl Motion<'_> {
         self.time[row] - self.start[self.session[row]]
     }
 
+    /// [s] Time that the rows of all sessions span.
+    pub fn duration(&self) -> f64 {
+        let span = |session: usize| {
+            let first = self.session.partition_point(|of| *of < session);
+            let last = self.session.partition_point(|of| *of <= session);
+            if last > first { self.time[last - 1] - self.time[first] } else { 0.0 }
+        };
+        (0..self.sessions).map(span).sum()
+    }
+
     /// The same motion at some of its rows.
     pub fn at_rows(&self, rows: &[usize]) -> Self {
         let pick = |values: &[f64]| -> Vec<f64> { rows.iter().filter_map(|row| values.get(*row).copied()).collect() };

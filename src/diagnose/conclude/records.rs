@@ -1,6 +1,7 @@
 //! The entries of a report for candidates and method.
 
 use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::instruments::current_lag::COARSEST;
 use crate::diagnose::options::Options;
 use crate::diagnose::result::{CandidateRecord, Method, Withdrawn};
 use crate::diagnose::rows::division::Division;
@@ -59,9 +60,16 @@ fn filter(sessions: &[&TimeSeries]) -> String {
     let uneven = samplings.iter().filter(|sampling| sampling.uneven_share() > MOSTLY_EVEN).count();
     if uneven > 0 {
         text += &format!(
-            "; samples of {uneven} of {} sessions lie at uneven times: rows are averaged in true time, and no late current, line at a fixed \
-             frequency or slip is looked for there",
+            "; samples of {uneven} of {} sessions lie at uneven times: rows, lines, slips and late currents are judged in true time",
             sessions.len()
+        );
+    }
+    let coarse = samplings.iter().filter(|sampling| sampling.median > COARSEST).count();
+    if coarse > 0 {
+        text += &format!(
+            "; no late current is looked for in {coarse} of {} sessions: their samples are more than {:.0} ms apart",
+            sessions.len(),
+            1e3 * COARSEST
         );
     }
     let pauses: usize = samplings.iter().map(|sampling| sampling.parts.len().saturating_sub(1)).sum();

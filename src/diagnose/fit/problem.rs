@@ -62,7 +62,7 @@ pub enum Part {
 pub const FOLDS: usize = 4;
 /// Largest lag of the autocorrelation sum.
 const MOST_LAGS: usize = 400;
-/// [s] Length of the blocks of a fold.
+/// [s] Length of the blocks of a fold; shorter where the data hold fewer than one for each fold.
 const BLOCK: f64 = 5.0;
 
 /// Rows of smooth motion, with everything that a fit needs.
@@ -145,7 +145,8 @@ impl<'m> Problem<'m> {
             .filter(|s| motion.session.iter().zip(&held_out).any(|(session, held)| session == s && !held))
             .collect();
         let baseline = (0..motion.joints.len()).map(|joint| JointBaseline::new(&motion, joint, &sessions)).collect();
-        let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / BLOCK) as usize + s) % FOLDS).collect();
+        let block = BLOCK.min(motion.duration() / FOLDS as f64).max(1e-9);
+        let fold = motion.session.iter().zip(&motion.time).map(|(s, t)| ((t / block) as usize + s) % FOLDS).collect();
         let zones = vec![vec![true; motion.rows()]; motion.joints.len()];
         let judged = zones.clone();
         let floating = vec![false; motion.joints.len()];

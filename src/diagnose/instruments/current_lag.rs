@@ -4,7 +4,8 @@
 //! `Σ a(t) τ(t + L)`, both filtered by a kernel of 12 ms minus one of 60 ms, therefore peaks at the lag
 //! `L` = 0, and at `T` if the current is late by `T`.
 //! A late position does not show: the controller responds to the position that it reads, and its response is in step with it.
-//! Left out: samples at uneven times, and across pauses; interpolation would delay what it smooths.
+//! Where samples lie at uneven times, both kernels are those of a [local polynomial](crate::diagnose::rows::local) in true time, taken at even
+//! times: its weights have no first moment, so that it delays nothing. Left out: windows across pauses.
 //! Reference: C. H. Knapp, G. C. Carter (1976), The generalized correlation method for estimation of time delay.
 
 use std::ops::Range;
@@ -18,7 +19,7 @@ use crate::diagnose::options::Options;
 use crate::diagnose::residuals::gains;
 use crate::diagnose::result::{EffectGain, Findings};
 use crate::diagnose::rows::division::Division;
-use crate::diagnose::rows::kernel::Kernel;
+use crate::diagnose::rows::kernel::{Averages, Kernel};
 use crate::diagnose::rows::observe::motor_torque;
 use crate::diagnose::rows::sampling::Sampling;
 use crate::diagnose::rows::side_by_side::side_by_side;
@@ -29,6 +30,8 @@ use crate::timeseries::{Channel, Estimate, TimeSeries};
 
 /// [s] Half widths of the two kernels whose difference is the band-pass filter.
 const BAND: [f64; 2] = [0.012, 0.06];
+/// [s] Largest distance of samples: four of them in the narrow kernel, on either side.
+pub const COARSEST: f64 = BAND[0] / 4.0;
 /// [s] Largest lag that is tried.
 const LONGEST: f64 = 0.03;
 /// Least correlation of a peak.
@@ -78,7 +81,7 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division)
     (beyond > SURELY).then_some(Late { lag: Estimate { value, std_error }, probability })
 }
 
-/// Runs of training samples at even times in a session.
+/// Runs of training samples in a session: those at even times, and where there are none, those between pauses.
 fn runs(sessions: &[&TimeSeries], division: Division, number: usize) -> Vec<Range<usize>> {
     let session = sessions[number];
     let Some(part) = division.training(number) else { return Vec::new() };
@@ -86,32 +89,62 @@ fn runs(sessions: &[&TimeSeries], division: Division, number: usize) -> Vec<Rang
     let dt = session.sample_interval();
     // Both ends lose half of the wide kernel, and as much has to be left as they lose.
     let long = |run: &Range<usize>| run.len() as f64 * dt > 4.0 * BAND[1];
-    Sampling::new(&session.time, dt).even_runs(from..to).into_iter().filter(long).collect()
+    let sampling = Sampling::new(&session.time, dt);
+    let even: Vec<_> = sampling.even_runs(from..to).into_iter().filter(long).collect();
+    if !even.is_empty() {
+        return even;
+    }
+    let parts = sampling.parts.iter().map(|part| part.start.max(from)..part.end.min(to));
+    parts.filter(|part| !part.is_empty()).filter(long).collect()
 }
 
-/// Lag of the correlation's peak for one joint in samples of a session, at even times.
+/// Lag of the correlation's peak for one joint in samples of a session.
 fn lag(model: &Model, joint: usize, session: &TimeSeries, run: Range<usize>) -> Option<f64> {
     let series = session.joint(&model.joints[joint].name)?;
     let position = series.get(Channel::Position)?;
     let (torque, has_current) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
     let dt = session.sample_interval();
-    if !has_current || dt.is_nan() || dt <= 0.0 || BAND[0] / dt < 4.0 {
+    if !has_current || dt.is_nan() || dt <= 0.0 || dt > COARSEST {
         return None;
     }
+    let sampling = Sampling::new(&session.time, dt);
+    let [a, tau] = match sampling.even_runs(run.clone()).len() {
+        1 => at_even_times(&position[run.clone()], &torque[run], dt)?,
+        _ => at_uneven_times(&sampling, position, &torque, run)?,
+    };
+    peak(&a, &tau, (LONGEST / dt) as usize).map(|lag| lag * dt)
+}
+
+/// Acceleration and torque after the band-pass, sample by sample.
+fn at_even_times(position: &[f64], torque: &[f64], dt: f64) -> Option<[Vec<f64>; 2]> {
     let [narrow, wide] = BAND.map(|width| Kernel::new((width / dt) as usize, dt));
     let edge = wide.reach + 1;
-    let (position, torque) = (&position[run.clone()], &torque[run]);
     if position.len() < 4 * edge {
         return None;
     }
-    let band = |signal: &[f64], pick: fn(crate::diagnose::rows::kernel::Averages) -> f64| -> Vec<f64> {
+    let band = |signal: &[f64], pick: fn(Averages) -> f64| -> Vec<f64> {
         (edge..signal.len() - edge)
             .map(|centre| pick(narrow.averages(signal, centre)) - pick(wide.averages(signal, centre)))
             .collect()
     };
-    let a = band(position, |averages| averages.curvature);
-    let tau = band(torque, |averages| averages.value);
-    peak(&a, &tau, (LONGEST / dt) as usize).map(|lag| lag * dt)
+    Some([band(position, |averages| averages.curvature), band(torque, |averages| averages.value)])
+}
+
+/// As [`at_even_times`], at multiples of the median step within an uninterrupted run.
+fn at_uneven_times(sampling: &Sampling, position: &[f64], torque: &[f64], run: Range<usize>) -> Option<[Vec<f64>; 2]> {
+    let dt = sampling.median;
+    let [begin, end] = [sampling.time()[run.start] + BAND[1] + dt, sampling.time()[run.end - 1] - BAND[1] - dt];
+    if end - begin < 2.0 * BAND[1] {
+        return None;
+    }
+    let at = |k: usize| {
+        let t = begin + k as f64 * dt;
+        let [narrow, wide] = [sampling.around_time(t, BAND[0])?, sampling.around_time(t, BAND[1])?];
+        let a = narrow.averages(position).curvature - wide.averages(position).curvature;
+        Some((a, narrow.averages(torque).value - wide.averages(torque).value))
+    };
+    let both: Option<(Vec<f64>, Vec<f64>)> = (0..((end - begin) / dt) as usize).map(at).collect();
+    both.map(|(a, tau)| [a, tau])
 }
 
 /// Lag in samples at which `b` follows `a` best, interpolated by a parabola.

@@ -1,7 +1,8 @@
 //! A coupling that slips: rotor and link are displaced against each other, at the same time since the start of several sessions.
 //!
 //! ```text
-//!   D(t) = θ(t+T) − 2θ(t) + θ(t−T)        by the motor alone 0 … τ T²/J, rotor alone;   e: excess of D beyond this range, minus two counts
+//!   D(t) = 2T²/(h₊ + h₋) ((θ(t+h₊) − θ(t))/h₊ − (θ(t) − θ(t−h₋))/h₋)        h₊, h₋: the times of samples nearest to T
+//!   by the motor alone 0 … τ T²/J, rotor alone;   e: excess of D beyond this range, minus two counts · T²/(h₊ h₋)
 //!   during a slip all else is slow:   J Δθ + I Δq = 0,   Δq − Δθ = δ ± b   ⇒   Δθ = −(δ ± b) I/(I + J)
 //! ```
 //! The lighter rotor takes most of the slip. The position of the link in its gap `b` is unknown, and whether it bounces to the other flank, so
@@ -10,7 +11,8 @@
 //! the reduction of the largest throw of the held-out sessions without the slip. If no separate session is held out, nothing confirms the
 //! slip, and it is reported as unexplained.
 //! Sign: a positive `δ` puts the link ahead of the rotor, which is thrown back.
-//! Left out: slips that take longer than `T`; samples at uneven times, whose second difference contains the velocity.
+//! `D` is the second difference `θ(t+T) − 2θ(t) + θ(t−T)` where samples lie at even times; elsewhere it contains no velocity either.
+//! Left out: slips that take longer than `T`; places where samples are missing on either side.
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, for rotor and link as two masses.
 
 use std::ops::Range;
@@ -23,17 +25,18 @@ use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::observe::motor_torque;
-use crate::diagnose::rows::sampling::Sampling;
 use crate::effects::Phenomenon;
 use crate::error::Result;
 use crate::replay::Gain;
 use crate::robot::{Masses, Model};
-use crate::timeseries::{Channel, Estimate, TimeSeries};
+use crate::timeseries::{Channel, Estimate, TimeSeries, uninterrupted};
 
 /// `T` [s].
 const STEP: f64 = 8e-3;
-/// Possible error of `D` in encoder counts: three readings of half a count each.
+/// Possible error of `D` in encoder counts where `h₊ = h₋ = T`: three readings of half a count each.
 const BLUR: f64 = 2.0;
+/// [steps] Largest difference of `h₊` and `h₋` from `T`: the nearest sample is half a step off, or one step where steps are twice as long.
+const ASTRAY: f64 = 0.9;
 /// Counts above this error that a throw needs.
 const LEAST: f64 = 3.0;
 /// Least ratio to any other throw of its session. Flanks that meet at reversals of clean machines (tuning seeds 1000 to 1005)
@@ -178,41 +181,60 @@ fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries
     }
     let lag = lag as usize;
     let [first, last] = [from, to].map(|place| (place * q.len() as f64) as usize);
-    let runs = Sampling::new(&recorded.time, dt).even_runs(first..last).into_iter().filter(|run| run.len() >= 4 * lag);
-    let bends = Bends { q, torque: &torque, lag, square: (lag as f64 * dt).powi(2), rotor, blur };
+    let parts = uninterrupted(&recorded.time).into_iter().map(|part| part.start.max(first)..part.end.min(last));
+    let long = parts.filter(|part| part.len() >= 4 * lag);
+    let bends = Bends { time: &recorded.time, q, torque: &torque, dt, step: lag as f64 * dt, rotor, blur };
     let place = |(k, excess)| Throw { session, joint, time: recorded.time[k] - recorded.time[0], excess };
-    separate(runs.flat_map(|run| bends.of(run)).map(place))
+    separate(long.flat_map(|part| bends.of(part)).map(place))
 }
 
 /// Displacements of a rotor, sample by sample.
 struct Bends<'s> {
+    time: &'s [f64],
     q: &'s [f64],
     torque: &'s [f64],
-    /// `T` in samples.
-    lag: usize,
-    /// `T²` [s²]
-    square: f64,
+    /// [s] Median step.
+    dt: f64,
+    /// `T` [s].
+    step: f64,
     rotor: f64,
     blur: f64,
 }
 
 impl Bends<'_> {
-    /// Samples of a run at even times whose `e` is positive, with `e` [rad or m].
-    fn of(&self, run: Range<usize>) -> Vec<(usize, f64)> {
-        let Self { q, torque, lag, square, rotor, blur } = *self;
+    /// Samples of an uninterrupted part whose `e` is positive, with `e` [rad or m].
+    fn of(&self, part: Range<usize>) -> Vec<(usize, f64)> {
+        let Self { time, torque, dt, step, .. } = *self;
         let mut found = Vec::new();
-        let mut sum: f64 = torque[run.start..run.start + 2 * lag].iter().sum();
-        for k in run.start + lag..run.end - lag {
-            sum += torque[k + lag];
-            let driven = sum / (2 * lag + 1) as f64 / rotor * square;
-            sum -= torque[k - lag];
-            let bent = q[k + lag] - 2.0 * q[k] + q[k - lag];
-            let excess = (bent - driven.max(0.0)).max(driven.min(0.0) - bent) - blur;
-            if excess > 0.0 {
-                found.push((k, excess));
+        let (mut before, mut after, mut sum) = (part.start, part.start, torque[part.start]);
+        let fits = |h: f64| (h - step).abs() < ASTRAY * dt;
+        for k in part.clone() {
+            while time[before] < time[k] - step - 0.5 * dt {
+                sum -= torque[before];
+                before += 1;
+            }
+            while after + 1 < part.end && time[after] < time[k] + step - 0.5 * dt {
+                after += 1;
+                sum += torque[after];
+            }
+            let h = [time[after] - time[k], time[k] - time[before]];
+            if h.into_iter().all(fits) {
+                let excess = self.excess([before, k, after], h, sum / (after - before + 1) as f64);
+                if excess > 0.0 {
+                    found.push((k, excess));
+                }
             }
         }
         found
+    }
+
+    /// `e` from three samples, `[h₊, h₋]` apart, and the mean torque between them.
+    fn excess(&self, [before, k, after]: [usize; 3], [ahead, behind]: [f64; 2], torque: f64) -> f64 {
+        let (q, square) = (self.q, self.step * self.step);
+        let driven = torque / self.rotor * square;
+        let slopes = (q[after] - q[k]) / ahead - (q[k] - q[before]) / behind;
+        let bent = 2.0 * square / (ahead + behind) * slopes;
+        (bent - driven.max(0.0)).max(driven.min(0.0) - bent) - self.blur * square / (ahead * behind)
     }
 }
 

@@ -19,8 +19,10 @@
 use crate::distributions::student_975;
 use crate::replay::{Gain, Pairs};
 
-/// [s] Shortest block: the width of a smoothing kernel and more.
+/// [s] Shortest block: the width of a smoothing kernel and more; shorter where the data hold fewer than [`WANTED_BLOCKS`] of it.
 const SHORTEST_BLOCK: f64 = 0.5;
+/// Number of blocks in short data: twice the fewest.
+const WANTED_BLOCKS: f64 = 8.0;
 /// [s] Longest block: half a minute of held-out motion still has six.
 const LONGEST_BLOCK: f64 = 5.0;
 /// [1] Length of a block in correlation times of `d r`: the adjacent halves of two blocks then have a correlation of `e^−2.5`.
@@ -96,7 +98,9 @@ fn blocks(sessions: &[Pairs], beta: f64) -> Vec<Block> {
         .iter()
         .map(|pairs| pairs.before.iter().zip(pairs.after).map(|(b, a)| score(*b, *a)).collect())
         .collect();
-    let length = (TIMES * correlation_time(sessions, &scores)).clamp(SHORTEST_BLOCK, LONGEST_BLOCK);
+    let spans = sessions.iter().filter_map(|pairs| Some(pairs.time.last()? - pairs.time.first()?));
+    let shortest = SHORTEST_BLOCK.min(spans.sum::<f64>() / WANTED_BLOCKS).max(1e-9);
+    let length = (TIMES * correlation_time(sessions, &scores)).clamp(shortest, LONGEST_BLOCK);
     let mut blocks = Vec::new();
     for (pairs, scores) in sessions.iter().zip(&scores) {
         let Some(first) = pairs.time.first() else { continue };

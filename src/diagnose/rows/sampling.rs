@@ -56,6 +56,11 @@ impl<'t> Sampling<'t> {
         none && (self.time[last] - self.time[first] - steps).abs() <= ROUNDING * self.median
     }
 
+    /// [s] The times.
+    pub fn time(&self) -> &'t [f64] {
+        self.time
+    }
+
     /// [1] Share of the steps that differ from the median.
     pub fn uneven_share(&self) -> f64 {
         let uneven = self.uneven.last().copied().unwrap_or(0);

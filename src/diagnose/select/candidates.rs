@@ -1,5 +1,6 @@
 //! Candidates: each effect of the catalogue where it can act, with its best shape and its evidence.
 
+use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
 use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::options::Rules;
@@ -272,7 +273,8 @@ fn together(search: &Search, candidate: &mut Candidate) {
     let Some(fitted) = problem.fit_loosely(&terms, Part::Train) else { return };
     let Some(after) = prediction(problem, &terms, &fitted) else { return };
     let pair = [&search.before[0].1, &after];
-    let Some(joint) = weighed(problem, &search.terms, &fitted, pair, search.least_fall) else { return };
+    let Some(mut joint) = weighed(problem, &search.terms, &fitted, pair, search.least_fall) else { return };
+    count_lines(problem, &terms, &fitted, search.terms.len()..terms.len(), &mut joint);
     for (alone, together) in candidate.evidence.iter_mut().zip(joint) {
         alone.nats = alone.nats.min(together.nats);
         alone.log_scale = together.log_scale;
@@ -340,6 +342,7 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
         let after = prediction(search.problem, &terms, &fitted)?;
         let pair = [search.before(joints), &after];
         evidence = weighed(search.problem, &search.terms, &fitted, pair, search.least_fall)?;
+        count_lines(search.problem, &terms, &fitted, terms.len() - 1..terms.len(), &mut evidence);
         evidence[joints[0]].nats -= (shapes as f64).ln();
         evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);
     }
@@ -364,3 +367,6 @@ pub fn is_sensible(problem: &Problem, term: &Term, coefficients: &[f64]) -> bool
     let in_range = about.parameters.iter().zip(values).all(|(spec, value)| value >= spec.min && value <= spec.max);
     in_range && term.effect.is_itself(&problem.motion, term.joints[0], &term.shape, coefficients)
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,6 +6,7 @@
 //! fewer parameters is taken. Held-out data are not used.
 
 use super::candidates::{Candidate, candidates};
+use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weighed};
 use crate::diagnose::fit::baseline::JointBaseline;
 use crate::diagnose::fit::inertial::Treated;
@@ -209,7 +210,10 @@ pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize, least_f
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
     let with = problem.fit_loosely(&all, Part::Train)?;
     let pair = [&predict(problem, &others)?, &prediction(problem, &all, &with)?];
-    weighed(problem, &others, &with, pair, least_fall)
+    let mut evidence = weighed(problem, &others, &with, pair, least_fall)?;
+    let first = taken[..index].iter().map(|taken| taken.terms.len()).sum::<usize>();
+    count_lines(problem, &all, &with, first..first + taken[index].terms.len(), &mut evidence);
+    Some(evidence)
 }
 
 /// RMS torque [N·m or N] that each taken effect moves on each joint: `moved[effect][joint]`.

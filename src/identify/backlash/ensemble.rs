@@ -124,14 +124,27 @@ impl<'a> Run<'a> {
 
     /// The rest of the reversal for the gap `b`. Below `floor` it is given up: what is left could only lower it.
     pub fn score(&self, gap: f64, floor: f64) -> Score {
+        let mut run = self.with(gap);
+        while run.log_likelihood >= floor && run.step() {}
+        let share = moments(run.members.iter().map(|member| member.share));
+        Score { log_likelihood: run.log_likelihood, worst: run.worst, share }
+    }
+
+    /// Whether no sample of the reversal has a `ln Z` of `unlikely` or less for the gap `b`.
+    pub fn explains(&self, gap: f64, unlikely: f64) -> bool {
+        let mut run = self.with(gap);
+        while run.worst > unlikely && run.step() {}
+        run.worst > unlikely
+    }
+
+    /// A run from here on for the gap `b`.
+    fn with(&self, gap: f64) -> Self {
         let mut run = self.clone();
         for member in &mut run.members {
             member.q += 0.5 * member.side * (run.gap - gap);
         }
         run.gap = gap;
-        while run.log_likelihood >= floor && run.step() {}
-        let share = moments(run.members.iter().map(|member| member.share));
-        Score { log_likelihood: run.log_likelihood, worst: run.worst, share }
+        run
     }
 
     /// One sample on; false at the end of the window.

@@ -117,9 +117,14 @@ fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Sp
         few.sort_by_key(|site| site.window.position.len());
         few.truncate(COARSE_SITES);
         let gaps = grid(-4.0 * count, reach, (2.0 * count).max(reach / MOST_GAPS));
+        let asked = few.len();
+        // Most gaps are found in the first range, where the likelihood shows at once which reversals are explained.
+        if counts > FIRST_RANGE {
+            few = few.into_par_iter().filter(|site| is_explained(site, &gaps, spread)).collect();
+        }
         let profiles = scan(&few, &gaps, spread);
         let inside = profiles.iter().filter(|one| one.usable()).count();
-        if 2 * inside > few.len() || reach >= largest {
+        if 2 * inside > asked || reach >= largest {
             return Some((gaps[pooled_best(&profiles)?], share(&profiles)?.0, count));
         }
         counts *= 2.5;
@@ -152,12 +157,25 @@ fn scan(sites: &[Site], gaps: &[f64], spread: &Spread) -> Vec<Profile> {
     sites.par_iter().map(|site| profile(site, gaps, spread)).collect()
 }
 
+/// Whether any gap explains every sample of a reversal. If none does, the likeliest of them does not either, and the reversal takes no part.
+fn is_explained(site: &Site, gaps: &[f64], spread: &Spread) -> bool {
+    let draws = Draws::new(&site.window, spread.members);
+    let common = Run::before_contact(&site.window, &draws, [gaps[0], gaps[gaps.len() - 1]], spread);
+    outwards(gaps.len()).into_iter().any(|k| common.explains(gaps[k], UNLIKELY))
+}
+
+/// Numbers below `count`, from the middle outwards.
+fn outwards(count: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by_key(|&k| (2 * k).abs_diff(count));
+    order
+}
+
 fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
     let draws = Draws::new(&site.window, spread.members);
     let common = Run::before_contact(&site.window, &draws, [gaps[0], gaps[gaps.len() - 1]], spread);
     // From the middle outwards: where the gap is nearly known, the others are given up early.
-    let mut order: Vec<usize> = (0..gaps.len()).collect();
-    order.sort_by_key(|&k| (2 * k).abs_diff(gaps.len()));
+    let order = outwards(gaps.len());
     let mut found = vec![None; gaps.len()];
     let mut floor = f64::NEG_INFINITY;
     for k in order {

@@ -207,9 +207,8 @@ fn everywhere(parts: &[MeasuredPiece], f: f64, amplitude: f64, least: f64) -> bo
 
 /// [s, s²] Mean time of a piece since the start of its session, and its variance.
 fn times(piece: &Piece) -> [f64; 2] {
-    let time = |k: usize| piece.start + k as f64 * piece.dt;
     let moment = |power: i32| -> f64 {
-        piece.weight.iter().enumerate().map(|(k, w)| w * time(k).powi(power)).sum::<f64>() / piece.total()
+        piece.weight.iter().enumerate().map(|(k, w)| w * piece.time(k).powi(power)).sum::<f64>() / piece.total()
     };
     let mean = moment(1);
     [mean, (moment(2) - mean * mean).max(0.0)]

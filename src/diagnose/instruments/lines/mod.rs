@@ -6,8 +6,8 @@
 //! A line is named if the training sessions together show it beyond chance, equally in slow and fast motion, and if it gains on held-out
 //! data. A torque that depends on an angle changes its frequency with speed, and a limit cycle of the loop changes its amplitude.
 //! The line is then subtracted from the recorded torque, so that all later stages see a machine without it.
-//! Left out: samples at uneven times, because interpolation between them makes lines of its own (linear interpolation attenuates a line at `f`
-//! by up to `(π f Δt)²/2`, and position and torque unlike); joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own.
+//! At uneven times all sums are taken at the true times; nothing is interpolated, because that would make lines of its own.
+//! Left out: joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own.
 //! Reference: P. D. Welch (1967), The use of fast Fourier transform for the estimation of power spectra; S. M. Kay (1993), Fundamentals
 //! of Statistical Signal Processing I, sec. 3.11 (bounds of amplitude, phase and frequency).
 
@@ -17,6 +17,7 @@ mod piece;
 mod spectrum;
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
@@ -102,15 +103,21 @@ fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(us
     all.into_iter().zip(own).filter(|(_, own)| *own).map(|(line, _)| line).collect()
 }
 
-/// The sessions, or both parts of each session if none is held out, where their samples lie at even times; training pieces come first.
+/// The sessions, or both parts of each session if none is held out: their runs at even times, and where there are none, what lies between
+/// pauses; training pieces come first.
 fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Vec<Piece> {
     let all = sessions.iter().enumerate().flat_map(|(number, session)| {
         let sampling = Sampling::new(&session.time, session.sample_interval());
         let of_part = |(part, held): ([f64; 2], bool)| {
             let [first, last] = part.map(|place| (place * session.len() as f64) as usize);
-            let runs = sampling.even_runs(first..last).into_iter();
-            let long = runs.filter(|run| run.len() as f64 * sampling.median > piece::SHORTEST_RUN);
-            long.filter_map(move |run| Piece::new(model, joint, session, run, held)).collect::<Vec<_>>()
+            let long = |run: &Range<usize>| run.len() as f64 * sampling.median > piece::SHORTEST_RUN;
+            let mut even = sampling.even_runs(first..last).into_iter().filter(long).peekable();
+            if even.peek().is_some() {
+                return even.filter_map(|run| Piece::new(model, joint, session, run, held)).collect::<Vec<_>>();
+            }
+            let parts = sampling.parts.iter().map(|part| part.start.max(first)..part.end.min(last));
+            let parts = parts.filter(|part| !part.is_empty()).filter(long);
+            parts.filter_map(|part| Piece::uneven(model, joint, (session, &sampling), part, held)).collect()
         };
         division.parts(number).into_iter().flat_map(of_part).collect::<Vec<_>>()
     });
@@ -180,7 +187,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
     else {
         return Vec::new();
     };
-    if pieces.iter().any(|piece| (piece.dt / dt - 1.0).abs() > 1e-3) {
+    if pieces.iter().any(|piece| piece.uneven_times().is_none() && (piece.dt / dt - 1.0).abs() > 1e-3) {
         return Vec::new();
     }
     let length = length_of(longest);
@@ -194,7 +201,7 @@ fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) 
         pieces.par_iter().map(|piece| Stiffness::new(model, joint, &piece.places, lowest, highest)).collect();
     let pairs: Vec<(&Piece, &Stiffness)> = pieces.iter().zip(&stiffness).collect();
     let spectra: Vec<Spectrum> = side_by_side(&pairs, transform_bytes(length), |(piece, stiffness)| {
-        spectrum(stiffness, piece, length, first, last)
+        spectrum(stiffness, piece, length, step, [first, last])
     });
     if trained == 0 || trained == pieces.len() {
         return Vec::new();

@@ -3,7 +3,8 @@
 //! At rest an encoder stays within a count and friction holds the joint; near a reversal the link crosses its gap. Elsewhere the counts pass so
 //! quickly that the ripple of quantisation is above the frequencies of the lines. Each interval is weighted by a cosine at both ends, so
 //! that the slow motion does not spread over the spectrum. Second differences over `h` remove most of the slow motion first;
-//! they multiply a line by `H = −4 sin²(π f h)`, in position and torque.
+//! they multiply a line by `H = −4 sin²(π f h)`, in position and torque. Where samples lie at uneven times, the difference from the mean over a
+//! kernel of half width `w` in true time does the same, with `H = 1 − K̂(2π f w)`, and each sample counts with the time that it stands for.
 
 use nalgebra::DMatrix;
 use rustfft::num_complex::Complex;
@@ -11,7 +12,9 @@ use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use crate::diagnose::rows::observe::motor_torque;
+use crate::diagnose::rows::sampling::{Sampling, Window};
 use crate::dynamics::Dynamics;
+use crate::effects::kernel_gain;
 use crate::robot::{Model, TorqueAt};
 use crate::timeseries::{Channel, TimeSeries};
 
@@ -30,6 +33,8 @@ const SHORTEST: f64 = 0.3;
 pub const SHORTEST_RUN: f64 = 2.0 * AROUND + SHORTEST;
 /// [s] `h`.
 const DIFFERENCE: f64 = 2e-3;
+/// [s] `w`: at 10 Hz, the lowest frequency of a line, `H` is 0.83.
+const WIDE: f64 = 0.08;
 /// Number of postures of the arm that are used.
 const PLACES: usize = 40;
 /// Counts within twice [`SPEED_WIDTH`] up to which a joint is at rest, held by dry friction.
@@ -49,9 +54,9 @@ pub struct Piece {
     pub held_out: bool,
     /// [s] Time of its first sample since the start of the session.
     pub start: f64,
-    /// [s] Time between samples.
+    /// [s] Time between samples; their median where times are uneven.
     pub dt: f64,
-    /// `w`, 0 to 1.
+    /// Weight of each sample: 0 to 1, times the steps that it stands for.
     pub weight: Vec<f64>,
     /// `|θ̇|` [rad/s or m/s].
     pub speed: Vec<f64>,
@@ -61,7 +66,15 @@ pub struct Piece {
     pub torque: Vec<f64>,
     /// The posture of the arm at some of its samples.
     pub places: Vec<Posture>,
-    lag: f64,
+    slow: Slow,
+}
+
+/// How the slow motion is removed.
+enum Slow {
+    /// By second differences over `h` [s].
+    Differences(f64),
+    /// By the difference from a mean; the times [s] of the samples since the start of the session.
+    Means(Vec<f64>),
 }
 
 impl Piece {
@@ -104,13 +117,70 @@ impl Piece {
             torque,
             places: places(model, session, &moving, reach),
             weight,
-            lag: lag as f64 * dt,
+            slow: Slow::Differences(lag as f64 * dt),
+        })
+    }
+
+    /// As [`new`](Self::new), for samples between pauses at uneven times.
+    pub fn uneven(
+        model: &Model,
+        joint: usize,
+        (session, sampling): (&TimeSeries, &Sampling),
+        part: Range<usize>,
+        held_out: bool,
+    ) -> Option<Self> {
+        let series = session.joint(&model.joints[joint].name)?;
+        let q = series.get(Channel::Position)?;
+        let (tau, _) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
+        let (time, dt) = (&session.time, sampling.median);
+        let reach = ((SPEED_WIDTH / dt) as usize).max(1);
+        let inner = sampling.inner(&part, WIDE.max(2.0 * reach as f64 * dt));
+        let windows: Option<Vec<_>> = inner.clone().map(|k| sampling.around_time(time[k], WIDE)).collect();
+        let windows = windows?;
+        let speed = |k: usize| (q[k + reach] - q[k - reach]) / (time[k + reach] - time[k - reach]);
+        let velocity: Vec<f64> = inner.clone().map(speed).collect();
+        let mut weight = weights(&velocity, model.joints[joint].encoder_step(), dt);
+        let moving: Vec<usize> = inner.clone().zip(&weight).filter(|(_, w)| **w > 0.5).map(|(k, _)| k).collect();
+        let stands_for = |k: usize| 0.5 * (time[k + 1] - time[k - 1]) / dt;
+        inner.clone().zip(&mut weight).for_each(|(k, weight)| *weight *= stands_for(k));
+        let fast = |x: &[f64]| -> Vec<f64> {
+            let of_sample =
+                |((k, window), weight): ((usize, &Window), &f64)| weight * (x[k] - window.averages(x).value);
+            inner.clone().zip(&windows).zip(&weight).map(of_sample).collect()
+        };
+        let (position, torque) = (fast(q), fast(&tau));
+        (!moving.is_empty()).then(|| Self {
+            held_out,
+            start: time[inner.start] - time[0],
+            dt,
+            speed: velocity.iter().map(|v| v.abs()).collect(),
+            position,
+            torque,
+            places: places(model, session, &moving, reach),
+            weight,
+            slow: Slow::Means(inner.map(|k| time[k] - time[0]).collect()),
         })
     }
 
     /// `H`.
     pub fn gain(&self, frequency: f64) -> f64 {
-        -4.0 * (PI * frequency * self.lag).sin().powi(2)
+        match self.slow {
+            Slow::Differences(h) => -4.0 * (PI * frequency * h).sin().powi(2),
+            Slow::Means(_) => 1.0 - kernel_gain(TAU * frequency * WIDE),
+        }
+    }
+
+    /// [s] Times of the samples since the start of the session, where they are uneven.
+    pub fn uneven_times(&self) -> Option<&[f64]> {
+        match &self.slow {
+            Slow::Differences(_) => None,
+            Slow::Means(times) => Some(times),
+        }
+    }
+
+    /// [s] Time of a sample since the start of the session.
+    pub fn time(&self, k: usize) -> f64 {
+        self.uneven_times().map_or_else(|| self.start + k as f64 * self.dt, |times| times[k])
     }
 
     /// `Σ w`.
@@ -121,6 +191,15 @@ impl Piece {
     /// `Σ w Δ²x e^{−iωt}` of position and torque over the samples that `pick` selects, `t` since the start of the session, and their `Σ w`.
     pub fn transform(&self, frequency: f64, pick: &dyn Fn(usize) -> bool) -> ([Complex<f64>; 2], f64) {
         let (mut sums, mut total) = ([Complex::default(); 2], 0.0);
+        if let Some(times) = self.uneven_times() {
+            for (k, t) in times.iter().enumerate().filter(|(k, _)| self.weight[*k] > 0.0 && pick(*k)) {
+                let turn = Complex::from_polar(1.0, -TAU * frequency * t);
+                sums[0] += turn * self.position[k];
+                sums[1] += turn * self.torque[k];
+                total += self.weight[k];
+            }
+            return (sums, total);
+        }
         let step = Complex::from_polar(1.0, -TAU * frequency * self.dt);
         let mut turn = Complex::from_polar(1.0, -TAU * frequency * self.start);
         for k in 0..self.weight.len() {
