@@ -104,3 +104,21 @@ fn recover_an_amplitude_beside_torque_constants_that_are_off() {
         assert!((0.01..0.06).contains(&error), "{seed}: {measured:?}");
     });
 }
+
+/// A tilt is seen by the weight of links whose masses are known to 10 %, in torque of motors known to 5 %: its error contains both.
+#[test]
+fn recover_a_tilt_beside_masses_that_are_off() {
+    let tilt = 0.05;
+    (7130..7134).into_par_iter().for_each(|seed| {
+        let parameters = [("tilt", tilt), ("azimuth", 0.4)].map(|(name, value)| (name.to_owned(), value)).into();
+        let leaning = EffectEntry { effect: "base_tilt".to_owned(), joint: None, parameters };
+        let found = diagnosed_with(seed, |_| Some(leaning.clone()));
+        let first = found.effects.first().expect("something is found");
+        assert_eq!(first.effect, "base_tilt", "{seed}");
+        let measured = &first.parameters["tilt"];
+        // Three standard errors, and one that is neither the scatter of the rows (1 %) nor more than both priors together, 11 %.
+        let error = measured.std_error / measured.value;
+        assert!((measured.value - tilt).abs() < 3.0 * measured.std_error, "{seed}: {measured:?}");
+        assert!((0.01..0.12).contains(&error), "{seed}: {measured:?}");
+    });
+}
