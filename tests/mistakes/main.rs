@@ -4,13 +4,11 @@
 //! that are missing are reported as ignored, never as passed.
 
 #[path = "../support/drawn/hidden.rs"]
-#[allow(dead_code)]
 mod hidden;
 #[path = "../support/drawn/machine.rs"]
 #[allow(dead_code)]
 mod machine;
 #[path = "../support/drawn/motion.rs"]
-#[allow(dead_code)]
 mod motion;
 #[path = "../support/drawn/record.rs"]
 mod record;
