@@ -29,6 +29,9 @@ pub const TORQUE: &str = "torque";
 /// Residuals of one stage: `residuals[joint][row]`.
 pub type Residuals = Vec<Vec<f64>>;
 
+/// Weight of each row, from its number and both errors.
+type Weights = fn(&[usize], &[f64], &[f64]) -> Vec<f64>;
+
 /// Compares residuals on held-out rows with those of the nominal model.
 pub struct Judge<'p, 'm> {
     problem: &'p Problem<'m>,
@@ -74,12 +77,7 @@ impl<'p, 'm> Judge<'p, 'm> {
         self.weighted(joints, residuals, |rows, _, _| vec![1.0; rows.len()])
     }
 
-    fn weighted(
-        &self,
-        joints: &[usize],
-        [before, after]: [&Residuals; 2],
-        weights: fn(&[usize], &[f64], &[f64]) -> Vec<f64>,
-    ) -> Gain {
+    fn weighted(&self, joints: &[usize], [before, after]: [&Residuals; 2], weights: Weights) -> Gain {
         let motion = &self.problem.motion;
         let of_joint = |joint: &usize| {
             let rows = self.problem.rows(*joint, Part::HeldOut);
