@@ -6,12 +6,13 @@ use nalgebra::DMatrix;
 
 use super::*;
 
-/// `θ_5 = q_5 − 0.02 q_4`, `θ_6 = q_6 + q_5 + 0.015 q_4`.
+/// `θ_5 = q_5 − 0.02 q_4`, `θ_6 = q_6 + q_5 + 0.015 q_4`, and damped bearings: that of the last joint brakes the fifth motor too.
 fn coupled() -> Model {
     let mut model = symmetric();
     let mut rows = DMatrix::identity(6, 6);
     (rows[(4, 3)], rows[(5, 3)], rows[(5, 4)]) = (-0.02, 0.015, 1.0);
     model.robot.coupling = Coupling::new(rows);
+    model.robot.bodies[3..].iter_mut().for_each(|body| body.joint.damping = 0.5);
     model
 }
 
