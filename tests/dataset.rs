@@ -39,12 +39,26 @@ fn property_canonical_columns_become_channels() {
     assert!(session.notes.is_empty(), "{:?}", session.notes);
 }
 
+/// Behind the gear a turning joint has a torque and a sliding one a force.
+#[test]
+fn property_torque_behind_the_gear_has_a_column_of_its_own() {
+    let text = "time,shoulder.position,shoulder.link_torque,slide.link_force\n0,1,2,3\n0.05,4,5,6\n0.1,7,8,9\n";
+    let session = load_text("run.csv", text).expect("a good file");
+    let joint = |name: &str| session.series.joint(name).expect("joint");
+    assert_eq!(joint("shoulder").get(Channel::LinkTorque), Some(&[2.0, 5.0, 8.0][..]));
+    assert_eq!(joint("slide").get(Channel::LinkTorque), Some(&[3.0, 6.0, 9.0][..]));
+    assert_eq!(joint("shoulder").get(Channel::Torque), None);
+    let wrong = load_text("run.csv", &text.replace("link_force", "link_torque")).expect_err("a slide has forces");
+    says(&wrong.to_string(), &["slide.link_torque", "link_force"]);
+}
+
 #[test]
 fn property_written_csv_reads_back_bit_by_bit() {
     // A slide does not get farther than some metres in a millisecond.
     let positions = [0.1 + 0.2, -1.0 / 3.0, 1e-300, 1.23456789];
     let torques = [-0.1 - 0.2, 1.0 / 3.0, -1e-300, -123456.789];
-    let channels = [(Channel::Position, positions.to_vec()), (Channel::Torque, torques.to_vec())]
+    let measured = [Channel::Torque, Channel::LinkTorque].map(|channel| (channel, torques.to_vec()));
+    let channels = [(Channel::Position, positions.to_vec()), measured[0].clone(), measured[1].clone()]
         .map(|(channel, values)| (channel, Samples::from(values)));
     let joints = ["shoulder", "slide"].map(|name| JointSeries { name: name.into(), channels: channels.clone().into() });
     let series = TimeSeries { name: "trip".into(), time: vec![0.0, 1e-3, 2e-3, 3e-3], joints: joints.into() };

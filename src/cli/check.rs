@@ -102,7 +102,9 @@ fn noted(notes: &[String]) -> String {
 fn described(model: &Model) -> String {
     let held = if model.held.is_empty() { String::new() } else { format!(", held at zero: {}", model.held.join(", ")) };
     let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
-    format!("model {}, joints {}{held}{}", model.name, joints.join(", "), noted(&model.notes()))
+    let coupled: Vec<&str> = model.coupled_axes().map(|axis| joints[axis]).collect();
+    let coupled = if coupled.is_empty() { String::new() } else { format!(", coupled axes: {}", coupled.join(", ")) };
+    format!("model {}, joints {}{coupled}{held}{}", model.name, joints.join(", "), noted(&model.notes()))
 }
 
 fn recorded(session: &dataset::Session) -> String {

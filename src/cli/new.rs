@@ -32,7 +32,7 @@ impl New {
         model.save(&file)?;
         let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
         console::print(&format!(
-            "{}: joints {}\nReplace gear, rotor, motor and sensors by your machine's numbers; friction and backlash are left to `lostmotion identify`.\n",
+            "{}: joints {}\nReplace gear, rotor, motor and sensors by your machine's numbers; friction and backlash are left to `lostmotion identify`. Where a motor moves several joints, as in many wrists, add `[coupling]`.\n",
             file.display(),
             joints.join(", ")
         ))?;

@@ -89,7 +89,8 @@ impl MotionCheck {
             let q = sample(k);
             // A fault between here and the last check comes first.
             let outside = self.check_limits(time, &q);
-            let motion = seen.1.iter().zip(&q).fold(0.0, |most: f64, (a, b)| most.max((b - a).abs()));
+            let moved = |joint| self.dynamics.joint_position(joint, &q) - self.dynamics.joint_position(joint, &seen.1);
+            let motion = (0..q.len()).fold(0.0, |most: f64, joint| most.max(moved(joint).abs()));
             if motion >= STEP || k + 1 == samples || outside.is_err() {
                 self.look_between(&seen, (time, &q), (motion / STEP).ceil())?;
                 seen = (time, q);

@@ -198,7 +198,8 @@ pub trait Diagnosable: Effect {
         false
     }
 
-    /// Whether a torque that is measured behind the gear shows it, as it shows a load on the link.
+    /// Whether a torque that is measured behind the gear shows it, as it shows a load on the link. A delay is not sought there: an elastic gear
+    /// between the motor's encoder and the sensor looks like one of some tenths of a millisecond.
     fn shows_behind_gear(&self) -> bool {
         self.loads_link()
     }

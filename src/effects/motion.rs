@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 
 use crate::dynamics::Dynamics;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
-use crate::robot::{Model, Robot};
+use crate::robot::{Body, Model, Robot};
 
 /// Smooth measured motion, row by row; the rows of the sessions follow each other.
 #[derive(Debug, Clone)]
@@ -201,6 +201,29 @@ impl Motion<'_> {
             Some(coupling) => (0..self.joints[joint].q.len())
                 .map(|row| coupling.joint(joint, |axis| self.joints[axis].q[row]))
                 .collect(),
+        }
+    }
+
+    /// Adds the torque that the URDF's damping of joints takes from axes that do not move these joints alone: `(C⁻ᵀ c C⁻¹ − diag) θ̇`. What an axis
+    /// damps its own motion with is viscous friction of the baseline.
+    pub fn damp(&mut self) {
+        let robot = &self.model.robot;
+        let Some(coupling) = &robot.coupling else { return };
+        let per_axis = |joint: usize, axis: usize| coupling.joint_per_axis(joint, axis);
+        let damping = |i: usize, k: usize| -> f64 {
+            let of_joint = |(j, body): (usize, &Body)| per_axis(j, i) * body.joint.damping * per_axis(j, k);
+            robot.bodies.iter().enumerate().map(of_joint).sum()
+        };
+        for axis in 0..self.joints.len() {
+            for other in (0..self.joints.len()).filter(|other| *other != axis) {
+                let c = damping(axis, other);
+                if c != 0.0 {
+                    let torque: Vec<f64> = self.joints[other].v.iter().map(|v| c * v).collect();
+                    let joint = &mut self.joints[axis];
+                    joint.rigid.iter_mut().zip(&torque).for_each(|(sum, torque)| *sum += torque);
+                    joint.link_torque.iter_mut().zip(&torque).for_each(|(sum, torque)| *sum += torque);
+                }
+            }
         }
     }
 

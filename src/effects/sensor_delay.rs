@@ -113,10 +113,6 @@ impl Effect for SensorDelay {
 }
 
 impl Diagnosable for SensorDelay {
-    fn shows_behind_gear(&self) -> bool {
-        true
-    }
-
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![motion.column(joint, |m, row| -m.torque_rate[row])]
     }

@@ -52,6 +52,11 @@ impl Model {
         model
     }
 
+    /// Axes that do not move the joint of their name alone.
+    pub fn coupled_axes(&self) -> impl Iterator<Item = usize> {
+        self.robot.coupling.iter().flat_map(|coupling| coupling.rows().map(|(axis, _)| axis))
+    }
+
     /// The load of the machine in the recording of this name, as a tree without any other mass; `None` if there is
     /// none.
     pub fn load_in(&self, name: &str) -> Option<Robot> {

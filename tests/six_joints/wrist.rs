@@ -6,12 +6,13 @@ use nalgebra::DMatrix;
 
 use super::*;
 
-/// `θ_5 = q_5 − 0.02 q_4`, `θ_6 = q_6 + q_5 + 0.015 q_4`.
+/// `θ_5 = q_5 − 0.02 q_4`, `θ_6 = q_6 + q_5 + 0.015 q_4`, and damped bearings: that of the last joint brakes the fifth motor too.
 fn coupled() -> Model {
     let mut model = symmetric();
     let mut rows = DMatrix::identity(6, 6);
     (rows[(4, 3)], rows[(5, 3)], rows[(5, 4)]) = (-0.02, 0.015, 1.0);
     model.robot.coupling = Coupling::new(rows);
+    model.robot.bodies[3..].iter_mut().for_each(|body| body.joint.damping = 0.5);
     model
 }
 
@@ -21,12 +22,25 @@ fn property_nothing_is_found_in_a_sound_arm_with_a_coupled_wrist() {
     assert!(found.effects.is_empty() && found.mistakes.is_empty(), "{:?} {:?}", found.effects, found.mistakes);
 }
 
-/// A model that does not know of the coupling does not explain the recording, and the diagnosis does not pass it as sound.
+/// A parallelogram: the third motor turns the forearm against the base, `θ_3 = q_2 + q_3`.
+fn parallelogram() -> Model {
+    let mut model = symmetric();
+    let mut rows = DMatrix::identity(6, 6);
+    rows[(2, 1)] = 1.0;
+    model.robot.coupling = Coupling::new(rows);
+    model
+}
+
+/// A model that does not know of the coupling does not explain the recording, and the diagnosis does not pass it as sound. The weight of the
+/// forearm makes this plain; the wrist above weighs less than its model is accurate, and its coupling is not seen.
 #[test]
 fn property_a_coupling_that_the_model_lacks_is_no_sound_arm() {
-    let found = diagnosed_from(symmetric(), &recorded_on(&coupled(), &[], 61));
-    println!("{:?} {:?}", found.verdict, found.mistakes);
-    assert_ne!(found.verdict, Verdict::NothingFound);
+    let recorded = recorded_on(&parallelogram(), &[], 61);
+    let knows = diagnosed_from(parallelogram(), &recorded);
+    assert!(knows.effects.is_empty() && knows.mistakes.is_empty(), "{:?} {:?}", knows.effects, knows.mistakes);
+    let lacks = diagnosed_from(symmetric(), &recorded);
+    println!("{:?} {:?}", lacks.verdict, lacks.mistakes);
+    assert_ne!(lacks.verdict, Verdict::NothingFound);
 }
 
 /// A cable pulls at a joint and thereby at every motor that moves it; it is named on the joint.

@@ -152,6 +152,7 @@ pub fn observe<'a>(
     }
     let inertias = motion.link_inertias(&model.robot);
     motion.joints.iter_mut().zip(inertias).for_each(|(joint, inertia)| joint.link_inertia = inertia);
+    motion.damp();
     motion.carry(sessions.iter().map(|session| session.name.as_str()));
     Ok(motion)
 }
