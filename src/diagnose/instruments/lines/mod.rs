@@ -146,14 +146,19 @@ impl<'s> MotorTorque<'s> {
         observe::root_mean_square(&self.0.iter().flat_map(|(_, torque)| torque).copied().collect::<Vec<f64>>())
     }
 
-    /// [N·m or N] Largest amplitude of a session at a frequency [Hz]: `2/N |Σ τ e^{−iωt}|`.
+    /// [N·m or N] Largest amplitude of a session at a frequency [Hz]: `2/T |Σ Δt τ e^{−iωt}|`, `Δt` the time that a sample stands for.
     fn amplitude(&self, frequency: f64) -> f64 {
         let of_session = |(time, torque): &(&[f64], Vec<f64>)| {
-            let sum = time.iter().zip(torque).fold([0.0, 0.0], |[re, im], (t, torque)| {
-                let (sin, cos) = (TAU * frequency * t).sin_cos();
-                [re + torque * cos, im + torque * sin]
+            let stands_for = |k: usize| {
+                let (before, after) = (k.saturating_sub(1), (k + 1).min(time.len() - 1));
+                (time[after] - time[before]) / (after - before).max(1) as f64
+            };
+            let sum = torque.iter().enumerate().fold([0.0; 3], |[re, im, total], (k, torque)| {
+                let (sin, cos) = (TAU * frequency * time[k]).sin_cos();
+                let step = stands_for(k);
+                [re + step * torque * cos, im + step * torque * sin, total + step]
             });
-            2.0 * sum[0].hypot(sum[1]) / torque.len().max(1) as f64
+            2.0 * sum[0].hypot(sum[1]) / sum[2].max(1e-300)
         };
         self.0.iter().map(of_session).fold(0.0, f64::max)
     }
