@@ -135,6 +135,13 @@ impl Uncertainty {
         self.moved[term].error(gradient)
     }
 
+    /// `|c|/σ` of some coefficients together: `Σ c²/s²` with the scales `s`, divided by its standard error in the direction of the coefficients.
+    pub fn size_in_errors(&self, at: std::ops::Range<usize>, coefficients: &DVector<f64>) -> f64 {
+        let gradient: Vec<(usize, f64)> = at.map(|k| (k, coefficients[k] / self.spread(k).powi(2))).collect();
+        let size: f64 = gradient.iter().map(|(k, slope)| slope * coefficients[*k]).sum();
+        size / self.std_error(&gradient).max(1e-300)
+    }
+
     /// Scale of one coefficient, for the steps of numerical derivatives.
     pub fn spread(&self, position: usize) -> f64 {
         self.jackknives[0].inverse[(position, position)].max(0.0).sqrt().max(1e-12)

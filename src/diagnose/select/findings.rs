@@ -10,6 +10,7 @@ use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::options::{MODEL_ERROR, Options};
 use crate::diagnose::result::{FoundEffect, Standing};
+use crate::distributions::normal_upper_tail;
 
 /// One entry per term, strongest first.
 pub fn found(
@@ -27,7 +28,10 @@ pub fn found(
             let names = term.own_joints().iter().map(|joint| problem.motion.model.joints[*joint].name.clone());
             let parameters = estimate::parameters(problem, term, position, &selection.fitted, uncertainty);
             let (evidence_nats, gain) = (confirmed.strength[position], confirmed.gains[position].clone());
-            let standing = Standing { probability, evidence_nats, gain };
+            let at = selection.fitted.term_at[position];
+            let own = at..at + term.coefficients();
+            let size = uncertainty.size_in_errors(own, &selection.fitted.solution.coefficients);
+            let standing = Standing { probability: probability * not_zero(size), evidence_nats, gain };
             let entry = FoundEffect::new(term.effect.about(), names.collect(), parameters, standing);
             entries.push(FoundEffect { effect: term.effect.label(), ..entry.beside(confusable_with.clone()) });
             position += 1;
@@ -35,6 +39,11 @@ pub fn found(
     }
     entries.sort_by(|a, b| b.evidence_nats.total_cmp(&a.evidence_nats));
     entries
+}
+
+/// Probability that a size of `z` standard errors is not zero: `1 − 2 (1 − Φ(z))`.
+fn not_zero(z: f64) -> f64 {
+    (1.0 - 2.0 * normal_upper_tail(z)).max(0.0)
 }
 
 /// Share of the evidence above which a rival cannot be rejected.

@@ -120,7 +120,8 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             fitted = resettle(problem, &mut taken)?;
         }
         prune(problem, rules, &mut taken);
-        if taken.len() < 2 || !exchange(problem, rules, &mut taken)? {
+        let joined = join(&mut taken);
+        if taken.len() < 2 && !joined || !exchange(problem, rules, &mut taken)? {
             break;
         }
         fitted = resettle(problem, &mut taken)?;
@@ -150,8 +151,29 @@ fn settled(problem: &mut Problem, taken: &mut [Taken], nominal: &mut Nominal) ->
     resettle(problem, taken)
 }
 
+/// Joins the terms of an effect that was taken joint by joint, and returns whether there was any: its rivals are effects that explain all of its joints.
+fn join(taken: &mut Vec<Taken>) -> bool {
+    let before = taken.len();
+    let mut joined: Vec<Taken> = Vec::with_capacity(before);
+    for one in taken.drain(..) {
+        let effect = one.terms[0].effect;
+        let same = |other: &&mut Taken| other.terms[0].effect == effect && !effect.several();
+        match joined.iter_mut().find(same) {
+            None => joined.push(one),
+            Some(first) => {
+                for joint in one.terms.iter().flat_map(|term| &term.joints) {
+                    first.evidence[*joint] = one.evidence[*joint];
+                }
+                first.terms.extend(one.terms);
+            }
+        }
+    }
+    *taken = joined;
+    taken.len() < before
+}
+
 /// Replaces a taken effect by another one that predicts better beside the others, and returns whether it did.
-/// Effects that stay get their rivals updated.
+/// Effects that stay get their rivals updated. A single one was the strongest, and stays.
 fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option<bool> {
     for index in 0..taken.len() {
         let effect = taken[index].terms[0].effect;
@@ -166,7 +188,7 @@ fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option
         found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
         let Some(best) = choose(&found, rules) else { continue };
         let own = found.iter().find(|candidate| candidate.effect() == effect && candidate.is_accepted(rules));
-        if best.effect() != effect && own.is_none_or(|own| best.total() > own.total()) {
+        if taken.len() > 1 && best.effect() != effect && own.is_none_or(|own| best.total() > own.total()) {
             taken[index] = Taken::new(best, &found);
             return Some(true);
         }
