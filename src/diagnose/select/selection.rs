@@ -119,9 +119,15 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             taken.push(Taken::new(best, &found));
             fitted = resettle(problem, &mut taken)?;
         }
+        let before = taken.len();
         prune(problem, rules, &mut taken);
-        let joined = join(&mut taken);
-        if taken.len() < 2 && !joined || !exchange(problem, rules, &mut taken)? {
+        join(&mut taken);
+        if taken.len() == 1 && before > 1 {
+            fitted = resettle(problem, &mut taken)?;
+            problem.count_independent(&fitted);
+            judge_again(problem, rules, &mut taken, false);
+        }
+        if taken.len() < 2 || !judge_again(problem, rules, &mut taken, true) {
             break;
         }
         fitted = resettle(problem, &mut taken)?;
@@ -151,10 +157,9 @@ fn settled(problem: &mut Problem, taken: &mut [Taken], nominal: &mut Nominal) ->
     resettle(problem, taken)
 }
 
-/// Joins the terms of an effect that was taken joint by joint, and returns whether there was any: its rivals are effects that explain all of its joints.
-fn join(taken: &mut Vec<Taken>) -> bool {
-    let before = taken.len();
-    let mut joined: Vec<Taken> = Vec::with_capacity(before);
+/// Joins the terms of an effect that was taken joint by joint: its rivals are effects that explain all of its joints.
+fn join(taken: &mut Vec<Taken>) {
+    let mut joined: Vec<Taken> = Vec::with_capacity(taken.len());
     for one in taken.drain(..) {
         let effect = one.terms[0].effect;
         let same = |other: &&mut Taken| other.terms[0].effect == effect && !effect.several();
@@ -169,12 +174,11 @@ fn join(taken: &mut Vec<Taken>) -> bool {
         }
     }
     *taken = joined;
-    taken.len() < before
 }
 
-/// Replaces a taken effect by another one that predicts better beside the others, and returns whether it did.
-/// Effects that stay get their rivals updated. A single one was the strongest, and stays.
-fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option<bool> {
+/// Judges each taken effect and its rivals again beside the others. With `exchange`, the first one beside which another effect predicts better is
+/// replaced by that effect; returns whether one was.
+fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchange: bool) -> bool {
     for index in 0..taken.len() {
         let effect = taken[index].terms[0].effect;
         let others: Vec<Term> = taken
@@ -188,9 +192,9 @@ fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option
         found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
         let Some(best) = choose(&found, rules) else { continue };
         let own = found.iter().find(|candidate| candidate.effect() == effect && candidate.is_accepted(rules));
-        if taken.len() > 1 && best.effect() != effect && own.is_none_or(|own| best.total() > own.total()) {
+        if exchange && best.effect() != effect && own.is_none_or(|own| best.total() > own.total()) {
             taken[index] = Taken::new(best, &found);
-            return Some(true);
+            return true;
         }
         if let Some(own) = own {
             let (terms, mut renewed) = (taken[index].terms.clone(), Taken::new(own, &found));
@@ -198,7 +202,7 @@ fn exchange(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option
             taken[index] = renewed;
         }
     }
-    Some(false)
+    false
 }
 
 /// The strongest accepted candidate, or a simpler one that is as good: nearly as much evidence, and an error that is larger by no more than the
