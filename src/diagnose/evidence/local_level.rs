@@ -32,7 +32,8 @@ const RANK: f64 = 0.75;
 /// [nats] Evidence that a name needs after the choice among orders is paid for.
 const NEEDED: f64 = 12.0;
 
-/// Counts the evidence of those of the terms that are lines as the lines see the rows.
+/// Counts the evidence of those of the terms that are lines as the lines see the rows: where slow errors leave them too little for a name, and where
+/// their neighbours leave them less. Enough evidence beside the slow errors stays, so that it compares with that of other effects.
 ///
 /// `fitted` is the loose fit of all terms, `lines` are the places of the terms in question, `evidence` is that of each joint.
 pub fn count_lines(
@@ -45,7 +46,8 @@ pub fn count_lines(
     for index in lines {
         let [joint] = terms[index].joints[..] else { continue };
         if let Some(nats) = of_line(problem, terms, fitted, index, joint) {
-            evidence[joint].nats = nats;
+            let counted = &mut evidence[joint].nats;
+            *counted = if *counted > NEEDED { counted.min(nats) } else { nats };
         }
     }
 }
@@ -85,12 +87,12 @@ fn columns_at(term: &Term, motion: &crate::effects::Motion, joint: usize, order:
     Some(term.effect.columns(motion, joint, &shape))
 }
 
-/// `ι` from the gains of the neighbours, exact at the evidence `needed`.
+/// `ι` from the gains of the neighbours, exact at the evidence `needed`; a row is one sample at most.
 fn independence(mut gains: Vec<f64>, needed: f64) -> f64 {
     let count = gains.len();
     let rank = ((RANK * count as f64) as usize).clamp(1, count);
     let level = *gains.select_nth_unstable_by(rank - 1, f64::total_cmp).1;
-    needed / (factor(count, rank, needed) * level.max(1e-300))
+    (needed / (factor(count, rank, needed) * level.max(1e-300))).min(1.0)
 }
 
 /// `α` at which the `rank`-th smallest of `count` neighbours is exceeded by chance with the probability `e^{−nats}`.
