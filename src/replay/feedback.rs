@@ -8,7 +8,8 @@
 //! tracking controller of a given bandwidth `ω` on the inertia `J` that the joint moves, with both poles at `ω`:
 //! `k_v = 2 ω J`, `k_p = ω/2`, along the recorded motion after a low-pass. In open loop `c = 0`.
 //! While the rotor crosses its gap it is alone, with the inertia `J_r`, and a correction every `T` is stable below `k_v T/J_r = 1`. So a
-//! tracking controller corrects several times a sample where the rotor is light, along a straight line between the samples.
+//! tracking controller corrects several times a sample where the rotor is light and samples are rarer than the corrections of a drive, along a
+//! straight line between the samples.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
@@ -65,6 +66,11 @@ impl Tracking {
         const STABLE: f64 = 0.5;
         /// A rotor that is lighter still is caught by its flanks within microseconds.
         const MOST: usize = 200;
+        /// [s] A recording this fast has the rate of a drive's own loop, which holds the same rotor.
+        const RATE_OF_A_DRIVE: f64 = 1.001e-3;
+        if interval <= RATE_OF_A_DRIVE {
+            return 1;
+        }
         let steps = self.controller.velocity_gain * interval / (STABLE * rotor.max(1e-300));
         (steps.ceil() as usize).clamp(1, MOST)
     }

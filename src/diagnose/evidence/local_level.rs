@@ -87,12 +87,12 @@ fn columns_at(term: &Term, motion: &crate::effects::Motion, joint: usize, order:
     Some(term.effect.columns(motion, joint, &shape))
 }
 
-/// `ι` from the gains of the neighbours, exact at the evidence `needed`; a row is one sample at most.
+/// `ι` from the gains of the neighbours, exact at the evidence `needed`. Above 1 where the errors around the order are smaller than those of all rows.
 fn independence(mut gains: Vec<f64>, needed: f64) -> f64 {
     let count = gains.len();
     let rank = ((RANK * count as f64) as usize).clamp(1, count);
     let level = *gains.select_nth_unstable_by(rank - 1, f64::total_cmp).1;
-    (needed / (factor(count, rank, needed) * level.max(1e-300))).min(1.0)
+    needed / (factor(count, rank, needed) * level.max(1e-300))
 }
 
 /// `α` at which the `rank`-th smallest of `count` neighbours is exceeded by chance with the probability `e^{−nats}`.
