@@ -177,7 +177,8 @@ fn join(taken: &mut Vec<Taken>) {
 }
 
 /// Judges each taken effect and its rivals again beside the others. With `exchange`, the first one beside which another effect predicts better is
-/// replaced by that effect; returns whether one was.
+/// replaced by that effect; returns whether one was. The new search may find less of the effect than was taken, such as a line at another order on
+/// fewer joints: what was taken counts.
 fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchange: bool) -> bool {
     for index in 0..taken.len() {
         let effect = taken[index].terms[0].effect;
@@ -192,7 +193,9 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchan
         found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
         let Some(best) = choose(&found, rules) else { continue };
         let own = found.iter().find(|candidate| candidate.effect() == effect && candidate.is_accepted(rules));
-        if exchange && best.effect() != effect && own.is_none_or(|own| best.total() > own.total()) {
+        let of_taken = || evidence_beside(problem, taken, index, rules.log_scale).map(|evidence| total(&evidence));
+        let better = |nats: Option<f64>| nats.is_none_or(|nats| best.total() > nats);
+        if exchange && best.effect() != effect && better(own.map(Candidate::total)) && better(of_taken()) {
             taken[index] = Taken::new(best, &found);
             return true;
         }
@@ -240,6 +243,11 @@ pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize, least_f
     let first = taken[..index].iter().map(|taken| taken.terms.len()).sum::<usize>();
     count_lines(problem, &all, &with, first..first + taken[index].terms.len(), &mut evidence);
     Some(evidence)
+}
+
+/// [nats] Evidence on all joints.
+fn total(evidence: &[Evidence]) -> f64 {
+    evidence.iter().map(|evidence| evidence.nats).sum()
 }
 
 /// RMS torque [N·m or N] that each taken effect moves on each joint: `moved[effect][joint]`.
@@ -293,11 +301,11 @@ fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
     while taken.len() > 1 {
         let weakest = (0..taken.len())
             .filter_map(|index| Some((index, evidence_beside(problem, taken, index, rules.log_scale)?)))
-            .map(|(index, evidence)| (index, evidence.iter().map(|e| e.nats).sum::<f64>(), evidence))
+            .map(|(index, evidence)| (index, total(&evidence), evidence))
             .min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((index, total, evidence)) = weakest else { return };
+        let Some((index, nats, evidence)) = weakest else { return };
         let log_scale = evidence.iter().map(|e| e.log_scale).fold(f64::NEG_INFINITY, f64::max);
-        if rules.support(total, log_scale) {
+        if rules.support(nats, log_scale) {
             return;
         }
         taken.remove(index);

@@ -3,7 +3,8 @@
 //! If the true cause is not in the catalogue, the effect nearest to it gains evidence too. A substitute is recognised by comparison with
 //! shapes without physics: the columns of a true effect match its torque, so no
 //! [pattern](crate::diagnose::evidence::patterns) describes that torque better. If a pattern does, on rows that were not used for its fit and by more
-//! than [`CLEARLY`], the name is withdrawn and the structure is reported as unexplained.
+//! than [`CLEARLY`], the name is withdrawn and the structure is reported as unexplained. Patterns may also describe something else on the same
+//! joints: a name that lowers the error beside them by more than half as much as without them is kept.
 
 use super::selection::{Selection, Taken, terms_of};
 use crate::diagnose::evidence::pattern_search::likeliest;
@@ -14,6 +15,9 @@ use crate::diagnose::fit::problem::{Part, Problem, Term};
 /// Patterns in the place of a true effect lowered it by at most 0.04, where they gained evidence at all (30 tuning machines, seeds 1404 to
 /// 7000 of `benches/blind`); in the place of a substitute for an effect removed from the catalogue by 0.09 to 2.
 const CLEARLY: f64 = 0.1;
+
+/// [1] Part of the fall of the error's logarithm by a name that may remain beside patterns which replace it.
+const KEPT: f64 = 0.5;
 
 /// Withdraws the names that a pattern describes better; `None` where the rest cannot be fitted.
 pub fn withdraw(problem: &mut Problem, selection: &mut Selection) -> Option<()> {
@@ -29,7 +33,7 @@ pub fn withdraw(problem: &mut Problem, selection: &mut Selection) -> Option<()> 
     Some(())
 }
 
-/// Whether patterns on the joints of an effect predict better than the effect, beside the others.
+/// Whether patterns on the joints of an effect predict better than the effect, beside the others, and leave it little to explain.
 fn stands_in(problem: &Problem, taken: &[Taken], index: usize) -> bool {
     let all = terms_of(taken);
     let mut others: Vec<&Term> =
@@ -39,17 +43,31 @@ fn stands_in(problem: &Problem, taken: &[Taken], index: usize) -> bool {
     let patterns: Vec<_> =
         joints.iter().filter_map(|joint| likeliest(problem, &others, &fitted, *joint, &|_| true)).collect();
     others.extend(patterns.iter().map(|trial| &trial.term));
-    let (Some(with_name), Some(with_patterns)) = (predict(problem, &all), predict(problem, &others)) else {
-        return false;
-    };
+    let mut both = all.clone();
+    both.extend(patterns.iter().map(|trial| &trial.term));
     let price: f64 = patterns.iter().map(|trial| (trial.tried as f64).ln()).sum();
-    is_clearly_better(&with_patterns, &with_name, &joints, price)
+    let without_any = &others[..others.len() - patterns.len()];
+    let replaced = || -> Option<bool> {
+        let (with_name, with_patterns) = (predict(problem, &all)?, predict(problem, &others)?);
+        if !is_clearly_better(&with_patterns, &with_name, &joints, price) {
+            return Some(false);
+        }
+        let alone = most_lowered(&with_name, &predict(problem, without_any)?, &joints);
+        let beside = most_lowered(&predict(problem, &both)?, &with_patterns, &joints);
+        Some(beside <= KEPT * alone)
+    };
+    replaced().unwrap_or(false)
+}
+
+/// Largest fall of the error's logarithm on some joints, from one model to a better one.
+fn most_lowered(better: &Prediction, other: &Prediction, joints: &[usize]) -> f64 {
+    let evidence = better.against(other);
+    joints.iter().map(|joint| evidence[*joint].log_scale).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Whether one model predicts better than another by more than the penalty [nats] for its choice.
 fn is_clearly_better(one: &Prediction, other: &Prediction, joints: &[usize], price: f64) -> bool {
     let evidence = one.against(other);
     let nats: f64 = joints.iter().map(|joint| evidence[*joint].nats).sum();
-    let most = joints.iter().map(|joint| evidence[*joint].log_scale).fold(f64::NEG_INFINITY, f64::max);
-    nats > price && most > CLEARLY
+    nats > price && most_lowered(one, other, joints) > CLEARLY
 }
