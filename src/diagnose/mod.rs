@@ -79,9 +79,10 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
-    let seen = as_measured(model, &recorded);
-    let mut diagnosis = diagnose_as_measured(&seen, (train, hold_out), options, progress)?;
+    let (usable, dead) = mistakes::without_dead_channels(model, [train, hold_out].concat());
+    let seen = as_measured(model, &usable.iter().collect::<Vec<_>>());
+    let mut diagnosis = diagnose_as_measured(&seen, usable.split_at(train.len()), options, progress)?;
+    diagnosis.method.left_out.extend(dead);
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)

@@ -50,7 +50,7 @@ pub use action::{
 pub use catalogue::Catalogue;
 pub use falling::{falling, falling_slope};
 pub use harmonic::{Columns, Harmonic};
-pub use motion::{JointMotion, Motion, SymmetricFriction, kernel_gain};
+pub use motion::{JointMotion, LeftOut, Motion, SymmetricFriction, kernel_gain};
 pub use parameters::Parameters;
 pub use phenomenon::{Claim, Phenomenon};
 pub use turns::{AtTurns, Trial, Turns};

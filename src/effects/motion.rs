@@ -62,6 +62,17 @@ pub struct JointMotion {
     pub friction: SymmetricFriction,
     /// Whether a current was measured and not a torque.
     pub has_current: bool,
+    /// Why its torque is not judged; `None` where it is. Its motion moves the other joints in any case.
+    pub left_out: Option<LeftOut>,
+}
+
+/// Why the torque of a joint is not judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LeftOut {
+    /// A session has neither its current nor its torque.
+    NotRecorded,
+    /// It moves too little to show its friction.
+    HardlyMoves,
 }
 
 /// The baseline's law `(F_C + (F_S − F_C) e^{−|v|/v_S}) sgn v + F_V v`.
@@ -120,6 +131,7 @@ impl JointMotion {
             link_inertia: of(&self.link_inertia),
             friction: self.friction,
             has_current: self.has_current,
+            left_out: self.left_out,
         }
     }
 }

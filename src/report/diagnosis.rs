@@ -161,6 +161,7 @@ fn found(diagnosis: &Diagnosis) -> Section {
         let line = |reason: &String| format!("Gap of {joint}: not determined, {reason}.");
         section.text.extend(baseline.backlash_left_out.iter().map(line));
     }
+    section.text.extend(diagnosis.method.left_out.clone());
     for withdrawn in &diagnosis.withdrawn {
         let (effect, joints, reason) = (&withdrawn.effect, withdrawn.joints.join(", "), &withdrawn.reason);
         section.text.push(format!("Not named: {effect} on {joints}: {reason}."));

@@ -50,7 +50,7 @@ pub fn drop_inertias(changes: &mut Changes) {
 fn standing_out(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<(Changes, Vec<f64>)> {
     let inertia = quantity::rotor_inertia();
     let mut joints: Vec<usize> =
-        (0..problem.baseline.len()).filter(|joint| inertia.applies(&problem.motion, *joint)).collect();
+        problem.joints().into_iter().filter(|joint| inertia.applies(&problem.motion, *joint)).collect();
     // Estimate all at once, then the significant ones again: an unchanged inertia then takes nothing from a changed one.
     loop {
         let terms: Vec<Term> = joints

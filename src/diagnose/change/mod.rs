@@ -63,9 +63,12 @@ pub fn compare(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    let all: Vec<&TimeSeries> = reference.iter().chain(now).chain(hold_out).collect();
-    let seen = as_measured(model, &all);
+    let (usable, dead) = mistakes::without_dead_channels(model, [reference, now, hold_out].concat());
+    let (reference, now) = usable.split_at(reference.len());
+    let (now, hold_out) = now.split_at(now.len() - hold_out.len());
+    let seen = as_measured(model, &usable.iter().collect::<Vec<_>>());
     let mut diagnosis = compare_as_measured(&seen, reference, [now, hold_out], options, progress)?;
+    diagnosis.method.left_out.extend(dead);
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)
@@ -152,7 +155,7 @@ fn changes(
     let standings = judge::keep_significant(problem, &mut changes, sides)?;
     changes.estimates = select::estimates_beside_companions(problem, &changes, sides)?;
     let mut found = outcome::of_regression(problem, &changes, &standings);
-    let coulomb: Vec<f64> = problem.joints().into_iter().map(|joint| rough_coulomb(problem, joint)).collect();
+    let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(problem, joint)).collect();
     if problem.motion.model.masses == Masses::Known
         && let Some((closer, standings)) = inertia::look_closer(problem, &changes, &coulomb, sides)
     {

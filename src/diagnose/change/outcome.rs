@@ -189,11 +189,18 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
     let old: Vec<FoundEffect> = old.into_iter().filter(of_catalogue).collect();
     let values = |side: &[Option<SideGap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
     let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
+    let judged = problem.joints();
     let friction: Vec<SymmetricFriction> = problem.motion.joints.iter().map(|joint| joint.friction).collect();
     let rotors: Vec<Option<f64>> = parts.baseline_model.joints.iter().map(|joint| joint.rotor_inertia).collect();
     let (gaps_were, gaps_are, friction_is) = (values(before), values(now), friction_now(problem, &changes));
-    let then =
-        Identified { factors: &factors, friction: &friction, rotors: &rotors, gaps: &gaps_were, shares: &shares };
+    let then = Identified {
+        judged: &judged,
+        factors: &factors,
+        friction: &friction,
+        rotors: &rotors,
+        gaps: &gaps_were,
+        shares: &shares,
+    };
     let today = Identified { friction: &friction_is, gaps: &gaps_are, ..then };
     let was = extend::with_baseline(&model, &then);
     let mut was = extend::with_effects(&model, &was, &old, catalogue);

@@ -167,7 +167,7 @@ pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: 
     let taken = &terms[changes.shared.len()..];
     let is_friction = |term: &&&Term| quantity::find(term.effect.name()).is_some_and(|q| q.is_of_baseline());
     let mut companions: Vec<Term> = Vec::new();
-    for joint in 0..problem.baseline.len() {
+    for joint in problem.joints() {
         let of_joint: Vec<&str> = taken
             .iter()
             .filter(is_friction)

@@ -13,6 +13,8 @@ const LINK_SHARE: f64 = 0.1;
 /// What a fit tells of the joints of a model, one entry each.
 #[derive(Debug, Clone, Copy)]
 pub struct Identified<'f> {
+    /// Joints that were judged: the others stay as they are.
+    pub judged: &'f [usize],
     /// True torque relative to that of the nominal model, in which friction was fitted.
     pub factors: &'f [f64],
     /// Symmetric friction.
@@ -27,9 +29,9 @@ pub struct Identified<'f> {
 
 /// The nominal model with what was identified; a rotor and a gap in the model file stay.
 pub fn with_baseline(model: &Model, identified: &Identified) -> Model {
-    let Identified { factors, friction, rotors, gaps, shares } = *identified;
+    let Identified { judged, factors, friction, rotors, gaps, shares } = *identified;
     let mut model = model.clone();
-    for (index, joint) in model.joints.iter_mut().enumerate() {
+    for (index, joint) in model.joints.iter_mut().enumerate().filter(|(index, _)| judged.contains(index)) {
         let law = friction[index];
         let side = Exponential {
             coulomb: law.coulomb.max(0.0),

@@ -38,7 +38,7 @@ pub fn measured(
 ) -> Vec<MeasuredGap> {
     let measure = |index: usize| {
         let joint = &model.joints[index];
-        if joint.backlash.is_some() {
+        if joint.backlash.is_some() || problem.motion.joints[index].left_out.is_some() {
             return MeasuredGap::default();
         }
         // Two encoders measure a gap directly.

@@ -168,7 +168,15 @@ fn models(
     let shares: Vec<_> = gaps.iter().map(|gap| gap.link_share).collect();
     let gaps: Vec<_> = gaps.iter().map(MeasuredGap::value).collect();
     let rotors = problem.rotors(&selection.fitted);
-    let after = Identified { factors: &factors, friction: &friction, rotors: &rotors, gaps: &gaps, shares: &shares };
+    let judged = problem.joints();
+    let after = Identified {
+        judged: &judged,
+        factors: &factors,
+        friction: &friction,
+        rotors: &rotors,
+        gaps: &gaps,
+        shares: &shares,
+    };
     let before = match findings.effects.is_empty() {
         true => after,
         false => Identified { friction: &selection.nominal.friction, rotors: &selection.nominal.rotors, ..after },
@@ -198,7 +206,8 @@ fn baseline(
     gaps: &[MeasuredGap],
 ) -> BTreeMap<String, BaselineEstimate> {
     let mut estimates = BTreeMap::new();
-    for (joint, model) in problem.motion.model.joints.iter().enumerate() {
+    for joint in problem.joints() {
+        let model = &problem.motion.model.joints[joint];
         let mut friction = estimate::friction(problem, joint, &selection.fitted, uncertainty);
         let scale = TorqueScale::of(problem, joint, uncertainty);
         friction.values_mut().for_each(|measured| scale.correct(measured));

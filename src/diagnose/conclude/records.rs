@@ -8,6 +8,8 @@ use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::sampling::Sampling;
 use crate::diagnose::select::candidates::Candidate;
 use crate::diagnose::select::selection::Selection;
+use crate::effects::{JointMotion, LeftOut};
+use crate::robot::JointModel;
 use crate::timeseries::TimeSeries;
 
 /// [1] Share of uneven steps up to which a session counts as even: single lost samples cut it into runs that are long enough for every instrument.
@@ -100,7 +102,9 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
         .zones
         .iter()
         .zip(&problem.motion.model.joints)
-        .map(|(zone, joint)| {
+        .zip(&problem.motion.joints)
+        .filter(|(_, m)| m.left_out.is_none())
+        .map(|((zone, joint), _)| {
             let share = zone.iter().filter(|rigid| **rigid).count() as f64 / zone.len().max(1) as f64;
             format!("{}: {:.0} % of the rows", joint.name, 100.0 * share)
         })
@@ -120,5 +124,18 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
         ),
         baseline: baseline(problem.inertial.is_some()),
         held_out,
+        left_out: left_out(problem),
     }
+}
+
+/// The joints that are not judged, each with the reason.
+fn left_out(problem: &Problem) -> Vec<String> {
+    let of_joint = |(m, joint): (&JointMotion, &JointModel)| {
+        let why = match m.left_out? {
+            LeftOut::NotRecorded => "a session has neither its current nor its torque",
+            LeftOut::HardlyMoves => "it moves too little to show its friction",
+        };
+        Some(format!("{} is not judged: {why}.", joint.name))
+    };
+    problem.motion.joints.iter().zip(&problem.motion.model.joints).filter_map(of_joint).collect()
 }

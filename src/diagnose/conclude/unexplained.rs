@@ -42,7 +42,7 @@ pub fn unexplained(
     let Some(fitted) = problem.fit_loosely(terms, Part::Train) else { return Vec::new() };
     let Some(before) = predict(problem, terms) else { return Vec::new() };
     let of_joint = |joint| strongest(problem, terms, rules, within, &fitted, &before, joint);
-    (0..problem.baseline.len()).filter_map(of_joint).collect()
+    problem.joints().into_iter().filter_map(of_joint).collect()
 }
 
 fn strongest(

@@ -79,7 +79,7 @@ impl Separability {
 pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted: &Fitted) -> Separability {
     let (own, beside): (Vec<_>, Vec<_>) = terms.iter().enumerate().partition(|(index, _)| of.contains(index));
     let beside: Vec<&Term> = beside.into_iter().map(|(_, term)| *term).collect();
-    let dof = problem.baseline.len();
+    let (dof, joints) = (problem.baseline.len(), problem.joints());
     let mut signal = vec![vec![0.0; problem.motion.rows()]; dof];
     for (index, term) in &own {
         for (joint, columns) in term.joints.iter().zip(&term.columns) {
@@ -90,8 +90,8 @@ pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted
         }
     }
     let scale = &fitted.solution.scale;
-    let alone: Vec<Field> = (0..dof).map(|joint| Field::new(problem, &[joint], &beside, scale)).collect();
-    let together = Field::new(problem, &(0..dof).collect::<Vec<_>>(), &beside, scale);
+    let alone: Vec<Field> = joints.iter().map(|joint| Field::new(problem, &[*joint], &beside, scale)).collect();
+    let together = Field::new(problem, &joints, &beside, scale);
     let missed: Vec<f64> = alone.iter().map(|field| power(&field.missed(&field.stretched(&signal)))).collect();
     let names: Vec<&str> = own.iter().map(|(_, term)| term.effect.name()).collect();
     let others: Vec<_> = problem.catalogue.diagnosable().filter(|effect| !names.contains(&effect.name())).collect();
@@ -102,8 +102,10 @@ pub fn separability(problem: &Problem, terms: &[&Term], of: Range<usize>, fitted
         let nats = match effect.about().scope {
             Scope::Machine if (0..dof).any(applies) => best(&together).min(missed.iter().sum()),
             Scope::Machine => missed.iter().sum(),
-            Scope::Joint => (0..dof)
-                .map(|joint| if applies(joint) { best(&alone[joint]).min(missed[joint]) } else { missed[joint] })
+            Scope::Joint => joints
+                .iter()
+                .zip(alone.iter().zip(&missed))
+                .map(|(joint, (field, missed))| if applies(*joint) { best(field).min(*missed) } else { *missed })
                 .sum(),
         };
         Rival { effect: effect.name(), nats }
@@ -141,7 +143,7 @@ fn present_terms(problem: &mut Problem, present: &[(&str, Vec<usize>)]) -> Optio
     for (name, joints) in present {
         let effect = problem.catalogue.find(name)?.diagnosable()?;
         match effect.about().scope {
-            Scope::Machine => places.push((effect, (0..problem.baseline.len()).collect())),
+            Scope::Machine => places.push((effect, problem.joints())),
             Scope::Joint => {
                 let axes = |joint: &usize| (effect, Cause::from(effect).axes(&problem.motion, *joint));
                 places.extend(joints.iter().map(axes));

@@ -56,8 +56,9 @@ impl Cause {
 
     /// Whether the nominal model lacks it on this joint and the recording could show it where its torque was measured.
     pub fn applies(&self, motion: &Motion, joint: usize) -> bool {
+        let m = &motion.joints[joint];
         let seen = motion.model.joints[joint].torque_at == TorqueAt::Motor || self.effect.shows_behind_gear();
-        seen && self.effect.applies(motion, joint)
+        m.left_out.is_none() && seen && self.effect.applies(motion, joint)
     }
 
     /// Axes whose torque shows it where it acts on one joint, the axis of that joint first.

@@ -160,12 +160,14 @@ pub fn combined<'c>(columns: &[Vec<f64>], coefficients: impl IntoIterator<Item =
     sum
 }
 
-/// Gram matrix of the torques of all directions, `torques[joint][direction][row]`, each divided by the RMS torque of its joint and averaged.
+/// Gram matrix of the torques of all directions, `torques[joint][direction][row]`, each divided by the RMS torque of its joint and averaged. Joints
+/// that are not judged show nothing.
 fn gram(motion: &Motion, torques: &[Vec<Vec<f64>>]) -> DMatrix<f64> {
     let count = torques.first().map_or(0, Vec::len);
     let mut gram = DMatrix::zeros(count, count);
-    for (joint, torques) in torques.iter().enumerate() {
-        let power = root_mean_square(&motion.joints[joint].torque).max(1e-300).powi(2) * motion.rows().max(1) as f64;
+    let judged = motion.joints.iter().zip(torques).filter(|(m, _)| m.left_out.is_none());
+    for (m, torques) in judged {
+        let power = root_mean_square(&m.torque).max(1e-300).powi(2) * motion.rows().max(1) as f64;
         let shown: Vec<usize> = (0..count).filter(|k| torques[*k].iter().any(|x| *x != 0.0)).collect();
         for a in &shown {
             for b in shown.iter().take_while(|b| *b <= a) {

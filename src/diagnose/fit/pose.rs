@@ -8,7 +8,7 @@ use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
 use crate::diagnose::rows::{observe, zones};
-use crate::effects::{Catalogue, Diagnosable};
+use crate::effects::{Catalogue, Diagnosable, LeftOut};
 use crate::error::{Error, Result};
 use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
@@ -39,11 +39,11 @@ fn find_zones(problem: &mut Problem) -> Result<()> {
     for widest in Widest::ALL {
         problem.widest_gap = widest;
         find_zones_of(problem, widest);
-        if (0..problem.baseline.len()).all(|joint| has_many_rows(problem, joint)) {
+        if problem.joints().into_iter().all(|joint| has_many_rows(problem, joint)) {
             break;
         }
     }
-    enough_rows(problem)
+    leave_out_still_joints(problem)
 }
 
 /// Whether the rows of a joint are a good part of those in which it moves.
@@ -60,13 +60,15 @@ fn find_zones_of(problem: &mut Problem, widest: Widest) {
         zones::rigid_zone(&problem.motion, &coulomb, left_over, &problem.held_out, margins, widest)
     };
     problem.zones = zones(problem, None, &zones::RIGID);
+    clear_left_out(problem);
     if let Some(fitted) = problem.fit(&[], Part::Train, regression::NU) {
         let of_joint = |joint| problem.residual(&[], &fitted, joint);
         let left_over: Vec<Vec<f64>> = (0..coulomb.len()).map(of_joint).collect();
         problem.zones = zones(problem, Some(&left_over), &zones::RIGID);
         problem.judged = zones(problem, Some(&left_over), &zones::JUDGED);
+        clear_left_out(problem);
     }
-    for joint in 0..coulomb.len() {
+    for joint in problem.joints() {
         // If a motion never stays long on a flank, judge it on the rows that are fitted.
         problem.floating[joint] =
             [Part::Train, Part::HeldOut].iter().any(|part| problem.judged_rows(joint, *part).len() < FEWEST_ROWS);
@@ -76,26 +78,36 @@ fn find_zones_of(problem: &mut Problem, widest: Widest) {
     }
 }
 
+fn clear_left_out(problem: &mut Problem) {
+    let all = 0..problem.baseline.len();
+    let left_out: Vec<usize> = all.filter(|joint| problem.motion.joints[*joint].left_out.is_some()).collect();
+    left_out.into_iter().for_each(|joint| problem.clear(joint));
+}
+
 /// Rows that a joint needs for the fit, and for the error figures.
 const FEWEST_ROWS: usize = 30;
 /// [1] Part of the rows in which a joint moves that a fit needs: an arm of six joints in ordinary motion kept 1 % with gaps of any width, and its
 /// error then hung on a second of the recording.
 const LEAST_SHARE: f64 = 0.05;
 
-/// Whether every joint has rows to fit its friction to.
-fn enough_rows(problem: &Problem) -> Result<()> {
-    for (joint, model) in problem.motion.model.joints.iter().enumerate() {
-        let found = problem.rows(joint, Part::Train).len();
-        let needed = FEWEST_ROWS;
-        if found < needed {
-            return Err(Error::TooLittleData {
-                quantity: "torque",
-                joint: model.name.clone(),
-                found,
-                unit: "samples of steady contact",
-                needed,
-                advice: "move every joint of the model for some seconds in both directions; leave a joint that stands still out of the model",
-            });
+/// Leaves out joints without the rows to fit their friction to; an error where no other is left.
+fn leave_out_still_joints(problem: &mut Problem) -> Result<()> {
+    let rows = |problem: &Problem, joint: usize| problem.rows(joint, Part::Train).len();
+    let judged = problem.joints();
+    let most = judged.iter().copied().max_by_key(|joint| rows(problem, *joint));
+    if let Some(joint) = most.filter(|joint| rows(problem, *joint) < FEWEST_ROWS) {
+        return Err(Error::TooLittleData {
+            quantity: "torque",
+            joint: problem.motion.model.joints[joint].name.clone(),
+            found: rows(problem, joint),
+            unit: "samples of steady contact",
+            needed: FEWEST_ROWS,
+            advice: "move the joints of the model for some seconds in both directions",
+        });
+    }
+    for joint in judged {
+        if rows(problem, joint) < FEWEST_ROWS {
+            problem.leave_out(joint, LeftOut::HardlyMoves);
         }
     }
     Ok(())

@@ -6,7 +6,7 @@ use super::inertial::{Inertial, Treated};
 use super::regression::Solution;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
-use crate::effects::{Catalogue, Diagnosable, Motion, Scope};
+use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion, Scope};
 
 /// An effect on certain joints, which share its coefficients.
 #[derive(Clone)]
@@ -207,9 +207,21 @@ impl<'m> Problem<'m> {
         }
     }
 
-    /// All joints.
+    /// The joints whose torque is judged.
     pub fn joints(&self) -> Vec<usize> {
-        (0..self.baseline.len()).collect()
+        (0..self.baseline.len()).filter(|joint| self.motion.joints[*joint].left_out.is_none()).collect()
+    }
+
+    /// Leaves the torque of a joint out of everything. Its motion still moves the others.
+    pub fn leave_out(&mut self, joint: usize, why: LeftOut) {
+        self.motion.joints[joint].left_out = Some(why);
+        self.clear(joint);
+    }
+
+    /// Takes all rows of a joint that is left out from its zones.
+    pub fn clear(&mut self, joint: usize) {
+        self.zones[joint].fill(false);
+        self.judged[joint].fill(false);
     }
 
     /// Joints whose fit changes with a term on some joints: these joints, and those that share coefficients with them.

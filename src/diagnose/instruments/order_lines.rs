@@ -104,7 +104,7 @@ impl<'m> Scan<'m> {
 
 /// Whether the rows show a line of any effect that needs narrow rows, beside the baseline.
 pub fn any(problem: &Problem, fitted: &Fitted) -> bool {
-    (0..problem.baseline.len()).any(|joint| {
+    problem.joints().into_iter().any(|joint| {
         let scan = Scan::new(problem, &[], fitted, joint);
         let narrow = problem.catalogue.diagnosable().filter(|effect| needs_narrow_rows(*effect));
         narrow.filter(|effect| effect.applies(&problem.motion, joint)).any(|effect| scan.has(effect, &problem.motion))

@@ -35,7 +35,7 @@ pub struct Dead {
     /// The joint's index in the model.
     pub joint: usize,
     /// The channel.
-    pub channel: &'static str,
+    pub channel: Channel,
     /// The session.
     pub session: String,
     /// The constant value, or the first.
@@ -57,11 +57,11 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Dead> {
         let most = series.iter().filter_map(|(_, one)| one.get(Channel::Position)).map(range).fold(0.0, f64::max);
         for (session, one) in series {
             let dead = |(channel, since, way, levels): (Channel, usize, f64, usize)| {
-                let (name, values) = (name(channel), one.get(channel)?);
+                let values = one.get(channel)?;
                 let (session_name, time) = (session.name.clone(), session.time[since] - session.time[0]);
                 Some(Dead {
                     joint: index,
-                    channel: name,
+                    channel,
                     session: session_name,
                     value: values[since],
                     levels,
@@ -75,7 +75,8 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Dead> {
     found
 }
 
-const fn name(channel: Channel) -> &'static str {
+/// Its name in a recording.
+pub const fn name(channel: Channel) -> &'static str {
     match channel {
         Channel::Position => "position",
         Channel::Velocity => "velocity",

@@ -41,7 +41,7 @@ use crate::diagnose::options::Options;
 pub use crate::diagnose::result::Mistake;
 use crate::diagnose::result::{Diagnosis, Method, Parts};
 use crate::robot::{Masses, Model};
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
 /// Mistakes that are likelier than physics; empty where the data show no contradiction to what data and model claim to be.
 pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
@@ -85,6 +85,34 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     merged(found.iter().map(|one| words::balance(model, &rows, one)).collect())
 }
 
+/// Recordings without the channels that are dead, and what these were. A joint without a torque is left out of a diagnosis, and a velocity is only
+/// compared with the position. A dead position is kept: nothing is known of the arm's posture without it. So is every channel where no joint would
+/// be left with a torque.
+pub fn without_dead_channels(model: &Model, sessions: Vec<TimeSeries>) -> (Vec<TimeSeries>, Vec<String>) {
+    let mut removed = dead::found(model, &sessions.iter().collect::<Vec<_>>());
+    removed.retain(|dead| dead.channel != Channel::Position);
+    if removed.is_empty() {
+        return (sessions, Vec::new());
+    }
+    let mut kept = sessions.clone();
+    for dead in &removed {
+        let of_session = kept.iter_mut().filter(|session| session.name == dead.session);
+        let joints = of_session.flat_map(|session| &mut session.joints);
+        joints.filter(|joint| joint.name == model.joints[dead.joint].name).for_each(|joint| {
+            joint.channels.remove(&dead.channel);
+        });
+    }
+    let has_torque = |name: &str| {
+        let torque = [Channel::Current, Channel::Torque, Channel::LinkTorque];
+        let of_joint = |joint: &JointSeries| torque.iter().any(|channel| joint.get(*channel).is_some());
+        kept.iter().all(|session| session.joint(name).is_some_and(of_joint))
+    };
+    if !model.joints.iter().any(|joint| has_torque(&joint.name)) {
+        return (sessions, Vec::new());
+    }
+    (kept, words::dead(model, &removed).into_iter().map(|mistake| format!("Not used: {}", mistake.evidence)).collect())
+}
+
 /// Mistakes as warnings of one or two sentences each.
 pub fn warnings(mistakes: &[Mistake]) -> Vec<String> {
     mistakes.iter().map(Mistake::sentence).collect()
@@ -93,7 +121,14 @@ pub fn warnings(mistakes: &[Mistake]) -> Vec<String> {
 /// The diagnosis that ends with a suspected mistake: nothing is fitted, and the model stays unchanged.
 pub fn diagnosis(model: &Model, mistakes: Vec<Mistake>, compared: bool, options: &Options) -> Diagnosis {
     let none = || "not used: a mistake is suspected, and nothing was fitted".to_owned();
-    let method = Method { filter: none(), half_width: [0.0; 2], zones: none(), baseline: none(), held_out: none() };
+    let method = Method {
+        filter: none(),
+        half_width: [0.0; 2],
+        zones: none(),
+        baseline: none(),
+        held_out: none(),
+        left_out: Vec::new(),
+    };
     let parts = Parts::new(model, method, &options.catalogue);
     Parts { mistakes, changes: compared.then(Vec::new), ..parts }.assembled()
 }

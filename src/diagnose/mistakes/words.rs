@@ -1,7 +1,7 @@
 //! The report of a mistake: its name, what was measured, and what to change.
 
 use super::change::Change;
-use super::dead::Dead;
+use super::dead::{self, Dead};
 use super::encoder::{SAME, count_ratio};
 use super::kinematics::Ratio;
 use super::limits::Outside;
@@ -60,12 +60,12 @@ pub fn dead(model: &Model, found: &[Dead]) -> Vec<Mistake> {
         let evidence = format!(
             "{}: {joint}.{} {reads}, while the joint moves by {} {unit}.",
             one.session,
-            one.channel,
+            dead::name(one.channel),
             figure(one.way)
         );
         let remedy = format!(
             "check the column of `{joint}.{}` in the manifest and its sensor; leave out the sessions in which it is dead",
-            one.channel
+            dead::name(one.channel)
         );
         match mistakes.iter_mut().find(|other| other.remedy == remedy) {
             Some(other) => other.evidence += &format!(" {evidence}"),

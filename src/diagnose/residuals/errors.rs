@@ -60,7 +60,8 @@ pub fn series(problem: &Problem, sessions: &[&TimeSeries], residuals: &[Residual
             if rows.is_empty() {
                 continue;
             }
-            for (joint, residual) in residuals.iter().enumerate() {
+            for joint in problem.joints() {
+                let residual = &residuals[joint];
                 let (m, model) = (&problem.motion.joints[joint], &problem.motion.model.joints[joint]);
                 let pick = |values: &[f64]| -> Vec<f64> { rows.iter().map(|row| values[*row]).collect() };
                 all.push(ResidualSeries {

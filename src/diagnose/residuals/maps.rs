@@ -24,10 +24,10 @@ const FEWEST: usize = 3;
 
 /// The maps of all joints; `floor[joint][row]` as [`floor`](super::floor::floor) gives it.
 pub fn maps(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> Vec<ResidualMap> {
-    let of_joint = |(joint, residual): (usize, &Residual)| {
-        AXES.map(|axis| map(problem, joint, axis, residual, &floor[joint])).into_iter().collect::<Vec<_>>()
+    let of_joint = |joint: usize| {
+        AXES.map(|axis| map(problem, joint, axis, &residuals[joint], &floor[joint])).into_iter().collect::<Vec<_>>()
     };
-    residuals.iter().enumerate().flat_map(of_joint).collect()
+    problem.joints().into_iter().flat_map(of_joint).collect()
 }
 
 /// Sums of one bin.

@@ -42,7 +42,7 @@ const REVERSAL_ZONE: f64 = 0.4;
 
 /// The shares of all joints; `floor[joint][row]` as [`floor`](super::floor::floor) gives it.
 pub fn shares(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> Vec<JointShares> {
-    residuals.iter().enumerate().map(|(joint, residual)| of_joint(problem, joint, residual, &floor[joint])).collect()
+    problem.joints().into_iter().map(|joint| of_joint(problem, joint, &residuals[joint], &floor[joint])).collect()
 }
 
 fn of_joint(problem: &Problem, joint: usize, residual: &Residual, floor: &[f64]) -> JointShares {

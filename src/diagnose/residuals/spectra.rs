@@ -37,7 +37,8 @@ fn mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 /// Amplitude of the residual at whole orders of the motor angle, corrected for the kernel's gain.
 pub fn by_order(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> Vec<OrderSpectrum> {
-    let spectrum = |(joint, residual): (usize, &Residual)| {
+    let spectrum = |joint: usize| {
+        let residual = &residuals[joint];
         let model = &problem.motion.model.joints[joint];
         let rows = rigid_rows(problem, joint);
         let amplitudes = |order: usize| {
@@ -54,7 +55,7 @@ pub fn by_order(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -
             floor: 2.0 * (mean_square(rows.iter().map(|row| floor[joint][*row])) / independent).sqrt(),
         }
     };
-    residuals.iter().enumerate().map(spectrum).collect()
+    problem.joints().into_iter().map(spectrum).collect()
 }
 
 /// Amplitude of a harmonic, fitted by least squares.
@@ -77,7 +78,8 @@ fn amplitude(rows: &[usize], cos: &[f64], sin: &[f64], values: &[f64]) -> f64 {
 
 /// Amplitude of the residual against frequency.
 pub fn by_frequency(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> Vec<FrequencySpectrum> {
-    let spectrum = |(joint, residual): (usize, &Residual)| {
+    let spectrum = |joint: usize| {
+        let residual = &residuals[joint];
         let rows = rigid_rows(problem, joint);
         let power = mean_square(rows.iter().map(|row| floor[joint][*row]));
         let (frequency, before) = spectrum(problem, joint, &residual.before);
@@ -91,7 +93,7 @@ pub fn by_frequency(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>
             after,
         }
     };
-    residuals.par_iter().enumerate().map(spectrum).collect()
+    problem.joints().into_par_iter().map(spectrum).collect()
 }
 
 /// Frequency [Hz] of the strongest line that does not belong to the motion, and its share in the squared residual, 0 to 1.

@@ -292,4 +292,7 @@ pub struct Method {
     pub baseline: String,
     /// Which part was held out.
     pub held_out: String,
+    /// Joints whose torque was not judged and channels that were not used, each with the reason.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
 }

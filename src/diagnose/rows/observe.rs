@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::kernel::{Kernel, share_before};
 use super::sampling::Sampling;
 use crate::drive::Sensing;
-use crate::effects::{JointMotion, Motion};
+use crate::effects::{JointMotion, LeftOut, Motion};
 use crate::error::{Error, Place, Result};
 use crate::robot::{Model, TorqueAt};
 use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory};
@@ -53,27 +53,34 @@ pub fn motor_torque(
 /// A session's signals, one entry per joint of the model.
 struct Signals<'a> {
     position: Vec<&'a [f64]>,
+    /// Zeros for a joint without current and torque.
     torque: Vec<Vec<f64>>,
     has_current: Vec<bool>,
+    left_out: Vec<Option<LeftOut>>,
 }
 
 fn signals<'a>(model: &Model, session: &'a TimeSeries) -> Result<Signals<'a>> {
     let missing = |joint: &str, what: &str| {
-        let expected = format!("{what} of every joint of the model");
+        let expected = format!("{what} of the joints of the model");
         Error::input(session.name.as_ref(), Place::File, joint, "", expected)
     };
-    let mut signals = Signals { position: Vec::new(), torque: Vec::new(), has_current: Vec::new() };
+    let mut signals =
+        Signals { position: Vec::new(), torque: Vec::new(), has_current: Vec::new(), left_out: Vec::new() };
     for (index, joint) in model.joints.iter().enumerate() {
         let series = session.joint(&joint.name).ok_or_else(|| missing(&joint.name, "channels"))?;
         let position = series.get(Channel::Position).ok_or_else(|| missing(&joint.name, "position"))?;
         let velocity = series.get(Channel::Velocity).or_else(|| series.get(Channel::ReferenceVelocity));
-        let (torque, has_current) =
-            motor_torque(model, index, series, velocity).ok_or_else(|| missing(&joint.name, "current or torque"))?;
+        let recorded = motor_torque(model, index, series, velocity);
+        signals.left_out.push(recorded.is_none().then_some(LeftOut::NotRecorded));
+        let (torque, has_current) = recorded.unwrap_or_else(|| (vec![0.0; position.len()], false));
         signals.position.push(position);
         signals.torque.push(torque);
         signals.has_current.push(has_current);
     }
-    Ok(signals)
+    match model.joints.first().filter(|_| signals.left_out.iter().all(Option::is_some)) {
+        Some(joint) => Err(missing(&joint.name, "current or torque")),
+        None => Ok(signals),
+    }
 }
 
 /// [s] Half width that a joint's encoder needs at a given speed.
@@ -210,8 +217,10 @@ impl<'s> Widths<'s> {
         let noise = signals.torque.iter().map(|torque| asked.noise_share * root_mean_square(torque)).collect();
         let mut widths =
             Self { model, signals, inertia: asked.inertia, noise, rest, rough, narrowest: HALF_WIDTHS[0], sampling };
-        for (joint, fastest) in fastest.iter().enumerate() {
-            widths.narrowest = widths.narrowest.max(widths.wanted(joint, *fastest));
+        // Counts of a joint that stands still are far apart in time, and would ask for the widest kernel.
+        let moving = |joint: &usize| fastest[*joint] > widths.rest[*joint];
+        for joint in (0..fastest.len()).filter(moving).collect::<Vec<_>>() {
+            widths.narrowest = widths.narrowest.max(widths.wanted(joint, fastest[joint]));
         }
         widths
     }
@@ -281,6 +290,7 @@ fn append(
             row.torque.push(torque.value);
             row.torque_rate.push(torque.rate);
             row.has_current = signals.has_current[joint];
+            row.left_out = row.left_out.or(signals.left_out[joint]);
         }
     }
 }

@@ -305,15 +305,15 @@ fn without_any(
 
 /// Effects with the joints where they can act and are not yet in the model.
 fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
-    let dof = problem.baseline.len();
+    let (dof, judged) = (problem.baseline.len(), problem.joints());
     let mut places: Vec<(Cause, Vec<usize>)> = Vec::new();
     for effect in problem.causes.iter().copied() {
         let applies = |joint: usize| effect.applies(&problem.motion, joint);
         let present =
             |joint: usize| terms.iter().any(|term| term.effect == effect && term.own_joints().contains(&joint));
         match effect.about().scope {
-            Scope::Machine if (0..dof).any(applies) && (effect.several() || !present(0)) => {
-                places.push((effect, (0..dof).collect()))
+            Scope::Machine if (0..dof).any(applies) && (effect.several() || !present(judged[0])) => {
+                places.push((effect, judged.clone()))
             }
             Scope::Machine => {}
             // An effect with another order is a further candidate of the same name.
