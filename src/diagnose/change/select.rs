@@ -14,8 +14,9 @@ use super::robust::Estimates;
 use crate::diagnose::evidence::prediction::{Evidence, predict};
 use crate::diagnose::fit::problem::{Fitted, Problem, Term};
 use crate::diagnose::options::Rules;
+use crate::diagnose::select::candidates::choose;
 use crate::diagnose::select::candidates::{Candidate, candidates};
-use crate::diagnose::select::selection::{Taken, choose};
+use crate::diagnose::select::selection::Taken;
 use crate::effects::Catalogue;
 use crate::robot::Masses;
 

@@ -3,7 +3,7 @@
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
 use crate::diagnose::fit::cause::Cause;
-use crate::diagnose::options::Rules;
+use crate::diagnose::options::{MODEL_ERROR, Rules};
 use rayon::prelude::*;
 
 use crate::diagnose::fit::golden::golden_section;
@@ -55,6 +55,11 @@ impl Candidate {
     /// Joints that it acts on.
     pub fn joints(&self) -> Vec<usize> {
         self.terms.iter().flat_map(|term| term.joints.clone()).collect()
+    }
+
+    /// Whether it is one term of a single joint, which is judged beside what the other joints say of the nominal model's deviations.
+    fn is_of_one_joint(&self) -> bool {
+        self.terms.len() == 1 && self.terms[0].joints.len() == 1
     }
 
     /// Whether the rules accept it.
@@ -254,18 +259,38 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
             None => gathered.push(candidate),
         }
     }
-    if loose.inertial != Treated::Fixed {
-        gathered
-            .iter_mut()
-            .filter(|candidate| candidate.terms.len() > 1)
-            .for_each(|candidate| together(&search, candidate));
+    let strongest_first = |all: &mut Vec<Candidate>| all.sort_by(|a, b| b.total().total_cmp(&a.total()));
+    if loose.inertial == Treated::Fixed {
+        strongest_first(&mut gathered);
+        return gathered;
     }
-    gathered.sort_by(|a, b| b.total().total_cmp(&a.total()));
+    gathered.iter_mut().filter(|candidate| candidate.terms.len() > 1).for_each(|one| together(&search, one));
+    strongest_first(&mut gathered);
+    // What the other joints say of the deviations is an estimate: the one that would be taken is fitted with all joints.
+    let mut fitted: Vec<Cause> = Vec::new();
+    while let Some(best) = choose(&gathered, rules).filter(|best| best.is_of_one_joint()).map(Candidate::effect) {
+        if fitted.contains(&best) {
+            break;
+        }
+        fitted.push(best);
+        gathered.iter_mut().filter(|candidate| candidate.effect() == best).for_each(|one| together(&search, one));
+        strongest_first(&mut gathered);
+    }
     gathered
 }
 
-/// The evidence for an effect on several joints, fitted at once. Each joint alone counts the same deviations of the nominal model as explained. What
-/// a joint paid for its shapes stays paid.
+/// The strongest accepted candidate, or a simpler one that is as good: nearly as much evidence, and an error that is larger by no more than the
+/// inaccuracy of the catalogue's laws. With few independent rows, evidence alone cannot separate an effect from one that explains half as much.
+pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
+    let strongest = found.iter().find(|candidate| candidate.is_accepted(rules))?;
+    let as_good = |other: &&Candidate| {
+        other.total() > strongest.total() * (1.0 - rules.tie) && other.log_scale() > strongest.log_scale() - MODEL_ERROR
+    };
+    found.iter().filter(|other| other.is_accepted(rules)).filter(as_good).min_by_key(|other| other.complexity())
+}
+
+/// The evidence for an effect of joints, fitted with all joints at once. Each joint alone counts the same deviations of the nominal model as explained.
+/// What a joint paid for its shapes stays paid.
 fn together(search: &Search, candidate: &mut Candidate) {
     let problem = search.problem;
     let mut terms = search.terms.clone();
@@ -275,6 +300,10 @@ fn together(search: &Search, candidate: &mut Candidate) {
     let pair = [&search.before[0].1, &after];
     let Some(mut joint) = weighed(problem, &search.terms, &fitted, pair, search.least_fall) else { return };
     count_lines(problem, &terms, &fitted, search.terms.len()..terms.len(), &mut joint);
+    for (term, at) in candidate.terms.iter().zip(&fitted.term_at[search.terms.len()..]) {
+        let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
+        joint[term.joints[0]].nats += at_rest(problem, term, own);
+    }
     for (alone, together) in candidate.evidence.iter_mut().zip(joint) {
         alone.nats = alone.nats.min(together.nats);
         alone.log_scale = together.log_scale;

@@ -5,13 +5,13 @@
 //! [`Rules::log_scale`]; beside another effect it needs [`Rules::further`], unless the fall is large. Of effects within [`Rules::tie`] the one with
 //! fewer parameters is taken. Held-out data are not used.
 
-use super::candidates::{Candidate, candidates};
+use super::candidates::{Candidate, candidates, choose};
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weighed};
 use crate::diagnose::fit::baseline::JointBaseline;
 use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
-use crate::diagnose::options::{MODEL_ERROR, Rules};
+use crate::diagnose::options::Rules;
 use crate::effects::{Kind, SymmetricFriction};
 
 /// An effect that was taken.
@@ -206,16 +206,6 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchan
         }
     }
     false
-}
-
-/// The strongest accepted candidate, or a simpler one that is as good: nearly as much evidence, and an error that is larger by no more than the
-/// inaccuracy of the catalogue's laws. With few independent rows, evidence alone cannot separate an effect from one that explains half as much.
-pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
-    let strongest = found.iter().find(|candidate| candidate.is_accepted(rules))?;
-    let as_good = |other: &&Candidate| {
-        other.total() > strongest.total() * (1.0 - rules.tie) && other.log_scale() > strongest.log_scale() - MODEL_ERROR
-    };
-    found.iter().filter(|other| other.is_accepted(rules)).filter(as_good).min_by_key(|other| other.complexity())
 }
 
 /// Fits the baseline again with the terms, whose columns may depend on the baseline's friction.
