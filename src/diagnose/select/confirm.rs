@@ -2,11 +2,12 @@
 //!
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. So is an effect with a parameter that a later fit
-//! moves out of its range, and the weakest of several that gain nothing together.
+//! moves out of its range, the weakest of several that gain nothing together, and an effect that is no larger than its standard error.
 
 use super::own_gains;
 use super::selection::{Selection, evidence_beside, resettle};
 use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
 use crate::effects::{About, Catalogue};
 
@@ -49,7 +50,12 @@ pub fn confirm(
             let index = least_of_compensating(problem, selection, &judged, &strength)?;
             Some((index, "no gain on data held out together with the other effects named there".to_owned()))
         };
-        let Some((index, reason)) = outside.or(without_gain).or_else(compensating) else {
+        let without_size = || {
+            let index = least_sure(problem, selection, &judged().collect::<Vec<_>>())?;
+            Some((index, "its standard error is as large as its size".to_owned()))
+        };
+        let found = outside.or(without_gain).or_else(compensating).or_else(without_size);
+        let Some((index, reason)) = found else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
         withdrawn.push(Withdrawn { effect: terms[index].effect.label(), joints: names(problem, terms[index]), reason });
@@ -78,6 +84,21 @@ fn least_of_compensating(
         .filter(|group| group.len() > 1)
         .find(|group| own_gains::gain_together(problem, selection, group) == Some(false))
         .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
+}
+
+/// The term whose size is known worst, if its standard error is larger. Between that and twice the standard error a size lowers the probability.
+fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize]) -> Option<usize> {
+    if judged.is_empty() {
+        return None;
+    }
+    let (terms, fitted) = (selection.terms(), &selection.fitted);
+    let uncertainty = Uncertainty::new(problem, &terms, fitted)?;
+    let size = |index: &usize| {
+        let at = fitted.term_at[*index];
+        uncertainty.size_in_errors(at..at + terms[*index].coefficients(), &fitted.solution.coefficients)
+    };
+    let sizes = judged.iter().map(|index| (*index, size(index)));
+    sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size < 1.0).map(|(index, _)| index)
 }
 
 /// Divides effects that are seen in other data than torque along the motion: those with a gain and parameters in range, and the others.
