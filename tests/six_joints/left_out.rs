@@ -64,6 +64,6 @@ fn property_a_recording_without_any_torque_is_refused() {
         joint.channels.remove(&Channel::Current);
     }
     let refused = diagnose(&symmetric(), &recorded[..2], &recorded[2..], &Options::default(), &mut |_, _| {});
-    let message = refused.err().expect("an error").to_string();
+    let message = refused.expect_err("nothing to judge").to_string();
     assert!(message.contains("current or torque"), "{message}");
 }
