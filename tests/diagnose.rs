@@ -218,10 +218,10 @@ fn property_a_clean_machine_shows_no_gain_and_its_maps_hold_the_floor_in_a_small
 #[test]
 fn property_a_session_without_current_is_refused() {
     let mut session = record("one", &arm(true), 1, &|_, _, _| 0.0);
-    session.joints[1].channels.remove(&Channel::Current);
+    session.joints.iter_mut().for_each(|joint| drop(joint.channels.remove(&Channel::Current)));
     match diagnose(&arm(false), &[session], &[], &Options::default(), &mut |_, _| {}) {
         Err(Error::Input(error)) => {
-            assert_eq!(error.key, "joint2");
+            assert_eq!(error.key, "joint1");
             assert!(error.expected.contains("current or torque"), "{error}");
         }
         other => panic!("{:?}", other.map(|found| found.verdict)),

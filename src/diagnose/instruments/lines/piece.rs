@@ -82,13 +82,7 @@ enum Slow {
 impl Piece {
     /// These samples of a session, at even times; `None` where a channel is missing or the joint hardly moves.
     pub fn new(model: &Model, joint: usize, session: &TimeSeries, part: Range<usize>, held_out: bool) -> Option<Self> {
-        // Ripple of motor and gear does not pass on to the link as the rotor's balance has it.
-        if model.joints[joint].torque_at == TorqueAt::Link {
-            return None;
-        }
-        let series = session.joint(&model.joints[joint].name)?;
-        let q = series.get(Channel::Position)?;
-        let (tau, _) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
+        let (q, tau) = of_motor(model, joint, session)?;
         let dt = session.sample_interval();
         if dt.is_nan() || dt <= 0.0 {
             return None;
@@ -131,9 +125,7 @@ impl Piece {
         part: Range<usize>,
         held_out: bool,
     ) -> Option<Self> {
-        let series = session.joint(&model.joints[joint].name)?;
-        let q = series.get(Channel::Position)?;
-        let (tau, _) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
+        let (q, tau) = of_motor(model, joint, session)?;
         let (time, dt) = (&session.time, sampling.median);
         let reach = ((SPEED_WIDTH / dt) as usize).max(1);
         let inner = sampling.inner(&part, WIDE.max(2.0 * reach as f64 * dt));
@@ -247,6 +239,16 @@ fn weights(velocity: &[f64], count: f64, dt: f64) -> Vec<f64> {
         k += stretch.max(1);
     }
     weight
+}
+
+/// Position and torque of a motor. `None` where one is missing, or the torque is that behind the gear: ripple of motor and gear does not pass on to
+/// the link as the rotor's balance has it.
+fn of_motor<'s>(model: &Model, joint: usize, session: &'s TimeSeries) -> Option<(&'s [f64], Vec<f64>)> {
+    let series =
+        session.joint(&model.joints[joint].name).filter(|_| model.joints[joint].torque_at == TorqueAt::Motor)?;
+    let position = series.get(Channel::Position)?;
+    let (torque, _) = motor_torque(model, joint, series, series.get(Channel::Velocity))?;
+    Some((position, torque))
 }
 
 /// The postures of the arm at some of the samples.
