@@ -95,7 +95,8 @@ fn buildable(model: Model) -> Result<Model> {
     Ok(model)
 }
 
-fn noted(notes: &[String]) -> String {
+/// Notes, each on a line of its own.
+pub(super) fn noted(notes: &[String]) -> String {
     notes.iter().map(|note| format!("\n  note: {note}")).collect()
 }
 

@@ -7,6 +7,7 @@ use clap::Args;
 use crate::error::{Error, Place, Result};
 use crate::robot::Model;
 
+use super::check::noted;
 use super::{Outcome, console};
 
 /// Write a first model.toml for a URDF, to be completed with the machine's own numbers
@@ -32,9 +33,10 @@ impl New {
         model.save(&file)?;
         let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
         console::print(&format!(
-            "{}: joints {}\nReplace gear, rotor, motor and sensors by your machine's numbers; friction and backlash are left to `lostmotion identify`. Where a motor moves several joints, as in many wrists, add `[coupling]`.\n",
+            "{}: joints {}{}\nReplace gear, rotor, motor and sensors by your machine's numbers; friction and backlash are left to `lostmotion identify`. Where a motor moves several joints, as in many wrists, add `[coupling]`.\n",
             file.display(),
-            joints.join(", ")
+            joints.join(", "),
+            noted(&model.notes())
         ))?;
         Ok(Outcome::Done)
     }

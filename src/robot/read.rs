@@ -9,11 +9,11 @@ use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
 use super::model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
 use super::ranges;
 use super::tree::Body;
-use super::urdf::{STANDARD_GRAVITY, Urdf};
+use super::urdf::{Built, STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
 use crate::error::{Error, Place, Result};
 use crate::files;
-use crate::gearhead::FrictionLaw;
+use crate::gearhead::{FrictionLaw, rigid};
 use crate::toml_input::{Document, Places, Table, nearest, read_text};
 use crate::units::JointKind;
 
@@ -105,7 +105,7 @@ impl Model {
                 return Err(table.error(name, format!("a joint of {}: {near}", urdf_file.display())));
             }
         }
-        let (mut robot, held) = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
+        let Built { mut robot, held, remarks } = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
         robot.gravity = gravity.map_or(STANDARD_GRAVITY, Into::into);
         robot.coupling = Coupling::read(&root, &robot.bodies)?;
         let mut joints = Vec::new();
@@ -129,6 +129,7 @@ impl Model {
             robot,
             joints,
             held,
+            remarks,
             masses,
             accuracy,
             effects,
@@ -137,7 +138,7 @@ impl Model {
         })
     }
 
-    /// A first model of a URDF: every movable joint gets a gear and a drive of common size, to be replaced by the
+    /// A first model of a URDF: every movable joint that moves a mass gets a gear and a drive of common size, to be replaced by the
     /// machine's own numbers. Friction and gap are unknown.
     ///
     /// # Errors
@@ -150,11 +151,11 @@ impl Model {
             let expected = format!("at most {MOST_JOINTS} joints that move, not {movable}");
             return Err(Error::input(file, Place::File, "joints", "", expected));
         }
-        let (robot, held) = urdf.tree(&urdf.movable_joints().into_iter().collect())?;
+        let Built { robot, held, remarks } = urdf.whole_tree()?;
         if robot.bodies.is_empty() {
             return Err(Error::input(file, Place::File, "", "", "at least one joint that turns or slides"));
         }
-        let joints = robot.bodies.iter().map(first_joint).collect();
+        let joints = robot.bodies.iter().zip(robot.moved_inertias()).map(|(body, moved)| first_joint(body, moved)).collect();
         Ok(Self {
             name: first_name(&robot.name, file).to_owned(),
             source: PathBuf::new(),
@@ -163,6 +164,7 @@ impl Model {
             robot,
             joints,
             held,
+            remarks,
             masses: Masses::Known,
             accuracy: Accuracy::default(),
             effects: Vec::new(),
@@ -189,12 +191,10 @@ impl Model {
 
     /// Notes on values of its files that are read in a different way, or have no effect.
     pub fn notes(&self) -> Vec<String> {
-        let moving: BTreeSet<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
-        let mut notes =
-            Urdf::parse(&self.urdf, &self.urdf_text).map_or_else(|_| Vec::new(), |urdf| urdf.notes(&moving));
+        let mut notes: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         let unread = |shape: &super::UnreadShape| {
             format!(
-                "link {}: its collision mesh {} was not read, expected {}",
+                "link {}: its collision shape {} was not read, expected {}",
                 shape.link,
                 shape.file.display(),
                 shape.expected
@@ -236,20 +236,22 @@ fn first_name<'a>(robot: &'a str, file: &'a Path) -> &'a str {
     [robot, stem].into_iter().find(|name| files::is_fit_name(name)).unwrap_or("robot")
 }
 
-/// A gear and a drive of common size.
-fn first_joint(body: &Body) -> JointModel {
-    let (gear_ratio, gear_stiffness, gear_damping) = match body.joint.kind {
+/// A gear and a drive of common size. `moved` [kg·m² or kg] is the inertia that the joint moves: a finger that would oscillate on a gear of
+/// common stiffness faster than a simulation follows a rigid one gets a rigid gear.
+fn first_joint(body: &Body, moved: f64) -> JointModel {
+    let (gear_ratio, stiffness, damping) = match body.joint.kind {
         // A harmonic or planetary gear has 1:100; a ball screw of 5 mm per turn.
         JointKind::Revolute => (100.0, 1e4, 10.0),
         JointKind::Prismatic => (2.0 * std::f64::consts::PI / 0.005, 1e7, 1e4),
     };
+    let common = stiffness <= rigid::OMEGA_MAX.powi(2) * moved;
     JointModel {
         name: body.joint.name.clone(),
         kind: body.joint.kind,
         gear_ratio,
         rotor_inertia: Some(1e-5),
-        gear_stiffness: Some(gear_stiffness),
-        gear_damping: Some(gear_damping),
+        gear_stiffness: common.then_some(stiffness),
+        gear_damping: common.then_some(damping),
         end_stop_stiffness: None,
         backlash: None,
         motor: Some(Motor { torque_constant: 0.05, resistance: None, inductance: None }),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use super::scan::Element;
-use super::{Urdf, kind_of};
+use super::Urdf;
 use crate::robot::tree::{Inertia, Robot};
 
 impl Urdf<'_> {
@@ -17,11 +17,11 @@ impl Urdf<'_> {
         let elements =
             self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0));
         // Names of the parsed links have their entities resolved; both lists have the order of the file.
-        for (link, name) in elements.zip(self.robot.links.iter().map(|link| link.name.as_str())) {
+        for (link, name) in elements.zip(self.description.links.iter().map(|link| link.name.as_str())) {
             let Some(body) = self.carrier(name, robot).and_then(|carrier| bodies.get(carrier)) else { continue };
             let moved = robot.bodies[*body].name == name;
             let inertial = if moved { written(&robot.bodies[*body].inertia) } else { String::new() };
-            edits.push(self.edit(text, link, inertial));
+            edits.extend(self.edits(text, link, inertial));
         }
         edits.sort_by_key(|(range, _)| range.start);
         let mut out = String::new();
@@ -39,25 +39,27 @@ impl Urdf<'_> {
     fn carrier<'s>(&'s self, link: &'s str, robot: &Robot) -> Option<&'s str> {
         let mut at = link;
         loop {
-            let joint = self.robot.joints.iter().find(|joint| joint.child.link == at)?;
-            if kind_of(joint).is_some() && robot.bodies.iter().any(|body| body.joint.name == joint.name) {
+            let joint = self.description.joints.iter().find(|joint| joint.child == at)?;
+            if joint.kind.kind().is_some() && robot.bodies.iter().any(|body| body.joint.name == joint.name) {
                 return Some(at);
             }
-            at = &joint.parent.link;
+            at = &joint.parent;
         }
     }
 
-    /// Where a link's element `inertial` is or belongs, and its new text.
-    fn edit(&self, text: &str, link: &Element<'_>, inertial: String) -> (Range<usize>, String) {
-        let own =
-            link.children.iter().map(|child| &self.text.elements()[*child]).find(|child| child.name == "inertial");
-        if let Some(own) = own {
-            return (own.range.clone(), inertial);
+    /// Where a link's elements `inertial` are or one belongs, and the new text: a second one goes, it would count in place of the first.
+    fn edits(&self, text: &str, link: &Element<'_>, inertial: String) -> Vec<(Range<usize>, String)> {
+        let own: Vec<_> =
+            link.children.iter().map(|child| &self.text.elements()[*child]).filter(|child| child.name == "inertial").collect();
+        if !own.is_empty() {
+            let replacements = std::iter::once(inertial).chain(std::iter::repeat(String::new()));
+            return own.iter().map(|own| own.range.clone()).zip(replacements).collect();
         }
-        match text[link.range.start..link.inside].strip_suffix("/>") {
+        let edit = match text[link.range.start..link.inside].strip_suffix("/>") {
             Some(opening) if !inertial.is_empty() => (link.range.clone(), format!("{opening}>{inertial}</link>")),
             _ => (link.inside..link.inside, inertial),
-        }
+        };
+        vec![edit]
     }
 }
 

@@ -1,10 +1,13 @@
-//! From URDF to the tree: the only place that names `urdf_rs`.
+//! From URDF to the tree.
 //!
-//! Fixed joints, and movable ones that are held at zero, are merged: their link becomes part of the parent's body.
+//! Fixed joints, and movable ones that are held, are merged: their link becomes part of the parent's body. A value that is taken otherwise
+//! than it stands in the file is remarked, with its line.
 
 mod checks;
+mod description;
 mod grammar;
 mod inertials;
+mod masses;
 mod mesh;
 mod scan;
 mod text;
@@ -12,13 +15,15 @@ mod tree;
 
 use std::path::Path;
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
-use urdf_rs::JointType;
+use nalgebra::Vector3;
+
+use self::description::{Description, Joint, JointType, Limit};
+pub(super) use self::tree::Built;
 
 use self::text::UrdfText;
-use super::tree::{Inertia, Limits};
-use crate::error::{Error, Place, Result};
-use crate::units::JointKind;
+use super::remark::Remark;
+use super::tree::Limits;
+use crate::error::Result;
 
 /// [m/s²] Gravity if the model file gives none.
 pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -27,55 +32,36 @@ pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 pub(super) struct Urdf<'a> {
     file: &'a Path,
     text: UrdfText<'a>,
-    robot: urdf_rs::Robot,
+    description: Description,
     root: usize,
+    remarks: Vec<Remark>,
 }
 
 impl<'a> Urdf<'a> {
     /// Reads the text of a URDF.
     ///
     /// # Errors
-    /// It is not a URDF, a value is not a number, links and joints do not form a tree, or the inertia of a link is not
-    /// physical.
+    /// It is not a URDF, a value is not a number, or links and joints do not form a tree.
     pub(super) fn parse(file: &'a Path, text: &'a str) -> Result<Self> {
-        if text.contains("<xacro:") {
-            return Err(Error::input(file, Place::File, "", "", "plain URDF; run xacro on this file first"));
-        }
-        let scanned = UrdfText::scan(file, text)?;
-        let robot = urdf_rs::read_from_string(text).map_err(|error| unread(file, &error.to_string()))?;
-        let root = checks::root_of(&scanned, &robot)?;
-        let urdf = Self { file, text: scanned, robot, root };
-        urdf.check_links()?;
-        urdf.check_joints()?;
+        let text = UrdfText::scan(file, text)?;
+        let mut remarks = text.remarks().to_vec();
+        let description = checks::with_world(&text, Description::of(&text), &mut remarks);
+        let root = checks::root_of(&text, &description, &mut remarks)?;
+        let urdf = Self { file, text, description, root, remarks };
         urdf.check_shapes()?;
         Ok(urdf)
     }
 
-    /// Names of the joints that turn or slide, in the order of the file.
+    /// Names of the joints that turn or slide on their own, in the order of the file.
     pub(super) fn movable_joints(&self) -> Vec<&str> {
-        let movable = self.robot.joints.iter().filter(|joint| kind_of(joint).is_some() && joint.mimic.is_none());
+        let movable =
+            self.description.joints.iter().filter(|joint| joint.kind.kind().is_some() && joint.mimic.is_none());
         movable.map(|joint| joint.name.as_str()).collect()
     }
 
     /// Whether a joint follows another one.
     pub(super) fn mimics(&self, name: &str) -> bool {
-        self.robot.joints.iter().any(|joint| joint.name == name && joint.mimic.is_some())
-    }
-}
-
-/// An error of the URDF parser. For XML errors, line and reason are taken from its text:
-/// `Line: 7, Column: 32, Reason: ...`.
-fn unread(file: &Path, message: &str) -> Error {
-    let line = message.split_once("Line: ").and_then(|(_, rest)| rest.split(',').next()?.trim().parse().ok());
-    let reason = message.split_once("Reason: ").map_or(message, |(_, reason)| reason);
-    Error::input(file, line.map_or(Place::File, Place::Line), "URDF", "", format!("well-formed XML ({reason})"))
-}
-
-fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
-    match joint.joint_type {
-        JointType::Revolute | JointType::Continuous => Some(JointKind::Revolute),
-        JointType::Prismatic => Some(JointKind::Prismatic),
-        JointType::Fixed | JointType::Floating | JointType::Planar | JointType::Spherical => None,
+        self.description.joints.iter().any(|joint| joint.name == name && joint.mimic.is_some())
     }
 }
 
@@ -84,28 +70,13 @@ fn kind_of(joint: &urdf_rs::Joint) -> Option<JointKind> {
 const UNLIMITED: f64 = 1e9;
 
 /// Limits. URDF's default of zero counts as not given, and so does the range of a continuous joint.
-fn limits_of(joint: &urdf_rs::Joint) -> Limits {
-    let given = |value: f64| if value > 0.0 && value < UNLIMITED { value } else { f64::INFINITY };
-    let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
-    let free = joint.joint_type == JointType::Continuous || (lower == 0.0 && upper == 0.0);
-    let (lower, upper) = if free { (f64::NEG_INFINITY, f64::INFINITY) } else { (lower, upper) };
-    let lower = if lower <= -UNLIMITED { f64::NEG_INFINITY } else { lower };
-    let upper = if upper >= UNLIMITED { f64::INFINITY } else { upper };
+fn limits_of(joint: &Joint) -> Limits {
+    let unlimited =
+        Limits { lower: f64::NEG_INFINITY, upper: f64::INFINITY, effort: f64::INFINITY, velocity: f64::INFINITY };
+    let Some(Limit { lower, upper, effort, velocity }) = joint.limit else { return unlimited };
+    let given = |value: Option<f64>| value.filter(|value| *value > 0.0 && *value < UNLIMITED).unwrap_or(f64::INFINITY);
+    let free = joint.kind == JointType::Continuous || (lower == 0.0 && upper == 0.0);
+    let lower = if free || lower <= -UNLIMITED { f64::NEG_INFINITY } else { lower };
+    let upper = if free || upper >= UNLIMITED { f64::INFINITY } else { upper };
     Limits { lower, upper, effort: given(effort), velocity: given(velocity) }
-}
-
-/// Inertia of a link in the link's frame, rotated from its inertial frame.
-fn inertia_of(inertial: &urdf_rs::Inertial) -> Inertia {
-    let urdf_rs::Inertia { ixx, ixy, ixz, iyy, iyz, izz } = inertial.inertia;
-    let tensor = Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz);
-    Inertia { mass: inertial.mass.value, com: Vector3::zeros(), tensor }.seen_from(&isometry(&inertial.origin))
-}
-
-/// URDF's `xyz` and `rpy`: rotation about the fixed axes x, y, z in this order, then translation.
-fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let [roll, pitch, yaw] = pose.rpy.0;
-    Isometry3::from_parts(
-        Translation3::from(Vector3::from(pose.xyz.0)),
-        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    )
 }
