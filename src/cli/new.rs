@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::error::{Error, Place, Result};
-use crate::robot::Model;
+use crate::plant::first_model;
 
 use super::check::noted;
 use super::{Outcome, console};
@@ -24,7 +24,7 @@ pub struct New {
 impl New {
     /// Reads the URDF and writes the model; an existing file is not replaced.
     pub fn run(self) -> Result<Outcome> {
-        let model = Model::from_urdf(&self.urdf)?;
+        let model = first_model(&self.urdf)?;
         let file = self.out.unwrap_or_else(|| self.urdf.with_file_name("model.toml"));
         // A broken symbolic link counts as an existing file.
         if file.symlink_metadata().is_ok() {

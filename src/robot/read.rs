@@ -1,6 +1,6 @@
 //! Reads a model file: `model.toml` and the URDF that it names.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::accuracy::Accuracy;
@@ -13,7 +13,7 @@ use super::urdf::{Built, STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
 use crate::error::{Error, Place, Result};
 use crate::files;
-use crate::gearhead::{FrictionLaw, rigid};
+use crate::gearhead::FrictionLaw;
 use crate::toml_input::{Document, Places, Table, nearest, read_text};
 use crate::units::JointKind;
 
@@ -139,11 +139,19 @@ impl Model {
     }
 
     /// A first model of a URDF: every movable joint that moves a mass gets a gear and a drive of common size, to be replaced by the
-    /// machine's own numbers. Friction and gap are unknown.
+    /// machine's own numbers. Friction and gap are unknown. `plant::first_model` makes it one that can be simulated.
     ///
     /// # Errors
     /// The file cannot be read, or is refused as in [`Model::load`].
     pub fn from_urdf(file: &Path) -> Result<Self> {
+        Self::from_urdf_holding(file, &BTreeMap::new())
+    }
+
+    /// As [`from_urdf`](Self::from_urdf), with some joints held at zero, each for a reason that becomes a remark.
+    ///
+    /// # Errors
+    /// As [`from_urdf`](Self::from_urdf).
+    pub fn from_urdf_holding(file: &Path, reasons: &BTreeMap<String, String>) -> Result<Self> {
         let text = read_text(file, LONGEST_URDF)?;
         let urdf = Urdf::parse(file, &text)?;
         let movable = urdf.movable_joints().len();
@@ -151,11 +159,11 @@ impl Model {
             let expected = format!("at most {MOST_JOINTS} joints that move, not {movable}");
             return Err(Error::input(file, Place::File, "joints", "", expected));
         }
-        let Built { robot, held, remarks } = urdf.whole_tree()?;
+        let Built { robot, held, remarks } = urdf.whole_tree(reasons)?;
         if robot.bodies.is_empty() {
             return Err(Error::input(file, Place::File, "", "", "at least one joint that turns or slides"));
         }
-        let joints = robot.bodies.iter().zip(robot.moved_inertias()).map(|(body, moved)| first_joint(body, moved)).collect();
+        let joints = robot.bodies.iter().map(first_joint).collect();
         Ok(Self {
             name: first_name(&robot.name, file).to_owned(),
             source: PathBuf::new(),
@@ -236,22 +244,20 @@ fn first_name<'a>(robot: &'a str, file: &'a Path) -> &'a str {
     [robot, stem].into_iter().find(|name| files::is_fit_name(name)).unwrap_or("robot")
 }
 
-/// A gear and a drive of common size. `moved` [kg·m² or kg] is the inertia that the joint moves: a finger that would oscillate on a gear of
-/// common stiffness faster than a simulation follows a rigid one gets a rigid gear.
-fn first_joint(body: &Body, moved: f64) -> JointModel {
-    let (gear_ratio, stiffness, damping) = match body.joint.kind {
+/// A gear and a drive of common size.
+fn first_joint(body: &Body) -> JointModel {
+    let (gear_ratio, gear_stiffness, gear_damping) = match body.joint.kind {
         // A harmonic or planetary gear has 1:100; a ball screw of 5 mm per turn.
         JointKind::Revolute => (100.0, 1e4, 10.0),
         JointKind::Prismatic => (2.0 * std::f64::consts::PI / 0.005, 1e7, 1e4),
     };
-    let common = stiffness <= rigid::OMEGA_MAX.powi(2) * moved;
     JointModel {
         name: body.joint.name.clone(),
         kind: body.joint.kind,
         gear_ratio,
         rotor_inertia: Some(1e-5),
-        gear_stiffness: common.then_some(stiffness),
-        gear_damping: common.then_some(damping),
+        gear_stiffness: Some(gear_stiffness),
+        gear_damping: Some(gear_damping),
         end_stop_stiffness: None,
         backlash: None,
         motor: Some(Motor { torque_constant: 0.05, resistance: None, inductance: None }),

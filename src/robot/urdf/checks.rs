@@ -89,6 +89,10 @@ pub(super) fn root_of(text: &UrdfText<'_>, robot: &Description, remarks: &mut Ve
     let (root, alone) = match (&carrying[..], &alone[..]) {
         ([root], alone) => (*root, alone),
         ([], [root, others @ ..]) => (*root, others),
+        ([], []) => {
+            let expected = "one link that no joint moves (the base)";
+            return Err(Error::input(text.file(), Place::File, "links without a joint", "", expected));
+        }
         _ => {
             let names: Vec<&str> = carrying.iter().map(|&link| name(link)).collect();
             let expected = "one link that no joint moves (the base); attach each of the others to it by a fixed joint";

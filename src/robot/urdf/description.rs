@@ -41,6 +41,8 @@ pub(super) enum Solid {
     Known(Geometry),
     /// A mesh with its scale.
     Mesh(String, Vector3<f64>),
+    /// A mesh whose scale is not three numbers.
+    Scaled(String),
     /// The name of another element, empty if there is none.
     Other(String),
 }
@@ -70,6 +72,7 @@ pub(super) enum JointType {
     Fixed,
     Floating,
     Planar,
+    Spherical,
 }
 
 /// `<limit>`; the version of URDF decides what a missing `lower` or `upper` is.
@@ -92,13 +95,15 @@ pub(super) struct Mimic {
 }
 
 /// Types by their names in URDF.
-pub(super) const JOINT_TYPES: [(&str, JointType); 6] = [
+pub(super) const JOINT_TYPES: [(&str, JointType); 7] = [
     ("revolute", JointType::Revolute),
     ("continuous", JointType::Continuous),
     ("prismatic", JointType::Prismatic),
     ("fixed", JointType::Fixed),
     ("floating", JointType::Floating),
     ("planar", JointType::Planar),
+    // Of Bullet's dialect.
+    ("spherical", JointType::Spherical),
 ];
 
 impl JointType {
@@ -106,7 +111,7 @@ impl JointType {
         match self {
             Self::Revolute | Self::Continuous => Some(JointKind::Revolute),
             Self::Prismatic => Some(JointKind::Prismatic),
-            Self::Fixed | Self::Floating | Self::Planar => None,
+            Self::Fixed | Self::Floating | Self::Planar | Self::Spherical => None,
         }
     }
 }
@@ -144,8 +149,8 @@ impl Inertial {
     /// In the frame of the link, rotated from the inertial frame.
     fn of(text: &UrdfText<'_>, inertial: &Element<'_>, version: Version) -> Self {
         let tensor = text.child(inertial, "inertia");
-        let [ixx, ixy, ixz, iyy, iyz, izz] =
-            ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| tensor.map_or(0.0, |tensor| number(tensor, name, 0.0)));
+        let [ixx, ixy, ixz, iyy, iyz, izz] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]
+            .map(|name| tensor.map_or(0.0, |tensor| number(tensor, name, 0.0)));
         let own = Inertia {
             mass: text.child(inertial, "mass").map_or(0.0, |mass| number(mass, "value", 0.0)),
             com: Vector3::zeros(),
@@ -164,7 +169,10 @@ impl Solid {
             "cylinder" => Self::Known(Geometry::Cylinder(size("radius"), size("length"))),
             "capsule" => Self::Known(Geometry::Capsule(size("radius"), size("length"))),
             "sphere" => Self::Known(Geometry::Sphere(size("radius"))),
-            "mesh" => Self::Mesh(word(shape, "filename"), vector(shape, "scale", [1.0; 3])),
+            "mesh" => match shape.attribute("scale").map(|scale| parsed(scale, 3, false)) {
+                Some(None) => Self::Scaled(word(shape, "filename")),
+                _ => Self::Mesh(word(shape, "filename"), vector(shape, "scale", [1.0; 3])),
+            },
             other => Self::Other(other.to_owned()),
         }
     }

@@ -132,7 +132,6 @@ const NUMBERS: &[Numbers] = &[
     needed("cylinder", "length", 1, LENGTH, "m"),
     needed("capsule", "radius", 1, LENGTH, "m"),
     needed("capsule", "length", 1, LENGTH, "m"),
-    optional("mesh", "scale", 3, FACTOR, "1"),
 ];
 
 /// Checks every element that belongs to URDF.
@@ -167,10 +166,10 @@ pub(super) fn check(text: &UrdfText<'_>) -> Result<Vec<Remark>> {
 fn check_plain(text: &UrdfText<'_>) -> Result<()> {
     let spaces = text.elements().first().map_or(&[][..], |robot| &robot.attributes);
     let declared = spaces.iter().filter(|(_, address)| address.contains(XACRO));
-    let prefixes: BTreeSet<&str> = declared.filter_map(|(name, _)| name.strip_prefix("xmlns:")).chain([XACRO]).collect();
-    let foreign = |element: &&Element<'_>| {
-        element.name.split_once(':').is_some_and(|(prefix, _)| prefixes.contains(prefix))
-    };
+    let prefixes: BTreeSet<&str> =
+        declared.filter_map(|(name, _)| name.strip_prefix("xmlns:")).chain([XACRO]).collect();
+    let foreign =
+        |element: &&Element<'_>| element.name.split_once(':').is_some_and(|(prefix, _)| prefixes.contains(prefix));
     match text.elements().iter().find(foreign) {
         Some(element) => {
             let (file, place) = (text.file(), Place::Line(element.line));
@@ -265,8 +264,7 @@ fn check_numbers<'a>(text: &UrdfText<'a>, element: &Element<'a>, remarks: &mut V
                     remarks.push(text.remark_at(element, &taken));
                 }
                 let unexpanded = value.contains("${") || value.contains("$(");
-                let expected =
-                    if unexpanded { format!("{expected}; run xacro on this file first") } else { expected };
+                let expected = if unexpanded { format!("{expected}; run xacro on this file first") } else { expected };
                 let parsed = parsed.ok_or_else(|| error(text, element, attribute, &quoted, &expected))?;
                 if parsed.iter().any(|number| number.abs() > *most) {
                     let expected = format!("{expected} from -{most:e} to {most:e} [{unit}]");

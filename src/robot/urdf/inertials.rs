@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use super::scan::Element;
 use super::Urdf;
+use super::scan::Element;
 use crate::robot::tree::{Inertia, Robot};
 
 impl Urdf<'_> {
@@ -49,8 +49,12 @@ impl Urdf<'_> {
 
     /// Where a link's elements `inertial` are or one belongs, and the new text: a second one goes, it would count in place of the first.
     fn edits(&self, text: &str, link: &Element<'_>, inertial: String) -> Vec<(Range<usize>, String)> {
-        let own: Vec<_> =
-            link.children.iter().map(|child| &self.text.elements()[*child]).filter(|child| child.name == "inertial").collect();
+        let own: Vec<_> = link
+            .children
+            .iter()
+            .map(|child| &self.text.elements()[*child])
+            .filter(|child| child.name == "inertial")
+            .collect();
         if !own.is_empty() {
             let replacements = std::iter::once(inertial).chain(std::iter::repeat(String::new()));
             return own.iter().map(|own| own.range.clone()).zip(replacements).collect();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use super::description::{Collision, Joint, JointType, Link, Mimic, Solid};
+use super::description::{Collision, JOINT_TYPES, Joint, JointType, Link, Mimic, Solid};
 use super::masses::Part;
 use super::{STANDARD_GRAVITY, Urdf, limits_of, mesh};
 use crate::error::Result;
@@ -33,12 +33,13 @@ impl Urdf<'_> {
         Ok(built)
     }
 
-    /// The tree in which all joints move that move anything; the others are held at zero, and that is remarked.
+    /// The tree in which all joints move that move anything and are not held for a reason; the others are held at zero, and that is remarked.
     ///
     /// # Errors
     /// As [`tree`](Self::tree); no joint moves anything.
-    pub(in crate::robot) fn whole_tree(&self) -> Result<Built> {
-        let movable: BTreeSet<&str> = self.movable_joints().into_iter().collect();
+    pub(in crate::robot) fn whole_tree(&self, reasons: &BTreeMap<String, String>) -> Result<Built> {
+        let free = |joint: &&str| !reasons.contains_key(*joint);
+        let movable: BTreeSet<&str> = self.movable_joints().into_iter().filter(free).collect();
         let all = self.grown(&movable)?;
         let idle: BTreeSet<&str> = Self::idle(&all.robot).collect();
         if idle.len() == movable.len() {
@@ -46,10 +47,10 @@ impl Urdf<'_> {
         }
         let moving = movable.difference(&idle).copied().collect();
         let mut built = self.tree(&moving)?;
-        for joint in idle {
-            let text = "it moves no mass and is held at zero; give the links behind it an <inertial> if it is to move";
-            built.remarks.push(self.text.remark("joint", joint, "", text));
-        }
+        let remark = |joint: &str, text: &str| self.text.remark("joint", joint, "", text);
+        let without = "it moves no mass and is held at zero; give the links behind it an <inertial> if it is to move";
+        built.remarks.extend(idle.into_iter().map(|joint| remark(joint, without)));
+        built.remarks.extend(reasons.iter().map(|(joint, reason)| remark(joint, reason)));
         Ok(built)
     }
 
@@ -108,8 +109,15 @@ impl Urdf<'_> {
         match (joint.kind.kind(), &joint.mimic) {
             (Some(kind), Some(Mimic { joint: other, offset })) => {
                 let unit = kind.position_unit();
-                remark("mimic", &format!("it mimics {other}, which is not simulated: it is held at its offset, {offset} {unit}"));
-                if *offset == 0.0 { Ok(Isometry3::identity()) } else { Ok(displacement(kind, &self.axis(joint)?, *offset)) }
+                remark(
+                    "mimic",
+                    &format!("it mimics {other}, which is not simulated: it is held at its offset, {offset} {unit}"),
+                );
+                if *offset == 0.0 {
+                    Ok(Isometry3::identity())
+                } else {
+                    Ok(displacement(kind, &self.axis(joint)?, *offset))
+                }
             }
             (Some(_), None) => {
                 built.held.push(joint.name.clone());
@@ -117,7 +125,7 @@ impl Urdf<'_> {
             }
             (None, _) => {
                 if joint.kind != JointType::Fixed {
-                    let kind = if joint.kind == JointType::Planar { "planar" } else { "floating" };
+                    let kind = JOINT_TYPES.iter().find(|(_, kind)| *kind == joint.kind).map_or("", |(name, _)| name);
                     remark("", &format!("of type {kind}: it is held fixed, as the base of the robot is"));
                 }
                 Ok(Isometry3::identity())
@@ -197,6 +205,7 @@ impl Urdf<'_> {
             Solid::Known(geometry) => geometry,
             Solid::Mesh(file, _) if file.is_empty() => return unread("(no filename)", "a mesh with a filename"),
             Solid::Mesh(file, scale) => return Ok(mesh::points(self.file, file, scale).map(Geometry::ConvexHull)),
+            Solid::Scaled(file) => return unread(file, "a scale of 3 numbers"),
             Solid::Other(name) => {
                 return unread(&format!("<{name}>"), "one box, cylinder, capsule, sphere or mesh");
             }
@@ -217,7 +226,9 @@ impl Urdf<'_> {
 /// Motion of a joint about or along its axis by `q` [rad or m].
 fn displacement(kind: JointKind, axis: &Unit<Vector3<f64>>, q: f64) -> Isometry3<f64> {
     match kind {
-        JointKind::Revolute => Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(axis, q)),
+        JointKind::Revolute => {
+            Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(axis, q))
+        }
         JointKind::Prismatic => Isometry3::from_parts(Translation3::from(**axis * q), UnitQuaternion::identity()),
     }
 }
