@@ -74,7 +74,7 @@ const CASES: &[Case] = &[
     ),
     ("type=\"revolute\"", "type=\"ball\"", "robot.urdf:14: joint turn: type = ball", &["revolute"]),
     ("type=\"revolute\"", "type=\"fixed\"", "model.toml:6: joints.turn", &["movable joints"]),
-    ("size=\"0.2 0.1 0.1\"", "size=\"0.2 0 0.1\"", "robot.urdf:10: link table: collision", &["sizes > 0"]),
+    ("size=\"0.2 0.1 0.1\"", "size=\"0.2 -1 0.1\"", "robot.urdf:10: link table: collision", &["sizes > 0"]),
     ("size=\"0.2 0.1 0.1\"", "size=\"0.2 0.1 1e300\"", "robot.urdf:11: link table: box size", &["1e5 [m]"]),
     ("<box size=\"0.2 0.1 0.1\"/>", "<box size=\"0.2 0.1 0.1\"/><blob/>", "robot.urdf:11: URDF", &["one box"]),
     ("<box size=\"0.2 0.1 0.1\"/>", "<bo size=\"0.2 0.1 0.1\"/>", "robot.urdf:11: URDF", &["<box>, not <bo>"]),

@@ -197,7 +197,7 @@ const BROKEN_URDFS: &[(&str, &str, &str)] = &[
     (
         "\"revolute\"",
         "\"hinge\"",
-        "elbow/elbow.urdf:43: joint shoulder: type = hinge: expected revolute or continuous or prismatic or fixed or floating or planar",
+        "elbow/elbow.urdf:43: joint shoulder: type = hinge: expected revolute or continuous or prismatic or fixed or floating or planar or spherical",
     ),
     ("<limit lower", "<limits lower", "elbow/elbow.urdf:48: URDF: expected the element <limit>, not <limits>"),
     ("<parent link=\"bracket\"/>", "", "elbow/elbow.urdf:43: URDF: expected an element <parent> in joint shoulder"),

@@ -247,7 +247,7 @@ fn vector(element: &Element<'_>, attribute: &str, default: [f64; 3]) -> Vector3<
 }
 
 fn optional(element: &Element<'_>, attribute: &str) -> Option<f64> {
-    element.attribute(attribute).map(|_| number(element, attribute, 0.0))
+    element.attribute(attribute).and_then(|value| parsed(value, 1, true)).map(|values| values[0])
 }
 
 fn number(element: &Element<'_>, attribute: &str, default: f64) -> f64 {

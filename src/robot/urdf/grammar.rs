@@ -71,6 +71,12 @@ struct Numbers {
     unit: &'static str,
 }
 
+impl Numbers {
+    fn expected(&self) -> String {
+        if self.count == 1 { "a number".to_owned() } else { format!("{} numbers", self.count) }
+    }
+}
+
 const fn needed(
     element: &'static str,
     attribute: &'static str,
@@ -113,10 +119,10 @@ const NUMBERS: &[Numbers] = &[
     needed("axis", "xyz", 3, FACTOR, "1"),
     needed("mass", "value", 1, MASS, "kg"),
     needed("inertia", "ixx", 1, INERTIA, "kg·m²"),
-    needed("inertia", "ixy", 1, INERTIA, "kg·m²"),
-    needed("inertia", "ixz", 1, INERTIA, "kg·m²"),
+    optional("inertia", "ixy", 1, INERTIA, "kg·m²"),
+    optional("inertia", "ixz", 1, INERTIA, "kg·m²"),
     needed("inertia", "iyy", 1, INERTIA, "kg·m²"),
-    needed("inertia", "iyz", 1, INERTIA, "kg·m²"),
+    optional("inertia", "iyz", 1, INERTIA, "kg·m²"),
     needed("inertia", "izz", 1, INERTIA, "kg·m²"),
     optional("limit", "lower", 1, ANY, ""),
     optional("limit", "upper", 1, ANY, ""),
@@ -251,27 +257,49 @@ fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
 
 fn check_numbers<'a>(text: &UrdfText<'a>, element: &Element<'a>, remarks: &mut Vec<Remark>) -> Result<()> {
     for numbers in NUMBERS.iter().filter(|numbers| numbers.element == element.name) {
-        let Numbers { attribute, count, needed, most, unit, .. } = numbers;
-        let expected = if *count == 1 { "a number".to_owned() } else { format!("{count} numbers") };
+        let Numbers { attribute, needed, .. } = numbers;
         match element.attribute(attribute) {
-            None if *needed => return Err(error(text, element, attribute, "", &format!("{expected} (missing)"))),
-            None => {}
-            Some(value) => {
-                let parsed = parsed(value, *count, most.is_infinite());
-                let quoted = format!("\"{}\"", value.chars().take(60).collect::<String>());
-                if parsed.is_some() && value.contains(',') {
-                    let taken = format!("{} {attribute} = {quoted}: the commas are taken as spaces", element.name);
-                    remarks.push(text.remark_at(element, &taken));
-                }
-                let unexpanded = value.contains("${") || value.contains("$(");
-                let expected = if unexpanded { format!("{expected}; run xacro on this file first") } else { expected };
-                let parsed = parsed.ok_or_else(|| error(text, element, attribute, &quoted, &expected))?;
-                if parsed.iter().any(|number| number.abs() > *most) {
-                    let expected = format!("{expected} from -{most:e} to {most:e} [{unit}]");
-                    return Err(error(text, element, attribute, &quoted, &expected));
-                }
+            None if *needed => {
+                return Err(error(text, element, attribute, "", &format!("{} (missing)", numbers.expected())));
             }
+            // Moments may be left out where the frame is that of the principal axes.
+            None if element.name == "inertia" => {
+                remarks.push(text.remark_at(element, &format!("inertia without {attribute}: taken as 0")));
+            }
+            None => {}
+            Some(value) if value.trim().is_empty() && !*needed => {
+                let taken = format!("{} {attribute} = \"\": taken as not given", element.name);
+                remarks.push(text.remark_at(element, &taken));
+            }
+            Some(value) => check_value(text, element, numbers, value, remarks)?,
         }
+    }
+    Ok(())
+}
+
+/// The value of an attribute that holds numbers.
+fn check_value<'a>(
+    text: &UrdfText<'a>,
+    element: &Element<'a>,
+    numbers: &Numbers,
+    value: &str,
+    remarks: &mut Vec<Remark>,
+) -> Result<()> {
+    let Numbers { attribute, count, most, unit, .. } = numbers;
+    let quoted = format!("\"{}\"", value.chars().take(60).collect::<String>());
+    let refused = |expected: &str| Err(error(text, element, attribute, &quoted, expected));
+    let expected = numbers.expected();
+    let Some(parsed) = parsed(value, *count, most.is_infinite()) else {
+        let unexpanded = value.contains("${") || value.contains("$(");
+        let remedy = if unexpanded { "; run xacro on this file first" } else { "" };
+        return refused(&format!("{expected}{remedy}"));
+    };
+    if parsed.iter().any(|number| number.abs() > *most) {
+        return refused(&format!("{expected} from -{most:e} to {most:e} [{unit}]"));
+    }
+    if value.contains(',') {
+        let taken = format!("{} {attribute} = {quoted}: the commas are taken as spaces", element.name);
+        remarks.push(text.remark_at(element, &taken));
     }
     Ok(())
 }

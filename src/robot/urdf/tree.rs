@@ -210,16 +210,17 @@ impl Urdf<'_> {
                 return unread(&format!("<{name}>"), "one box, cylinder, capsule, sphere or mesh");
             }
         };
-        let sizes = match geometry {
-            Geometry::Box(size) => size.iter().copied().collect(),
-            Geometry::Cylinder(radius, length) | Geometry::Capsule(radius, length) => vec![*radius, *length],
-            Geometry::Sphere(radius) => vec![*radius],
-            Geometry::ConvexHull(_) => Vec::new(),
+        let (name, sizes) = match geometry {
+            Geometry::Box(size) => ("<box>", size.iter().copied().collect()),
+            Geometry::Cylinder(radius, length) => ("<cylinder>", vec![*radius, *length]),
+            Geometry::Capsule(radius, length) => ("<capsule>", vec![*radius, *length]),
+            Geometry::Sphere(radius) => ("<sphere>", vec![*radius]),
+            Geometry::ConvexHull(_) => ("", Vec::new()),
         };
-        if sizes.iter().all(|&size| size > 0.0) {
-            return Ok(Ok(geometry.clone()));
+        if sizes.iter().any(|&size| size < 0.0) {
+            return Err(self.text.error("link", link, "collision", format!("{sizes:?}"), "sizes > 0 [m]"));
         }
-        Err(self.text.error("link", link, "collision", format!("{sizes:?}"), "sizes > 0 [m]"))
+        if sizes.contains(&0.0) { unread(name, "sizes > 0 [m]") } else { Ok(Ok(geometry.clone())) }
     }
 }
 
