@@ -10,6 +10,10 @@ const LEAST_PSEUDO: f64 = 1e-7;
 /// [1] Rounding of a file's digits that is tolerated in a tensor, as a share of its largest moment.
 const SLACK: f64 = 1e-6;
 
+/// [1] Rounding of a change of frame, as a share of `m |c|²`: a tensor about the centre of mass is a difference of such numbers, after some ten
+/// operations of 1e-16 each on the way into the file and as many after it.
+const ROUNDING: f64 = 1e-14;
+
 impl Inertia {
     /// No mass.
     pub fn zero() -> Self {
@@ -91,12 +95,17 @@ impl Inertia {
         let mut eigen = sigma.symmetric_eigen();
         // The largest moment is the sum of the two largest eigenvalues. σ_min < 0 is half of what a moment exceeds the sum of the others by.
         let largest = (eigen.eigenvalues.sum() - eigen.eigenvalues.min()).abs();
-        if eigen.eigenvalues.min() >= -0.5 * SLACK * largest {
+        if eigen.eigenvalues.min() >= -0.5 * self.slack(largest) {
             return *self;
         }
         eigen.eigenvalues.iter_mut().for_each(|value| *value = value.max(0.0));
         let sigma = eigen.recompose();
         Self { tensor: Matrix3::identity() * sigma.trace() - sigma, ..*self }
+    }
+
+    /// [kg·m²] By how much the moments of a tensor with this largest one may miss what a body can have.
+    fn slack(&self, largest: f64) -> f64 {
+        SLACK * largest.abs() + ROUNDING * self.mass.abs() * self.com.norm_squared()
     }
 
     /// Why no rigid body can have this inertia; `None` if one can.
@@ -110,7 +119,7 @@ impl Inertia {
         let mut moments = self.tensor.symmetric_eigenvalues();
         moments.as_mut_slice().sort_by(f64::total_cmp);
         let [small, middle, large] = [moments[0], moments[1], moments[2]];
-        let slack = SLACK * large.abs();
+        let slack = self.slack(large);
         if small < -slack || !large.is_finite() {
             return Some(format!("principal moments {small:.4e}, {middle:.4e}, {large:.4e} kg·m²; expected all ≥ 0"));
         }

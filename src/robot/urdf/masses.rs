@@ -100,7 +100,7 @@ impl Urdf<'_> {
     }
 
     /// Joints of a tree that move nothing with an inertia.
-    pub(super) fn idle<'r>(tree: &'r Robot) -> impl Iterator<Item = &'r str> {
+    pub(super) fn idle(tree: &Robot) -> impl Iterator<Item = &str> {
         let idle = |body: &crate::robot::Body, moved| moves_nothing(body.joint.kind, moved);
         let bodies = tree.bodies.iter().zip(tree.moved_inertias());
         bodies.filter(move |(body, moved)| idle(body, *moved)).map(|(body, _)| body.joint.name.as_str())
