@@ -95,7 +95,7 @@ impl Inertia {
         let mut eigen = sigma.symmetric_eigen();
         // The largest moment is the sum of the two largest eigenvalues. σ_min < 0 is half of what a moment exceeds the sum of the others by.
         let largest = (eigen.eigenvalues.sum() - eigen.eigenvalues.min()).abs();
-        if eigen.eigenvalues.min() >= -0.5 * self.slack(largest) {
+        if eigen.eigenvalues.min() >= -0.5 * SLACK * largest {
             return *self;
         }
         eigen.eigenvalues.iter_mut().for_each(|value| *value = value.max(0.0));

@@ -42,7 +42,8 @@ impl Urdf<'_> {
         let sum = parts.iter().fold(Inertia::zero(), |sum, part| sum.joined(&part.inertia));
         let sum = if sum.mass < LEAST_MASS { Inertia { mass: 0.0, ..sum } } else { sum };
         let used = sum.physical();
-        if used != sum {
+        // What only rounding keeps from being a body becomes one without a remark.
+        if used != sum && sum.fault().is_some() {
             remarks.push(self.replaced(parts, &sum, &used));
         } else {
             remarks.extend(parts.iter().filter_map(|part| self.odd(part, parts.len() > 1)));
