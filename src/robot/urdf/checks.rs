@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Urdf;
-use super::description::{Description, Joint, JointType, Limit, Link};
+use super::description::{Joint, JointType, Robot, bare_link, dynamics_of};
 use super::text::UrdfText;
 use crate::error::{Error, Place, Result};
 use crate::robot::remark::Remark;
@@ -18,7 +18,7 @@ const WORLD: &str = "world";
 impl Urdf<'_> {
     /// Limits the number of collision shapes: the number of pairs to check grows with its square.
     pub(super) fn check_shapes(&self) -> Result<()> {
-        let shapes: usize = self.description.links.iter().map(|link| link.collisions.len()).sum();
+        let shapes: usize = self.robot.links.iter().map(|link| link.collision.len()).sum();
         if shapes <= MOST_SHAPES {
             return Ok(());
         }
@@ -31,25 +31,28 @@ impl Urdf<'_> {
     pub(super) fn check_joint(&self, joint: &Joint, remarks: &mut Vec<Remark>) -> Result<()> {
         let refuse =
             |part, value: String, expected: &str| Err(self.text.error("joint", &joint.name, part, value, expected));
-        if joint.damping < 0.0 || joint.friction < 0.0 {
-            let value = format!("damping {}, friction {}", joint.damping, joint.friction);
+        let (damping, friction) = dynamics_of(joint);
+        if damping < 0.0 || friction < 0.0 {
+            let value = format!("damping {damping}, friction {friction}");
             return refuse("dynamics", value, "damping ≥ 0 and friction ≥ 0");
         }
-        let endless = joint.kind == JointType::Continuous;
+        let endless = joint.joint_type == JointType::Continuous;
         let mut remark = |text: &str| remarks.push(self.text.remark("joint", &joint.name, "limit", text));
-        let Some(Limit { lower, upper, effort, velocity }) = joint.limit else {
+        let owner = self.text.owner("joint", &joint.name);
+        let Some(limit) = owner.and_then(|owner| self.text.child(owner, "limit")) else {
             if !endless {
                 remark("no <limit>: its range, effort and velocity are taken as unlimited");
             }
             return Ok(());
         };
+        let (lower, upper) = (joint.limit.lower, joint.limit.upper);
         if lower > upper && !endless {
             return refuse("limit", format!("lower {lower}, upper {upper}"), "lower ≤ upper");
         }
         let range = (lower == 0.0 && upper == 0.0 && !endless).then_some("lower and upper");
         let which = |what: fn(f64) -> bool| {
-            let named = [("effort", effort), ("velocity", velocity)].into_iter();
-            named.filter(move |(_, value)| value.is_some_and(what)).map(|(name, _)| name)
+            let named = [("effort", joint.limit.effort), ("velocity", joint.limit.velocity)].into_iter();
+            named.filter(move |(_, value)| what(*value)).map(|(name, _)| name)
         };
         let zero: Vec<&str> = range.into_iter().chain(which(|value| value == 0.0)).collect();
         if !zero.is_empty() {
@@ -59,8 +62,8 @@ impl Urdf<'_> {
         if !negative.is_empty() {
             remark(&format!("limit {} below 0 is taken as not given", negative.join(" and ")));
         }
-        let missing = [("effort", effort), ("velocity", velocity)].into_iter().filter(|(_, value)| value.is_none());
-        let missing: Vec<&str> = missing.map(|(name, _)| name).collect();
+        let missing: Vec<&str> =
+            ["effort", "velocity"].into_iter().filter(|name| limit.given(name).is_none()).collect();
         if !missing.is_empty() {
             remark(&format!("limit without {}: taken as unlimited", missing.join(" and ")));
         }
@@ -69,18 +72,18 @@ impl Urdf<'_> {
 }
 
 /// A joint may hang on a `world` that is no link of the file: that is the base, and is added as a link without content.
-pub(super) fn with_world(text: &UrdfText<'_>, mut description: Description, remarks: &mut Vec<Remark>) -> Description {
-    let known = description.links.iter().any(|link| link.name == WORLD);
-    if let Some(joint) = description.joints.iter().find(|joint| joint.parent == WORLD && !known) {
+pub(super) fn with_world(text: &UrdfText<'_>, mut robot: Robot, remarks: &mut Vec<Remark>) -> Robot {
+    let known = robot.links.iter().any(|link| link.name == WORLD);
+    if let Some(joint) = robot.joints.iter().find(|joint| joint.parent.link == WORLD && !known) {
         let taken = format!("parent {WORLD} is no link of this file and is taken as the base");
         remarks.push(text.remark("joint", &joint.name, "parent", &taken));
-        description.links.push(Link { name: WORLD.to_owned(), inertial: None, collisions: Vec::new() });
+        robot.links.push(bare_link(WORLD));
     }
-    description
+    robot
 }
 
 /// Index of the root link, after a check that all other links hang from it. Links without any joint are left out, and that is remarked.
-pub(super) fn root_of(text: &UrdfText<'_>, robot: &Description, remarks: &mut Vec<Remark>) -> Result<usize> {
+pub(super) fn root_of(text: &UrdfText<'_>, robot: &Robot, remarks: &mut Vec<Remark>) -> Result<usize> {
     let parent = parents(text, robot)?;
     let roots: Vec<usize> = (0..parent.len()).filter(|&link| parent[link].is_none()).collect();
     let carries = |root: &usize| parent.contains(&Some(*root));
@@ -116,7 +119,7 @@ pub(super) fn root_of(text: &UrdfText<'_>, robot: &Description, remarks: &mut Ve
 ///
 /// # Errors
 /// A name occurs twice, a joint names a link that is not there, or two joints move one link.
-fn parents(text: &UrdfText<'_>, robot: &Description) -> Result<Vec<Option<usize>>> {
+fn parents(text: &UrdfText<'_>, robot: &Robot) -> Result<Vec<Option<usize>>> {
     let mut index: BTreeMap<&str, usize> = BTreeMap::new();
     for (i, link) in robot.links.iter().enumerate() {
         if index.insert(&link.name, i).is_some() {
@@ -134,10 +137,10 @@ fn parents(text: &UrdfText<'_>, robot: &Description) -> Result<Vec<Option<usize>
             let missing = || text.error("joint", &joint.name, part, link, format!("a link of this file{near}"));
             index.get(link).copied().ok_or_else(missing)
         };
-        let (above, below) = (find("parent", &joint.parent)?, find("child", &joint.child)?);
+        let (above, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
         if parent[below].replace(above).is_some() {
             let expected = "a link that no other joint moves";
-            return Err(text.error("joint", &joint.name, "child", &joint.child, expected));
+            return Err(text.error("joint", &joint.name, "child", &joint.child.link, expected));
         }
     }
     Ok(parent)

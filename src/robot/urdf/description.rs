@@ -1,256 +1,199 @@
-//! Links and joints as a URDF describes them. The text is checked before: what is missing here is optional, and has its default.
+//! The only place that names urdf-rs: reads a checked text with it, and gives what it reads in the types of the project.
 
-use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use std::path::Path;
 
-use super::grammar::parsed;
+use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+pub(super) use urdf_rs::{Geometry as Solid, Joint, JointType, Link, Robot};
+
+use super::mend::mended;
+use super::mesh;
 use super::scan::Element;
 use super::text::UrdfText;
-use crate::robot::tree::{Geometry, Inertia};
+use crate::error::Result;
+use crate::robot::tree::{Geometry, Inertia, Limits};
 use crate::units::JointKind;
 
-/// The content of a URDF that is used.
-pub(super) struct Description {
-    pub name: String,
-    /// In the order of the file.
-    pub links: Vec<Link>,
-    /// In the order of the file.
-    pub joints: Vec<Joint>,
-}
+/// [rad or m, rad/s or m/s, N·m or N] Limits from here on count as none: exporters write 1e16 or the largest number for
+/// a continuous joint.
+const UNLIMITED: f64 = 1e9;
 
-pub(super) struct Link {
-    pub name: String,
-    pub inertial: Option<Inertial>,
-    pub collisions: Vec<Collision>,
-}
-
-pub(super) struct Inertial {
-    /// As it stands in the file, in the frame of the link.
-    pub inertia: Inertia,
-    /// Whether there is an element `<inertia>`; without one the tensor is zero.
-    pub has_tensor: bool,
-}
-
-pub(super) struct Collision {
-    /// Pose in the frame of the link.
-    pub pose: Isometry3<f64>,
-    pub solid: Solid,
-}
-
-/// Geometry of a collision shape.
-pub(super) enum Solid {
-    Known(Geometry),
-    /// A mesh with its scale.
-    Mesh(String, Vector3<f64>),
-    /// A mesh whose scale is not three numbers.
-    Scaled(String),
-    /// The name of another element, empty if there is none.
-    Other(String),
-}
-
-pub(super) struct Joint {
-    pub name: String,
-    pub kind: JointType,
-    pub parent: String,
-    pub child: String,
-    /// Pose of the joint in the frame of the parent link.
-    pub origin: Isometry3<f64>,
-    /// Its axis, of any length.
-    pub axis: Vector3<f64>,
-    pub limit: Option<Limit>,
-    /// [N·m·s/rad or N·s/m]
-    pub damping: f64,
-    /// [N·m or N]
-    pub friction: f64,
-    pub mimic: Option<Mimic>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum JointType {
-    Revolute,
-    Continuous,
-    Prismatic,
-    Fixed,
-    Floating,
-    Planar,
-    Spherical,
-}
-
-/// `<limit>`; the version of URDF decides what a missing `lower` or `upper` is.
-pub(super) struct Limit {
-    /// [rad or m]
-    pub lower: f64,
-    /// [rad or m]
-    pub upper: f64,
-    /// [N·m or N]
-    pub effort: Option<f64>,
-    /// [rad/s or m/s]
-    pub velocity: Option<f64>,
-}
-
-/// `<mimic>`: the joint follows another one, `q = multiplier · q_other + offset`.
-pub(super) struct Mimic {
-    pub joint: String,
-    /// [rad or m]
-    pub offset: f64,
-}
-
-/// Types by their names in URDF.
-pub(super) const JOINT_TYPES: [(&str, JointType); 7] = [
-    ("revolute", JointType::Revolute),
-    ("continuous", JointType::Continuous),
-    ("prismatic", JointType::Prismatic),
-    ("fixed", JointType::Fixed),
-    ("floating", JointType::Floating),
-    ("planar", JointType::Planar),
-    // Of Bullet's dialect.
-    ("spherical", JointType::Spherical),
-];
-
-impl JointType {
-    pub fn kind(self) -> Option<JointKind> {
-        match self {
-            Self::Revolute | Self::Continuous => Some(JointKind::Revolute),
-            Self::Prismatic => Some(JointKind::Prismatic),
-            Self::Fixed | Self::Floating | Self::Planar | Self::Spherical => None,
-        }
-    }
-}
-
-impl Description {
-    /// The content of a checked text.
-    pub fn of(text: &UrdfText<'_>) -> Self {
-        let version = text.version();
-        let all = |name: &'static str| {
-            text.elements().iter().filter(move |element| element.parent == Some(0) && element.name == name)
+/// Links and joints of a checked text, in the order of the file.
+///
+/// # Errors
+/// urdf-rs does not read the text; the error has the line of the first link or joint that it does not read.
+pub(super) fn read(text: &UrdfText<'_>) -> Result<Robot> {
+    let content = || text.owners("link").chain(text.owners("joint"));
+    urdf_rs::read_from_string(&mended(text, content())).map_err(|error| {
+        let alone = |element: &Element<'_>| urdf_rs::read_from_string(&mended(text, std::iter::once(element)));
+        let faulty = content().find_map(|element| Some((element, alone(element).err()?)));
+        let (line, reason) = match faulty {
+            Some((element, error)) => (element.line, format!("a {} that urdf-rs reads ({error})", text.title(element))),
+            None => {
+                (text.elements().first().map_or(1, |robot| robot.line), format!("a text that urdf-rs reads ({error})"))
+            }
         };
-        Self {
-            name: text.elements().first().map_or_else(String::new, |robot| word(robot, "name")),
-            links: all("link").map(|link| Link::of(text, link, version)).collect(),
-            joints: all("joint").map(|joint| Joint::of(text, joint, version)).collect(),
-        }
+        text.broken(line, reason)
+    })
+}
+
+/// A link of which only the name is known.
+pub(super) fn bare_link(name: &str) -> Link {
+    Link { name: name.to_owned(), inertial: urdf_rs::Inertial::default(), visual: Vec::new(), collision: Vec::new() }
+}
+
+/// How a joint moves; `None` for one that does not turn or slide.
+pub(super) fn kind_of(joint: &Joint) -> Option<JointKind> {
+    match joint.joint_type {
+        JointType::Revolute | JointType::Continuous => Some(JointKind::Revolute),
+        JointType::Prismatic => Some(JointKind::Prismatic),
+        JointType::Fixed | JointType::Floating | JointType::Planar | JointType::Spherical => None,
     }
 }
 
-impl Link {
-    fn of(text: &UrdfText<'_>, link: &Element<'_>, version: Version) -> Self {
-        let collisions = text.children(link, "collision").map(|collision| Collision {
-            pose: pose(text, collision, version),
-            solid: Solid::of(text.children(collision, "geometry").flat_map(|geometry| text.inside(geometry)).next()),
-        });
-        Self {
-            name: word(link, "name"),
-            inertial: text.child(link, "inertial").map(|inertial| Inertial::of(text, inertial, version)),
-            collisions: collisions.collect(),
-        }
-    }
+/// Damping [N·m·s/rad or N·s/m] and friction [N·m or N] of a joint.
+pub(super) fn dynamics_of(joint: &Joint) -> (f64, f64) {
+    joint.dynamics.as_ref().map_or((0.0, 0.0), |dynamics| (dynamics.damping, dynamics.friction))
 }
 
-impl Inertial {
-    /// In the frame of the link, rotated from the inertial frame.
-    fn of(text: &UrdfText<'_>, inertial: &Element<'_>, version: Version) -> Self {
-        let tensor = text.child(inertial, "inertia");
-        let [ixx, ixy, ixz, iyy, iyz, izz] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]
-            .map(|name| tensor.map_or(0.0, |tensor| number(tensor, name, 0.0)));
-        let own = Inertia {
-            mass: text.child(inertial, "mass").map_or(0.0, |mass| number(mass, "value", 0.0)),
-            com: Vector3::zeros(),
-            tensor: Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz),
+/// Limits. URDF's default of zero counts as not given, and so does the range of a continuous joint.
+pub(super) fn limits_of(joint: &Joint) -> Limits {
+    let given = |value: f64| if value > 0.0 && value < UNLIMITED { value } else { f64::INFINITY };
+    let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
+    let free = joint.joint_type == JointType::Continuous || (lower == 0.0 && upper == 0.0);
+    let lower = if free || lower <= -UNLIMITED { f64::NEG_INFINITY } else { lower };
+    let upper = if free || upper >= UNLIMITED { f64::INFINITY } else { upper };
+    Limits { lower, upper, effort: given(effort), velocity: given(velocity) }
+}
+
+/// Inertia of a link as it stands in the file, in the link's frame, rotated from its inertial frame.
+pub(super) fn inertia_of(link: &Link) -> Inertia {
+    let urdf_rs::Inertia { ixx, ixy, ixz, iyy, iyz, izz } = link.inertial.inertia;
+    let tensor = Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz);
+    let mass = link.inertial.mass.value;
+    Inertia { mass, com: Vector3::zeros(), tensor }.seen_from(&isometry(&link.inertial.origin))
+}
+
+/// URDF's `xyz` and `rpy`: rotation about the fixed axes x, y, z in this order, then translation.
+pub(super) fn isometry(pose: &urdf_rs::Pose) -> Isometry3<f64> {
+    let [roll, pitch, yaw] = pose.rpy.0;
+    Isometry3::from_parts(
+        Translation3::from(Vector3::from(pose.xyz.0)),
+        UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+    )
+}
+
+/// A shape with its name and sizes [m]; a mesh is read from its file.
+pub(super) fn shape_of(urdf: &Path, geometry: &Solid) -> Result<(Geometry, &'static str, Vec<f64>), mesh::Unread> {
+    Ok(match geometry {
+        Solid::Box { size } => (Geometry::Box(Vector3::from(size.0)), "<box>", size.0.to_vec()),
+        Solid::Cylinder { radius, length } => {
+            (Geometry::Cylinder(*radius, *length), "<cylinder>", vec![*radius, *length])
+        }
+        Solid::Capsule { radius, length } => (Geometry::Capsule(*radius, *length), "<capsule>", vec![*radius, *length]),
+        Solid::Sphere { radius } => (Geometry::Sphere(*radius), "<sphere>", vec![*radius]),
+        Solid::Mesh { filename, scale } => {
+            let scale = scale.map_or_else(|| Vector3::repeat(1.0), |scale| Vector3::from(scale.0));
+            (Geometry::ConvexHull(mesh::points(urdf, filename, &scale)?), "<mesh>", Vec::new())
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use nalgebra::Quaternion;
+
+    use super::*;
+
+    fn robot(text: &str) -> Result<Robot> {
+        read(&UrdfText::scan(Path::new("a.urdf"), text)?)
+    }
+
+    fn files_of(folder: &Path) -> Vec<PathBuf> {
+        std::fs::read_dir(folder)
+            .map_or_else(|_| Vec::new(), |inside| inside.map(|entry| entry.unwrap().path()).collect())
+    }
+
+    #[test]
+    fn equivalent_mending_a_sound_file_changes_nothing_that_is_read() {
+        let folders = files_of(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots"));
+        let files = folders.iter().flat_map(|folder| files_of(folder));
+        let mut joints = 0;
+        for file in files.filter(|file| file.extension().is_some_and(|extension| extension == "urdf")) {
+            let text = std::fs::read_to_string(&file).unwrap();
+            let (own, mut other) = (robot(&text).unwrap(), urdf_rs::read_from_string(&text).unwrap());
+            // What nothing reads is cut out; everything else is written alike.
+            other.materials.clear();
+            for link in &mut other.links {
+                link.visual.clear();
+                link.collision.iter_mut().for_each(|collision| collision.name = None);
+            }
+            for joint in &mut other.joints {
+                (joint.calibration, joint.safety_controller) = (None, None);
+            }
+            assert_eq!(format!("{own:?}"), format!("{other:?}"), "{}", file.display());
+            joints += own.joints.len();
+        }
+        assert!(joints > 20, "{joints} joints");
+    }
+
+    fn turned(version: &str, origin: &str) -> Isometry3<f64> {
+        let text = format!(
+            "<robot version=\"{version}\"><link name=\"a\"/><link name=\"b\"/><joint name=\"c\" type=\"fixed\">\
+             <parent link=\"a\"/><child link=\"b\"/><origin xyz=\"1 2 3\" {origin}/></joint></robot>"
+        );
+        isometry(&robot(&text).unwrap().joints[0].origin)
+    }
+
+    #[test]
+    fn property_a_quaternion_is_read_from_version_1_1_on() {
+        // The last one is 0.1° from the pole of roll, pitch and yaw.
+        for (axis, angle) in
+            [([0.3, -0.5, 0.8], 1.1), ([-1.0, 0.2, 0.1], 3.0), ([0.0, 1.0, 0.0], 89.9_f64.to_radians())]
+        {
+            let axis = nalgebra::Unit::new_normalize(Vector3::from(axis));
+            let rotation = UnitQuaternion::from_axis_angle(&axis, angle);
+            let Quaternion { coords } = *rotation.quaternion() * 2.0;
+            let origin = format!("rpy=\"1 0 0\" quat_xyzw=\"{} {} {} {}\"", coords.x, coords.y, coords.z, coords.w);
+            let found = turned("1.1", &origin);
+            assert_eq!(found.translation.vector, Vector3::new(1.0, 2.0, 3.0));
+            // An arcsine at 89.9° has a slope of 1 / cos 89.9° = 573: that of some ten roundings of 1e-16.
+            assert!(found.rotation.angle_to(&rotation) < 1e-12, "{found}");
+            assert!(
+                turned("1.0", &origin).rotation.angle_to(&UnitQuaternion::from_euler_angles(1.0, 0.0, 0.0)) < 1e-12
+            );
+        }
+    }
+
+    #[test]
+    fn property_missing_limits_are_open_from_version_1_2_on() {
+        let limits = |version: &str| {
+            let text = format!(
+                "<robot version=\"{version}\"><link name=\"a\"/><link name=\"b\"/><joint name=\"c\" type=\"revolute\">\
+                 <parent link=\"a\"/><child link=\"b\"/><limit upper=\"2\" effort=\"3\"/></joint></robot>"
+            );
+            limits_of(&robot(&text).unwrap().joints[0])
         };
-        Self { inertia: own.seen_from(&pose(text, inertial, version)), has_tensor: tensor.is_some() }
+        let Limits { lower, upper, effort, velocity } = limits("1.2");
+        assert_eq!((lower, upper, effort, velocity), (f64::NEG_INFINITY, 2.0, 3.0, f64::INFINITY));
+        assert_eq!(limits("1.1").lower, 0.0);
     }
-}
 
-impl Solid {
-    fn of(shape: Option<&Element<'_>>) -> Self {
-        let Some(shape) = shape else { return Self::Other(String::new()) };
-        let size = |name| number(shape, name, 0.0);
-        match shape.name {
-            "box" => Self::Known(Geometry::Box(vector(shape, "size", [0.0; 3]))),
-            "cylinder" => Self::Known(Geometry::Cylinder(size("radius"), size("length"))),
-            "capsule" => Self::Known(Geometry::Capsule(size("radius"), size("length"))),
-            "sphere" => Self::Known(Geometry::Sphere(size("radius"))),
-            "mesh" => match shape.attribute("scale").map(|scale| parsed(scale, 3, false)) {
-                Some(None) => Self::Scaled(word(shape, "filename")),
-                _ => Self::Mesh(word(shape, "filename"), vector(shape, "scale", [1.0; 3])),
-            },
-            other => Self::Other(other.to_owned()),
-        }
+    #[test]
+    fn property_names_stay() {
+        let name = "a &amp; &lt;b&gt; &quot;c&apos; d\te\nf&#10;g ü";
+        let text = format!("<robot name=\"{name}\">\n<link\nname=\"{name}\"/></robot>");
+        let scanned = UrdfText::scan(Path::new("a.urdf"), &text).unwrap();
+        let robot = read(&scanned).unwrap();
+        assert_eq!(scanned.elements()[1].attribute("name"), Some(robot.links[0].name.as_str()));
+        assert_eq!(robot.name, robot.links[0].name);
     }
-}
 
-impl Joint {
-    fn of(text: &UrdfText<'_>, joint: &Element<'_>, version: Version) -> Self {
-        let child = |name| text.child(joint, name);
-        let link = |name| child(name).map_or_else(String::new, |element| word(element, "link"));
-        let dynamics = |name| child("dynamics").map_or(0.0, |dynamics| number(dynamics, name, 0.0));
-        let kind = JOINT_TYPES.iter().find(|(name, _)| joint.attribute("type") == Some(name));
-        Self {
-            name: word(joint, "name"),
-            kind: kind.map_or(JointType::Fixed, |(_, kind)| *kind),
-            parent: link("parent"),
-            child: link("child"),
-            origin: pose(text, joint, version),
-            axis: child("axis").map_or(Vector3::x(), |axis| vector(axis, "xyz", [1.0, 0.0, 0.0])),
-            limit: child("limit").map(|limit| Limit::of(limit, version)),
-            damping: dynamics("damping"),
-            friction: dynamics("friction"),
-            mimic: child("mimic")
-                .map(|mimic| Mimic { joint: word(mimic, "joint"), offset: number(mimic, "offset", 0.0) }),
-        }
+    #[test]
+    fn property_what_urdf_rs_does_not_read_is_an_error_with_its_line() {
+        let text = "<robot>\n<link name=\"a\"/>\n<link name=\"b&#1;\"/></robot>";
+        let error = robot(text).unwrap_err().to_string();
+        assert!(error.starts_with("a.urdf:3: URDF: expected a link b\u{1} that urdf-rs reads ("), "{error}");
     }
-}
-
-impl Limit {
-    fn of(limit: &Element<'_>, version: Version) -> Self {
-        let open = if version >= OPEN_LIMITS { f64::INFINITY } else { 0.0 };
-        Self {
-            lower: number(limit, "lower", -open),
-            upper: number(limit, "upper", open),
-            effort: optional(limit, "effort"),
-            velocity: optional(limit, "velocity"),
-        }
-    }
-}
-
-/// Version of URDF: `version="1.1"` of `<robot>`.
-pub(super) type Version = (u32, u32);
-
-/// From this version on an `<origin>` may have `quat_xyzw`.
-const QUATERNIONS: Version = (1, 1);
-
-/// From this version on a missing limit is no limit.
-const OPEN_LIMITS: Version = (1, 2);
-
-/// URDF's `<origin>`: rotation about the fixed axes x, y, z in this order, or a quaternion, then translation.
-fn pose(text: &UrdfText<'_>, owner: &Element<'_>, version: Version) -> Isometry3<f64> {
-    let Some(origin) = text.child(owner, "origin") else { return Isometry3::identity() };
-    let [roll, pitch, yaw] = numbers(origin, "rpy", [0.0; 3]);
-    let [x, y, z, w] = numbers(origin, "quat_xyzw", [0.0; 4]);
-    let rotation = match UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9) {
-        Some(rotation) if version >= QUATERNIONS => rotation,
-        _ => UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-    };
-    Isometry3::from_parts(Translation3::from(vector(origin, "xyz", [0.0; 3])), rotation)
-}
-
-fn word(element: &Element<'_>, attribute: &str) -> String {
-    element.attribute(attribute).unwrap_or_default().to_owned()
-}
-
-fn numbers<const N: usize>(element: &Element<'_>, attribute: &str, default: [f64; N]) -> [f64; N] {
-    let given = element.attribute(attribute).and_then(|value| parsed(value, N, true));
-    given.and_then(|values| values.try_into().ok()).unwrap_or(default)
-}
-
-fn vector(element: &Element<'_>, attribute: &str, default: [f64; 3]) -> Vector3<f64> {
-    Vector3::from(numbers(element, attribute, default))
-}
-
-fn optional(element: &Element<'_>, attribute: &str) -> Option<f64> {
-    element.attribute(attribute).and_then(|value| parsed(value, 1, true)).map(|values| values[0])
-}
-
-fn number(element: &Element<'_>, attribute: &str, default: f64) -> f64 {
-    let [value] = numbers(element, attribute, [default]);
-    value
 }

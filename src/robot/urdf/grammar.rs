@@ -5,7 +5,6 @@
 
 use std::collections::BTreeSet;
 
-use super::description::JOINT_TYPES;
 use super::scan::Element;
 use super::text::UrdfText;
 use crate::error::{Error, Place, Result};
@@ -13,13 +12,23 @@ use crate::robot::remark::Remark;
 use crate::toml_input::nearest;
 
 /// How often an element may occur in another.
-enum Count {
+pub(super) enum Count {
     Any,
     /// The first one counts.
     AtMostOne,
     One,
 }
 use Count::{Any, AtMostOne, One};
+
+impl Count {
+    /// How many count.
+    pub(super) fn most(&self) -> usize {
+        match self {
+            Any => usize::MAX,
+            AtMostOne | One => 1,
+        }
+    }
+}
 
 /// Elements, by their parent element.
 const ELEMENTS: &[(&str, &[(&str, Count)])] = &[
@@ -45,7 +54,7 @@ const ELEMENTS: &[(&str, &[(&str, Count)])] = &[
 ];
 
 /// Attributes that hold names.
-const NAMES: &[(&str, &str)] = &[
+pub(super) const NAMES: &[(&str, &str)] = &[
     ("link", "name"),
     ("joint", "name"),
     ("joint", "type"),
@@ -53,6 +62,9 @@ const NAMES: &[(&str, &str)] = &[
     ("child", "link"),
     ("mimic", "joint"),
 ];
+
+/// Types of joints; the last one is of Bullet's dialect.
+const TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
 
 /// Elements that only a display needs: their content is not looked at.
 const DISPLAY: [&str; 2] = ["visual", "material"];
@@ -186,8 +198,15 @@ fn check_plain(text: &UrdfText<'_>) -> Result<()> {
     }
 }
 
-fn children_of(name: &str) -> &'static [(&'static str, Count)] {
+/// The elements that an element of this name may contain.
+pub(super) fn children_of(name: &str) -> &'static [(&'static str, Count)] {
     ELEMENTS.iter().find(|(parent, _)| *parent == name).map_or(&[], |(_, children)| children)
+}
+
+/// The attributes of an element that hold numbers. A scale is checked where the mesh is read: a faulty one costs a shape, not the file.
+pub(super) fn numbers_of(name: &str) -> impl Iterator<Item = &'static str> {
+    let scale = (name == "mesh").then_some("scale");
+    NUMBERS.iter().filter(move |numbers| numbers.element == name).map(|numbers| numbers.attribute).chain(scale)
 }
 
 fn is_known(text: &UrdfText<'_>, index: usize, parent: &str) -> Result<bool> {
@@ -248,9 +267,7 @@ fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
         }
     }
     match (element.name, element.attribute("type")) {
-        ("joint", Some(kind)) if JOINT_TYPES.iter().all(|(name, _)| *name != kind) => {
-            Err(error(text, element, "type", kind, &JOINT_TYPES.map(|(name, _)| name).join(" or ")))
-        }
+        ("joint", Some(kind)) if !TYPES.contains(&kind) => Err(error(text, element, "type", kind, &TYPES.join(" or "))),
         _ => Ok(()),
     }
 }

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use super::Urdf;
+use super::description::kind_of;
 use super::scan::Element;
 use crate::robot::tree::{Inertia, Robot};
 
@@ -14,10 +15,8 @@ impl Urdf<'_> {
     pub(in crate::robot) fn with_inertias(&self, text: &str, robot: &Robot, changed: &[usize]) -> String {
         let bodies: BTreeMap<&str, usize> = changed.iter().map(|body| (&*robot.bodies[*body].name, *body)).collect();
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
-        let elements =
-            self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0));
-        // Names of the parsed links have their entities resolved; both lists have the order of the file.
-        for (link, name) in elements.zip(self.description.links.iter().map(|link| link.name.as_str())) {
+        for link in self.text.owners("link") {
+            let Some(name) = link.attribute("name") else { continue };
             let Some(body) = self.carrier(name, robot).and_then(|carrier| bodies.get(carrier)) else { continue };
             let moved = robot.bodies[*body].name == name;
             let inertial = if moved { written(&robot.bodies[*body].inertia) } else { String::new() };
@@ -39,11 +38,11 @@ impl Urdf<'_> {
     fn carrier<'s>(&'s self, link: &'s str, robot: &Robot) -> Option<&'s str> {
         let mut at = link;
         loop {
-            let joint = self.description.joints.iter().find(|joint| joint.child == at)?;
-            if joint.kind.kind().is_some() && robot.bodies.iter().any(|body| body.joint.name == joint.name) {
+            let joint = self.robot.joints.iter().find(|joint| joint.child.link == at)?;
+            if kind_of(joint).is_some() && robot.bodies.iter().any(|body| body.joint.name == joint.name) {
                 return Some(at);
             }
-            at = &joint.parent;
+            at = &joint.parent.link;
         }
     }
 

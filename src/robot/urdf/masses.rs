@@ -22,6 +22,8 @@ const LEAST_MOMENT: f64 = 1e-17;
 pub(super) struct Part<'a> {
     pub link: &'a Link,
     pub inertia: Inertia,
+    /// Whether it has an element `<inertia>`; without one its tensor is zero.
+    pub has_tensor: bool,
 }
 
 impl Urdf<'_> {
@@ -30,11 +32,11 @@ impl Urdf<'_> {
     /// # Errors
     /// A mass is negative.
     pub(super) fn body_inertia(&self, parts: &[Part<'_>], remarks: &mut Vec<Remark>) -> Result<Inertia> {
-        for Part { link, inertia } in parts {
+        for Part { link, inertia, has_tensor } in parts {
             if inertia.mass < 0.0 {
                 return Err(self.text.error("link", &link.name, "mass", inertia.mass, "a mass ≥ 0 [kg]"));
             }
-            if link.inertial.as_ref().is_some_and(|inertial| !inertial.has_tensor) && inertia.mass > 0.0 {
+            if !has_tensor && inertia.mass > 0.0 {
                 let text = "no <inertia>: its mass counts as that of a point";
                 remarks.push(self.text.remark("link", &link.name, "inertial", text));
             }

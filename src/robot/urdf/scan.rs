@@ -23,6 +23,11 @@ impl Element<'_> {
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| *key == name).map(|(_, value)| value.as_ref())
     }
+
+    /// An attribute that is not blank.
+    pub fn given(&self, name: &str) -> Option<&str> {
+        self.attribute(name).filter(|value| !value.trim().is_empty())
+    }
 }
 
 type Attribute<'a> = (&'a str, Cow<'a, str>);

@@ -3,7 +3,6 @@
 use std::fmt::Display;
 use std::path::Path;
 
-use super::description::Version;
 use super::grammar;
 use super::scan::{Element, elements};
 use crate::error::{Error, Place, Result};
@@ -83,6 +82,16 @@ impl<'a> UrdfText<'a> {
         Remark::new(self.file, Place::Line(element.line), &self.title(element), text)
     }
 
+    /// The links or joints, in the order of the file.
+    pub(super) fn owners(&self, kind: &str) -> impl Iterator<Item = &Element<'a>> {
+        self.elements.first().into_iter().flat_map(move |robot| self.children(robot, kind))
+    }
+
+    /// The link or joint of this name.
+    pub(super) fn owner(&self, kind: &str, name: &str) -> Option<&Element<'a>> {
+        self.owners(kind).find(|element| element.attribute("name") == Some(name))
+    }
+
     /// The elements directly inside another one.
     pub(super) fn inside(&self, element: &Element<'a>) -> impl Iterator<Item = &Element<'a>> {
         element.children.iter().map(|&child| &self.elements[child])
@@ -99,7 +108,7 @@ impl<'a> UrdfText<'a> {
     }
 
     /// Version of URDF, 1.0 if none is given.
-    pub(super) fn version(&self) -> Version {
+    pub(super) fn version(&self) -> (u32, u32) {
         let given = self.elements.first().and_then(|robot| robot.attribute("version"));
         let split = given.and_then(|version| version.trim().split_once('.'));
         split.and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?))).unwrap_or((1, 0))

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use super::description::{Collision, JOINT_TYPES, Joint, JointType, Link, Mimic, Solid};
+use super::description::{
+    Joint, JointType, Link, Solid, dynamics_of, inertia_of, isometry, kind_of, limits_of, shape_of,
+};
 use super::masses::Part;
-use super::{STANDARD_GRAVITY, Urdf, limits_of, mesh};
+use super::scan::Element;
+use super::{STANDARD_GRAVITY, Urdf, mend, mesh};
 use crate::error::Result;
 use crate::robot::remark::Remark;
 use crate::robot::tree::{self, Body, Geometry, Inertia, Robot, Shape, UnreadShape};
@@ -57,7 +60,7 @@ impl Urdf<'_> {
     /// The tree, its bodies not checked.
     fn grown(&self, moving: &BTreeSet<&str>) -> Result<Built> {
         let robot = Robot {
-            name: self.description.name.clone(),
+            name: self.robot.name.clone(),
             gravity: STANDARD_GRAVITY,
             base_shapes: Vec::new(),
             unread_shapes: Vec::new(),
@@ -65,15 +68,18 @@ impl Urdf<'_> {
             coupling: None,
         };
         let mut built = Built { robot, held: Vec::new(), remarks: self.remarks.clone() };
-        let links: BTreeMap<&str, &Link> = self.description.links.iter().map(|link| (&*link.name, link)).collect();
+        // A world that was added has no element.
+        let elements = self.text.owners("link").map(Some).chain(std::iter::once(None));
+        let links: BTreeMap<&str, (&Link, Option<&Element<'_>>)> =
+            self.robot.links.iter().zip(elements).map(|(link, element)| (&*link.name, (link, element))).collect();
         let mut children: BTreeMap<&str, Vec<&Joint>> = BTreeMap::new();
-        for joint in &self.description.joints {
-            children.entry(&joint.parent).or_default().push(joint);
+        for joint in &self.robot.joints {
+            children.entry(&joint.parent.link).or_default().push(joint);
         }
         // One list of parts a body.
         let mut parts: Vec<Vec<Part<'_>>> = Vec::new();
-        let root = &self.description.links[self.root];
-        self.add_link(&mut built.robot, &mut parts, root, None, &Isometry3::identity())?;
+        let root = &self.robot.links[self.root];
+        self.add_link(&mut built.robot, &mut parts, links[root.name.as_str()], None, &Isometry3::identity())?;
         // Joints still to be visited, the first of the file on top: body of the parent link, and the link's pose in it.
         let mut waiting = Vec::new();
         let push = |waiting: &mut Vec<_>, link: &str, body, pose| {
@@ -81,8 +87,8 @@ impl Urdf<'_> {
         };
         push(&mut waiting, &root.name, None, Isometry3::identity());
         while let Some((joint, parent, pose)) = waiting.pop() {
-            let origin = pose * joint.origin;
-            let (body, pose) = match joint.kind.kind() {
+            let origin = pose * isometry(&joint.origin);
+            let (body, pose) = match kind_of(joint) {
                 Some(kind) if moving.contains(joint.name.as_str()) => {
                     built.robot.bodies.push(self.body(joint, kind, parent, origin, &mut built.remarks)?);
                     parts.push(Vec::new());
@@ -90,10 +96,10 @@ impl Urdf<'_> {
                 }
                 _ => (parent, origin * self.held_at(joint, &mut built)?),
             };
-            if let Some(link) = links.get(joint.child.as_str()) {
+            if let Some(&link) = links.get(joint.child.link.as_str()) {
                 self.add_link(&mut built.robot, &mut parts, link, body, &pose)?;
             }
-            push(&mut waiting, &joint.child, body, pose);
+            push(&mut waiting, &joint.child.link, body, pose);
         }
         for (body, parts) in built.robot.bodies.iter_mut().zip(&parts) {
             body.inertia = self.body_inertia(parts, &mut built.remarks)?;
@@ -106,17 +112,18 @@ impl Urdf<'_> {
         let mut remark = |part: &str, text: &str| {
             built.remarks.push(self.text.remark("joint", &joint.name, part, text));
         };
-        match (joint.kind.kind(), &joint.mimic) {
-            (Some(kind), Some(Mimic { joint: other, offset })) => {
+        match (kind_of(joint), &joint.mimic) {
+            (Some(kind), Some(mimic)) => {
+                let (other, offset) = (&mimic.joint, mimic.offset.unwrap_or(0.0));
                 let unit = kind.position_unit();
                 remark(
                     "mimic",
                     &format!("it mimics {other}, which is not simulated: it is held at its offset, {offset} {unit}"),
                 );
-                if *offset == 0.0 {
+                if offset == 0.0 {
                     Ok(Isometry3::identity())
                 } else {
-                    Ok(displacement(kind, &self.axis(joint)?, *offset))
+                    Ok(displacement(kind, &self.axis(joint)?, offset))
                 }
             }
             (Some(_), None) => {
@@ -124,8 +131,9 @@ impl Urdf<'_> {
                 Ok(Isometry3::identity())
             }
             (None, _) => {
-                if joint.kind != JointType::Fixed {
-                    let kind = JOINT_TYPES.iter().find(|(_, kind)| *kind == joint.kind).map_or("", |(name, _)| name);
+                if joint.joint_type != JointType::Fixed {
+                    let element = self.text.owner("joint", &joint.name);
+                    let kind = element.and_then(|element| element.attribute("type")).unwrap_or_default();
                     remark("", &format!("of type {kind}: it is held fixed, as the base of the robot is"));
                 }
                 Ok(Isometry3::identity())
@@ -136,7 +144,7 @@ impl Urdf<'_> {
     /// Direction of a joint's axis.
     fn axis(&self, joint: &Joint) -> Result<Unit<Vector3<f64>>> {
         let zero = || self.text.error("joint", &joint.name, "axis", "0 0 0", "an axis that is not zero");
-        Unit::try_new(joint.axis, 1e-9).ok_or_else(zero)
+        Unit::try_new(Vector3::from(joint.axis.xyz.0), 1e-9).ok_or_else(zero)
     }
 
     fn body(
@@ -152,8 +160,9 @@ impl Urdf<'_> {
             return Err(self.text.error("joint", &joint.name, "mimic", "", expected));
         }
         self.check_joint(joint, remarks)?;
+        let (damping, friction) = dynamics_of(joint);
         Ok(Body {
-            name: joint.child.clone(),
+            name: joint.child.link.clone(),
             parent,
             joint: tree::Joint {
                 name: joint.name.clone(),
@@ -161,8 +170,8 @@ impl Urdf<'_> {
                 origin,
                 axis: self.axis(joint)?,
                 limits: limits_of(joint),
-                damping: joint.damping,
-                friction: joint.friction,
+                damping,
+                friction,
             },
             inertia: Inertia::zero(),
             shapes: Vec::new(),
@@ -174,17 +183,21 @@ impl Urdf<'_> {
         &'s self,
         robot: &mut Robot,
         parts: &mut [Vec<Part<'s>>],
-        link: &'s Link,
+        (link, element): (&'s Link, Option<&Element<'_>>),
         body: Option<usize>,
         pose: &Isometry3<f64>,
     ) -> Result<()> {
+        let collisions = element.into_iter().flat_map(|element| self.text.children(element, "collision"));
+        let unread = collisions.filter_map(|collision| mend::unread(&self.text, collision));
+        let noted = |(file, expected)| UnreadShape { link: link.name.clone(), file, expected };
+        robot.unread_shapes.extend(unread.map(noted));
         let mut shapes = Vec::new();
-        for Collision { pose: own, solid } in &link.collisions {
-            match self.geometry(&link.name, solid)? {
-                Ok(geometry) => shapes.push(Shape { link: link.name.clone(), pose: pose * own, geometry }),
-                Err((file, expected)) => {
-                    robot.unread_shapes.push(UnreadShape { link: link.name.clone(), file, expected });
+        for collision in &link.collision {
+            match self.geometry(link, &collision.geometry)? {
+                Ok(geometry) => {
+                    shapes.push(Shape { link: link.name.clone(), pose: pose * isometry(&collision.origin), geometry });
                 }
+                Err(unread) => robot.unread_shapes.push(noted(unread)),
             }
         }
         let Some(index) = body else {
@@ -192,35 +205,24 @@ impl Urdf<'_> {
             return Ok(());
         };
         robot.bodies[index].shapes.extend(shapes);
-        if let Some(inertial) = &link.inertial {
-            parts[index].push(Part { link, inertia: inertial.inertia.seen_from(pose) });
+        if let Some(inertial) = element.and_then(|element| self.text.child(element, "inertial")) {
+            let has_tensor = self.text.child(inertial, "inertia").is_some();
+            parts[index].push(Part { link, inertia: inertia_of(link).seen_from(pose), has_tensor });
         }
         Ok(())
     }
 
     /// A collision geometry; the inner error is a shape that was not read, with what was expected of it.
-    fn geometry(&self, link: &str, solid: &Solid) -> Result<Result<Geometry, mesh::Unread>> {
-        let unread = |name: &str, expected: &str| Ok(Err((PathBuf::from(name), expected.to_owned())));
-        let geometry = match solid {
-            Solid::Known(geometry) => geometry,
-            Solid::Mesh(file, _) if file.is_empty() => return unread("(no filename)", "a mesh with a filename"),
-            Solid::Mesh(file, scale) => return Ok(mesh::points(self.file, file, scale).map(Geometry::ConvexHull)),
-            Solid::Scaled(file) => return unread(file, "a scale of 3 numbers"),
-            Solid::Other(name) => {
-                return unread(&format!("<{name}>"), "one box, cylinder, capsule, sphere or mesh");
-            }
-        };
-        let (name, sizes) = match geometry {
-            Geometry::Box(size) => ("<box>", size.iter().copied().collect()),
-            Geometry::Cylinder(radius, length) => ("<cylinder>", vec![*radius, *length]),
-            Geometry::Capsule(radius, length) => ("<capsule>", vec![*radius, *length]),
-            Geometry::Sphere(radius) => ("<sphere>", vec![*radius]),
-            Geometry::ConvexHull(_) => ("", Vec::new()),
+    fn geometry(&self, link: &Link, geometry: &Solid) -> Result<Result<Geometry, mesh::Unread>> {
+        let (shape, name, sizes) = match shape_of(self.file, geometry) {
+            Ok(shape) => shape,
+            Err(unread) => return Ok(Err(unread)),
         };
         if sizes.iter().any(|&size| size < 0.0) {
-            return Err(self.text.error("link", link, "collision", format!("{sizes:?}"), "sizes > 0 [m]"));
+            return Err(self.text.error("link", &link.name, "collision", format!("{sizes:?}"), "sizes > 0 [m]"));
         }
-        if sizes.contains(&0.0) { unread(name, "sizes > 0 [m]") } else { Ok(Ok(geometry.clone())) }
+        let sound = !sizes.contains(&0.0);
+        Ok(if sound { Ok(shape) } else { Err((PathBuf::from(name), "sizes > 0 [m]".to_owned())) })
     }
 }
 
