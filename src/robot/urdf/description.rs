@@ -26,14 +26,17 @@ pub(super) fn read(text: &UrdfText<'_>) -> Result<Robot> {
     urdf_rs::read_from_string(&mended(text, content())).map_err(|error| {
         let alone = |element: &Element<'_>| urdf_rs::read_from_string(&mended(text, std::iter::once(element)));
         let faulty = content().find_map(|element| Some((element, alone(element).err()?)));
-        let (line, reason) = match faulty {
-            Some((element, error)) => (element.line, format!("a {} that urdf-rs reads ({error})", text.title(element))),
-            None => {
-                (text.elements().first().map_or(1, |robot| robot.line), format!("a text that urdf-rs reads ({error})"))
-            }
+        let (line, what, error) = match faulty {
+            Some((element, error)) => (element.line, text.title(element), error),
+            None => (text.elements().first().map_or(1, |robot| robot.line), "robot".to_owned(), error),
         };
-        text.broken(line, reason)
+        text.broken(line, format!("a {what} that urdf-rs reads ({})", reason(&error.to_string())))
     })
+}
+
+/// Reason of an error without the position in the mended text: `Syntax: 1:21 REASON`.
+fn reason(message: &str) -> &str {
+    message.strip_prefix("Syntax: ").and_then(|rest| rest.split_once(' ')).map_or(message, |(_, reason)| reason)
 }
 
 /// A link of which only the name is known.
@@ -194,6 +197,7 @@ mod tests {
     fn property_what_urdf_rs_does_not_read_is_an_error_with_its_line() {
         let text = "<robot>\n<link name=\"a\"/>\n<link name=\"b&#1;\"/></robot>";
         let error = robot(text).unwrap_err().to_string();
-        assert!(error.starts_with("a.urdf:3: URDF: expected a link b\u{1} that urdf-rs reads ("), "{error}");
+        let expected = "a.urdf:3: URDF: expected a link b\\u{1} that urdf-rs reads (Invalid character U+0001)";
+        assert_eq!(error, expected);
     }
 }
