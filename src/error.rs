@@ -119,14 +119,20 @@ pub enum Place {
     Row(usize),
 }
 
+/// What follows the name of the file: `:7`, `: row 7`, nothing.
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File => Ok(()),
+            Self::Line(line) => write!(f, ":{line}"),
+            Self::Row(row) => write!(f, ": row {row}"),
+        }
+    }
+}
+
 impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
-        match self.place {
-            Place::File => {}
-            Place::Line(line) => write!(f, ":{line}")?,
-            Place::Row(row) => write!(f, ": row {row}")?,
-        }
+        write!(f, "{}{}", self.file.display(), self.place)?;
         if !self.key.is_empty() {
             write!(f, ": {}", self.key)?;
         }

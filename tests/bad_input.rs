@@ -117,7 +117,7 @@ fn property_broken_text_is_refused_by_place_and_expectation() {
         ("model.toml", "robot.urdf", "gone.urdf", &["model.toml:3", "urdf", "gone.urdf"]),
         ("model.toml", "name = \"turntable\"", "name = \"turntable", &["model.toml:2", "TOML"]),
         ("robot.urdf", "mass value=\"2\"", "mass value=\"-2\"", &["robot.urdf", "-2"]),
-        ("robot.urdf", "izz=\"0.03\"", "izz=\"0.3\"", &["robot.urdf", "table"]),
+        ("robot.urdf", "izz=\"0.03\"", "izz=\"0,03\"", &["robot.urdf", "table"]),
         ("robot.urdf", "child link=\"table\"", "child link=\"chair\"", &["robot.urdf", "chair"]),
         ("robot.urdf", "</robot>", "", &["robot.urdf"]),
         (

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::dataset;
 use crate::error::Result;
-use crate::plant::{Options, Plant};
+use crate::plant::{Options, Plant, first_model};
 use crate::robot::Model;
 use crate::scenario::{Recorded, Scenario, channels};
 use crate::toml_input::{Document, nearest};
@@ -44,7 +44,7 @@ impl Check {
 fn check(file: &Path) -> Result<String> {
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => check_toml(file),
-        Some("urdf" | "xml") => Ok(described(&Model::from_urdf(file)?)),
+        Some("urdf" | "xml") => Ok(described(&first_model(file)?)),
         _ => {
             let session = dataset::load_alone(file)?;
             Ok(recorded(&session))
@@ -95,7 +95,8 @@ fn buildable(model: Model) -> Result<Model> {
     Ok(model)
 }
 
-fn noted(notes: &[String]) -> String {
+/// Notes, each on a line of its own.
+pub(super) fn noted(notes: &[String]) -> String {
     notes.iter().map(|note| format!("\n  note: {note}")).collect()
 }
 

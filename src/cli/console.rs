@@ -7,6 +7,7 @@ use std::path::Path;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::{Error, Result};
+use crate::robot::Remark;
 
 use super::Outcome;
 use super::folder::Folder;
@@ -38,6 +39,11 @@ pub fn print(text: &str) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// Prints to standard error what of a model's files is taken otherwise than it stands there.
+pub fn remark(remarks: &[Remark]) {
+    remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
 }
 
 /// Prints warnings to standard error, one per line, and returns the outcome of the command.

@@ -8,7 +8,7 @@ use crate::robot::Model;
 use crate::scenario::{Findings, reference_name};
 use crate::timeseries::{Channel, Drawn, TimeSeries, give_back_memory};
 
-use super::console::Progress;
+use super::console::{self, Progress};
 use super::{catalogue, identity};
 
 /// The model of a file, a folder with a `model.toml`, or a robot of the catalogue.
@@ -16,7 +16,9 @@ use super::{catalogue, identity};
 /// # Errors
 /// There is no model of that name, or its file is refused.
 pub fn model(given: &Path) -> Result<Model> {
-    Model::load(&catalogue::find(given, "robots", "model.toml")?)
+    let model = Model::load(&catalogue::find(given, "robots", "model.toml")?)?;
+    console::remark(&model.remarks);
+    Ok(model)
 }
 
 /// The recordings of a command with held-out data, or of a comparison.

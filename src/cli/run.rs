@@ -70,6 +70,7 @@ fn carry_out(given: &Path, set: &[String], common: &Common) -> Result<Outcome> {
         return on_recordings(&source, &recorded, common);
     }
     let mut scenario = Scenario::load(&source, set)?;
+    console::remark(&scenario.model.remarks);
     scenario.limits = common.limits.limits();
     let seed = common.seed.unwrap_or(scenario.seed);
     let folder = reserve(&scenario, common)?;
@@ -109,6 +110,7 @@ fn reserve(scenario: &Scenario, common: &Common) -> Result<Folder> {
 /// Diagnoses recordings, and checks the named effects.
 fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<Outcome> {
     let model = scenario.model()?;
+    console::remark(&model.remarks);
     let Recorded { data, hold_out, reference, .. } = scenario;
     let recordings = input::Recordings::read(data, hold_out, reference, &model, &channels())?;
     let mut inputs = recordings.files(&[data, hold_out, reference]);

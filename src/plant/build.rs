@@ -37,6 +37,26 @@ impl Plant {
     }
 
     fn build(model: &Model, options: &Options) -> Result<Self> {
+        let mut plant = Self::unpaced(model, options)?;
+        let (joint, fastest) = plant.integrator.machine.fastest();
+        let pole = fastest.pole();
+        if !is_followed(pole) {
+            return Err(too_fast(model, joint, pole));
+        }
+        let asked = options.substeps.max(1) as f64 / options.step;
+        plant.fastest = pole;
+        plant.rate = asked.max(fastest.oscillation / LONGEST_STEP).max(fastest.decay / LONGEST_STEP_DAMPED);
+        Ok(plant)
+    }
+
+    /// The joint whose gear is too fast to be simulated, if there is one.
+    pub(super) fn too_fast(model: &Model) -> Result<Option<usize>> {
+        let (joint, fastest) = Self::unpaced(model, &Options::default())?.integrator.machine.fastest();
+        Ok((!is_followed(fastest.pole())).then_some(joint))
+    }
+
+    /// The machine before its steps are chosen.
+    fn unpaced(model: &Model, options: &Options) -> Result<Self> {
         let mut model = model.clone();
         let actions = install(&mut model, &options.catalogue)?;
         let mut laws = laws(&model);
@@ -95,16 +115,13 @@ impl Plant {
             readings: vec![Reading::default(); n],
         };
         plant.place(&vec![0.0; n]);
-        let (joint, fastest) = plant.integrator.machine.fastest();
-        let pole = fastest.pole();
-        if !pole.is_finite() || pole > FASTEST {
-            return Err(too_fast(&model, joint, pole));
-        }
-        let asked = options.substeps.max(1) as f64 / options.step;
-        plant.fastest = pole;
-        plant.rate = asked.max(fastest.oscillation / LONGEST_STEP).max(fastest.decay / LONGEST_STEP_DAMPED);
         Ok(plant)
     }
+}
+
+/// Whether a simulation follows the fastest motion of gears [rad/s].
+fn is_followed(pole: f64) -> bool {
+    pole.is_finite() && pole <= FASTEST
 }
 
 /// Puts what the effect of this number in the list, counted from 1, does in its place.

@@ -18,6 +18,7 @@ pub mod contact;
 pub mod coupled;
 mod events;
 mod fastest;
+mod first_model;
 pub mod integrator;
 pub mod joint;
 pub mod links;
@@ -36,6 +37,7 @@ pub mod world;
 
 use build::resting_mode;
 pub use contact::Touch;
+pub use first_model::first_model;
 pub use integrator::Counts;
 use integrator::Integrator;
 use joint::{Phase, Power};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use nalgebra::Matrix3;
 
-use super::{Accuracy, Inertia, Robot};
+use super::{Accuracy, Inertia, Remark, Robot};
 use crate::drive::{Amplifier, CurrentSensor, Encoder, LinkEncoder, Motor, VelocitySensor};
 use crate::gearhead::{DeadZone, Friction, rigid};
 use crate::toml_input::Places;
@@ -28,6 +28,8 @@ pub struct Model {
     pub joints: Vec<JointModel>,
     /// Movable joints of the URDF that the model does not list, held at zero.
     pub held: Vec<String>,
+    /// What of the URDF is taken otherwise than it stands there.
+    pub remarks: Vec<Remark>,
     /// Whether its masses and inertias are reliable.
     pub masses: Masses,
     /// How well its nominal values are known.

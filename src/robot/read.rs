@@ -1,6 +1,6 @@
 //! Reads a model file: `model.toml` and the URDF that it names.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::accuracy::Accuracy;
@@ -9,7 +9,7 @@ use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
 use super::model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
 use super::ranges;
 use super::tree::Body;
-use super::urdf::{STANDARD_GRAVITY, Urdf};
+use super::urdf::{Built, STANDARD_GRAVITY, Urdf};
 use crate::drive::{Amplifier, Encoder, Motor};
 use crate::error::{Error, Place, Result};
 use crate::files;
@@ -105,7 +105,7 @@ impl Model {
                 return Err(table.error(name, format!("a joint of {}: {near}", urdf_file.display())));
             }
         }
-        let (mut robot, held) = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
+        let Built { mut robot, held, remarks } = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
         robot.gravity = gravity.map_or(STANDARD_GRAVITY, Into::into);
         robot.coupling = Coupling::read(&root, &robot.bodies)?;
         let mut joints = Vec::new();
@@ -129,6 +129,7 @@ impl Model {
             robot,
             joints,
             held,
+            remarks,
             masses,
             accuracy,
             effects,
@@ -137,12 +138,20 @@ impl Model {
         })
     }
 
-    /// A first model of a URDF: every movable joint gets a gear and a drive of common size, to be replaced by the
-    /// machine's own numbers. Friction and gap are unknown.
+    /// A first model of a URDF: every movable joint that moves a mass gets a gear and a drive of common size, to be replaced by the
+    /// machine's own numbers. Friction and gap are unknown. `plant::first_model` makes it one that can be simulated.
     ///
     /// # Errors
     /// The file cannot be read, or is refused as in [`Model::load`].
     pub fn from_urdf(file: &Path) -> Result<Self> {
+        Self::from_urdf_holding(file, &BTreeMap::new())
+    }
+
+    /// As [`from_urdf`](Self::from_urdf), with some joints held at zero, each for a reason that becomes a remark.
+    ///
+    /// # Errors
+    /// As [`from_urdf`](Self::from_urdf).
+    pub fn from_urdf_holding(file: &Path, reasons: &BTreeMap<String, String>) -> Result<Self> {
         let text = read_text(file, LONGEST_URDF)?;
         let urdf = Urdf::parse(file, &text)?;
         let movable = urdf.movable_joints().len();
@@ -150,7 +159,7 @@ impl Model {
             let expected = format!("at most {MOST_JOINTS} joints that move, not {movable}");
             return Err(Error::input(file, Place::File, "joints", "", expected));
         }
-        let (robot, held) = urdf.tree(&urdf.movable_joints().into_iter().collect())?;
+        let Built { robot, held, remarks } = urdf.whole_tree(reasons)?;
         if robot.bodies.is_empty() {
             return Err(Error::input(file, Place::File, "", "", "at least one joint that turns or slides"));
         }
@@ -163,6 +172,7 @@ impl Model {
             robot,
             joints,
             held,
+            remarks,
             masses: Masses::Known,
             accuracy: Accuracy::default(),
             effects: Vec::new(),
@@ -189,12 +199,10 @@ impl Model {
 
     /// Notes on values of its files that are read in a different way, or have no effect.
     pub fn notes(&self) -> Vec<String> {
-        let moving: BTreeSet<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
-        let mut notes =
-            Urdf::parse(&self.urdf, &self.urdf_text).map_or_else(|_| Vec::new(), |urdf| urdf.notes(&moving));
+        let mut notes: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         let unread = |shape: &super::UnreadShape| {
             format!(
-                "link {}: its collision mesh {} was not read, expected {}",
+                "link {}: its collision shape {} was not read, expected {}",
                 shape.link,
                 shape.file.display(),
                 shape.expected

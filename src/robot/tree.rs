@@ -130,6 +130,26 @@ impl Robot {
         self.bodies.len()
     }
 
+    /// Inertia of each body with everything that hangs on it, in the frame of the body, with all joints at zero.
+    pub fn carried(&self) -> Vec<Inertia> {
+        let mut carried: Vec<Inertia> = self.bodies.iter().map(|body| body.inertia).collect();
+        for (index, body) in self.bodies.iter().enumerate().rev() {
+            if let Some(parent) = body.parent {
+                carried[parent] = carried[parent].joined(&carried[index].seen_from(&body.joint.origin));
+            }
+        }
+        carried
+    }
+
+    /// [kg·m² or kg] Inertia that each joint alone moves, with all joints at zero: the diagonal of the mass matrix there, without a rotor.
+    pub fn moved_inertias(&self) -> Vec<f64> {
+        let moved = |(body, carried): (&Body, Inertia)| match body.joint.kind {
+            JointKind::Revolute => body.joint.axis.dot(&(carried.tensor_about(&Vector3::zeros()) * *body.joint.axis)),
+            JointKind::Prismatic => carried.mass,
+        };
+        self.bodies.iter().zip(self.carried()).map(moved).collect()
+    }
+
     /// Position, velocity or acceleration of a joint, from those of the motor axes.
     pub fn joint_of_axes(&self, joint: usize, of_axis: impl Fn(usize) -> f64) -> f64 {
         self.coupling.as_ref().map_or_else(|| of_axis(joint), |coupling| coupling.joint(joint, &of_axis))

@@ -41,8 +41,13 @@ fn decoded(file: &Path, bytes: Vec<u8>) -> Result<String> {
     if let Some(rest) = bytes.strip_prefix(&[0xFE, 0xFF]) {
         return wide(file, rest, u16::from_be_bytes);
     }
-    // UTF-16 without a byte order mark: every second byte of its letters is zero, which never occurs in text.
+    // Zero bytes behind the last letter end the text as a string of C ends.
+    let mut bytes = bytes;
+    if let Some(last) = bytes.iter().rposition(|&byte| byte != 0) {
+        bytes.truncate(last + 1);
+    }
     let line = |end: usize| Place::Line(1 + bytes[..end].iter().filter(|&&byte| byte == b'\n').count());
+    // UTF-16 without a byte order mark: every second byte of its letters is zero, which never occurs in text.
     if let Some(zero) = bytes.iter().position(|&byte| byte == 0) {
         let expected = "UTF-8 text, which holds no zero bytes; save UTF-16 with its byte order mark, or as UTF-8";
         return Err(Error::input(file, line(zero), "", "", expected));

@@ -94,6 +94,7 @@ impl Machine {
             robot,
             joints: vec![joint],
             held: Vec::new(),
+            remarks: Vec::new(),
             masses: lostmotion::robot::Masses::Known,
             accuracy: lostmotion::robot::Accuracy::EXACT,
             effects: Vec::new(),

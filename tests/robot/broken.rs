@@ -147,19 +147,6 @@ const BROKEN_URDFS: &[(&str, &str, &str)] = &[
     ),
     ("<mass value=\"1.8\"/>", "<mass/>", "elbow/elbow.urdf:24: link forearm: mass value: expected a number (missing)"),
     (
-        "iyy=\"0.0190\" iyz=\"0\" izz=\"0.0015\"",
-        "iyy=\"0.0190\" iyz=\"0\" izz=\"0.0500\"",
-        "elbow/elbow.urdf:25: link forearm: inertia = [ixx 0.019, ixy 0, ixz 0, iyy 0.019, iyz 0, izz 0.05]: expected \
-         a tensor that a rigid body can have: principal moments 1.9000e-2, 1.9000e-2, 5.0000e-2 kg·m²; \
-         expected none above the sum of the others",
-    ),
-    (
-        "ixx=\"0.0190\" ixy=\"0\"",
-        "ixx=\"0.0190\" ixy=\"0.03\"",
-        "elbow/elbow.urdf:25: link forearm: inertia = [ixx 0.019, ixy 0.03, ixz 0, iyy 0.019, iyz 0, izz 0.0015]: expected \
-         a tensor that a rigid body can have: principal moments -1.1000e-2, 1.5000e-3, 4.9000e-2 kg·m²; expected all ≥ 0",
-    ),
-    (
         "<origin xyz=\"0 0 -0.40\"/>",
         "<origin xyz=\"0 0 x -0.40\"/>",
         "elbow/elbow.urdf:53: joint elbow: origin xyz = \"0 0 x -0.40\": expected 3 numbers",
@@ -168,16 +155,6 @@ const BROKEN_URDFS: &[(&str, &str, &str)] = &[
         "<axis xyz=\"0 -1 0\"/>",
         "<axis xyz=\"0 0 0\"/>",
         "elbow/elbow.urdf:47: joint shoulder: axis = 0 0 0: expected an axis that is not zero",
-    ),
-    (
-        "lower=\"-2.4\" upper=\"2.4\"",
-        "lower=\"2.4\" upper=\"-2.4\"",
-        "elbow/elbow.urdf:55: joint elbow: limit = lower 2.4, upper -2.4: expected lower ≤ upper",
-    ),
-    (
-        "name=\"elbow\" type=\"revolute\"",
-        "name=\"elbow\" type=\"floating\"",
-        "elbow/elbow.urdf:50: joint elbow: type = floating: expected revolute or continuous or prismatic or fixed",
     ),
     (
         "<child link=\"tool\"/>",
@@ -220,9 +197,8 @@ const BROKEN_URDFS: &[(&str, &str, &str)] = &[
     (
         "\"revolute\"",
         "\"hinge\"",
-        "elbow/elbow.urdf:43: joint shoulder: type = hinge: expected revolute or continuous or prismatic or fixed",
+        "elbow/elbow.urdf:43: joint shoulder: type = hinge: expected revolute or continuous or prismatic or fixed or floating or planar or spherical",
     ),
-    (" velocity=\"3.0\"", "", "elbow/elbow.urdf:48: joint shoulder: limit velocity: expected a number (missing)"),
     ("<limit lower", "<limits lower", "elbow/elbow.urdf:48: URDF: expected the element <limit>, not <limits>"),
     ("<parent link=\"bracket\"/>", "", "elbow/elbow.urdf:43: URDF: expected an element <parent> in joint shoulder"),
     ("<mass value=\"1.8\"/>", "", "elbow/elbow.urdf:22: URDF: expected an element <mass> in link forearm"),
@@ -235,11 +211,6 @@ const BROKEN_URDFS: &[(&str, &str, &str)] = &[
         "<sphere radius=\"0.035\"/>",
         "<cone radius=\"0.035\"/><sphere radius=\"0.035\"/>",
         "elbow/elbow.urdf:40: URDF: expected one box, cylinder, capsule, sphere or mesh in link tool",
-    ),
-    (
-        "<link name=\"tool\">",
-        "<xacro:include filename=\"x\"/><link name=\"tool\">",
-        "elbow/elbow.urdf: expected plain URDF; run xacro on this file first",
     ),
 ];
 

@@ -3,8 +3,10 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod accepted;
 mod accuracy;
 mod broken;
+mod physical;
 mod saved;
 mod toml_input;
 mod tree;

@@ -160,6 +160,7 @@ pub fn model(robot: Robot, joints: Vec<JointModel>) -> Model {
         robot,
         joints,
         held: Vec::new(),
+        remarks: Vec::new(),
         masses: lostmotion::robot::Masses::Known,
         accuracy: lostmotion::robot::Accuracy::EXACT,
         effects: Vec::<EffectEntry>::new(),

@@ -1,69 +1,21 @@
-//! Checks of links and joints beyond syntax: they form a tree of physically possible bodies.
+//! Checks of links and joints beyond syntax: they form a tree, and the moving joints have limits that make sense.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Vector3;
-
+use super::Urdf;
+use super::description::{Joint, JointType, Robot, bare_link, dynamics_of};
 use super::text::UrdfText;
-use super::{Urdf, inertia_of};
 use crate::error::{Error, Place, Result};
-use crate::robot::tree::{Inertia, Robot};
+use crate::robot::remark::Remark;
 use crate::toml_input::nearest;
-use crate::units::JointKind;
 
 /// Most collision shapes: a link that is divided into convex parts has some tens.
 const MOST_SHAPES: usize = 2000;
 
-/// [kg] Least mass of a moving body, that of a speck of dust.
-const LEAST_MASS: f64 = 1e-9;
-
-/// [kg·m²] Least moment of inertia about a joint: that mass at a tenth of a millimetre from the axis.
-const LEAST_MOMENT: f64 = 1e-17;
+/// Name of the base in files that attach a robot to it without describing it as a link.
+const WORLD: &str = "world";
 
 impl Urdf<'_> {
-    pub(super) fn check_links(&self) -> Result<()> {
-        for link in &self.robot.links {
-            if let Some(fault) = inertia_of(&link.inertial).fault() {
-                let (part, expected) = if link.inertial.mass.value < 0.0 {
-                    ("mass", "a mass ≥ 0 [kg]".to_owned())
-                } else {
-                    ("inertia", format!("a tensor that a rigid body can have: {fault}"))
-                };
-                let tensor = &link.inertial.inertia;
-                let value = match part {
-                    "mass" => link.inertial.mass.value.to_string(),
-                    _ => format!(
-                        "[ixx {}, ixy {}, ixz {}, iyy {}, iyz {}, izz {}]",
-                        tensor.ixx, tensor.ixy, tensor.ixz, tensor.iyy, tensor.iyz, tensor.izz
-                    ),
-                };
-                return Err(self.text.error("link", &link.name, part, value, expected));
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn check_joints(&self) -> Result<()> {
-        for joint in &self.robot.joints {
-            let refuse =
-                |part, value: String, expected: &str| Err(self.text.error("joint", &joint.name, part, value, expected));
-            let (lower, upper) = (joint.limit.lower, joint.limit.upper);
-            let dynamics = joint.dynamics.clone().unwrap_or_default();
-            if lower > upper {
-                return refuse("limit", format!("lower {lower}, upper {upper}"), "lower ≤ upper");
-            }
-            if joint.limit.effort < 0.0 || joint.limit.velocity < 0.0 {
-                let value = format!("effort {}, velocity {}", joint.limit.effort, joint.limit.velocity);
-                return refuse("limit", value, "effort ≥ 0 and velocity ≥ 0");
-            }
-            if dynamics.damping < 0.0 || dynamics.friction < 0.0 {
-                let value = format!("damping {}, friction {}", dynamics.damping, dynamics.friction);
-                return refuse("dynamics", value, "damping ≥ 0 and friction ≥ 0");
-            }
-        }
-        Ok(())
-    }
-
     /// Limits the number of collision shapes: the number of pairs to check grows with its square.
     pub(super) fn check_shapes(&self) -> Result<()> {
         let shapes: usize = self.robot.links.iter().map(|link| link.collision.len()).sum();
@@ -74,74 +26,100 @@ impl Urdf<'_> {
         Err(Error::input(self.text.file(), Place::File, "collision shapes", shapes, expected))
     }
 
-    /// A moving joint that is not continuous needs the limits of its range.
-    pub(super) fn check_limit(&self, joint: &urdf_rs::Joint) -> Result<()> {
-        let endless = matches!(joint.joint_type, urdf_rs::JointType::Continuous);
-        if endless || self.text.has("joint", &joint.name, "limit") {
+    /// Limits and dynamics of a joint that moves. Limits that are missing or cannot be meant count as not given, and that is remarked:
+    /// exporters write 0 and -1 for unknown ones.
+    pub(super) fn check_joint(&self, joint: &Joint, remarks: &mut Vec<Remark>) -> Result<()> {
+        let refuse =
+            |part, value: String, expected: &str| Err(self.text.error("joint", &joint.name, part, value, expected));
+        let (damping, friction) = dynamics_of(joint);
+        if damping < 0.0 || friction < 0.0 {
+            let value = format!("damping {damping}, friction {friction}");
+            return refuse("dynamics", value, "damping ≥ 0 and friction ≥ 0");
+        }
+        let endless = joint.joint_type == JointType::Continuous;
+        let mut remark = |text: &str| remarks.push(self.text.remark("joint", &joint.name, "limit", text));
+        let owner = self.text.owner("joint", &joint.name);
+        let Some(limit) = owner.and_then(|owner| self.text.child(owner, "limit")) else {
+            if !endless {
+                remark("no <limit>: its range, effort and velocity are taken as unlimited");
+            }
             return Ok(());
+        };
+        let (lower, upper) = (joint.limit.lower, joint.limit.upper);
+        if lower > upper && !endless {
+            return refuse("limit", format!("lower {lower}, upper {upper}"), "lower ≤ upper");
         }
-        let expected = "an element <limit> with lower, upper, effort and velocity; a joint that turns without end is of type continuous";
-        Err(self.text.error("joint", &joint.name, "limit", "", expected))
-    }
-
-    /// Notes on values of the moving joints that are not taken literally: limits of zero, which exporters write for
-    /// unknown ones.
-    pub(in crate::robot) fn notes(&self, moving: &BTreeSet<&str>) -> Vec<String> {
-        let mut notes = Vec::new();
-        let moves = |joint: &&urdf_rs::Joint| moving.contains(joint.name.as_str());
-        for joint in self.robot.joints.iter().filter(moves) {
-            let urdf_rs::JointLimit { lower, upper, effort, velocity, .. } = joint.limit;
-            if !self.text.has("joint", &joint.name, "limit") {
-                continue;
-            }
-            let unlimited = [("effort", effort), ("velocity", velocity)].into_iter().filter(|(_, value)| *value == 0.0);
-            let mut zero: Vec<&str> = unlimited.map(|(name, _)| name).collect();
-            if lower == 0.0 && upper == 0.0 && !matches!(joint.joint_type, urdf_rs::JointType::Continuous) {
-                zero.insert(0, "lower and upper");
-            }
-            if !zero.is_empty() {
-                notes.push(format!("joint {}: limit {} of 0 is taken as not given", joint.name, zero.join(" and ")));
-            }
+        let range = (lower == 0.0 && upper == 0.0 && !endless).then_some("lower and upper");
+        let which = |what: fn(f64) -> bool| {
+            let named = [("effort", joint.limit.effort), ("velocity", joint.limit.velocity)].into_iter();
+            named.filter(move |(_, value)| what(*value)).map(|(name, _)| name)
+        };
+        let zero: Vec<&str> = range.into_iter().chain(which(|value| value == 0.0)).collect();
+        if !zero.is_empty() {
+            remark(&format!("limit {} of 0 is taken as not given", zero.join(" and ")));
         }
-        notes
-    }
-
-    /// A joint that is held at zero must not mimic a moving joint, nor be offset from zero.
-    pub(super) fn check_mimic(&self, joint: &urdf_rs::Joint, moving: &BTreeSet<&str>) -> Result<()> {
-        match &joint.mimic {
-            Some(mimic) if moving.contains(mimic.joint.as_str()) || mimic.offset.unwrap_or(0.0) != 0.0 => {
-                let expected = "a joint of its own; one that mimics a moving joint is not supported";
-                Err(self.text.error("joint", &joint.name, "mimic", &mimic.joint, expected))
-            }
-            _ => Ok(()),
+        let negative: Vec<&str> = which(|value| value < 0.0).collect();
+        if !negative.is_empty() {
+            remark(&format!("limit {} below 0 is taken as not given", negative.join(" and ")));
         }
-    }
-
-    /// A body that moves needs a mass; the last body of a branch that turns also needs a moment of inertia about its
-    /// axis.
-    pub(super) fn check_bodies(&self, tree: &Robot) -> Result<()> {
-        for (index, body) in tree.bodies.iter().enumerate() {
-            let Inertia { mass, .. } = body.inertia;
-            if mass < LEAST_MASS {
-                let expected =
-                    format!("a mass ≥ {LEAST_MASS:e} [kg] of the link that moves and all that is fixed to it");
-                return Err(self.text.error("link", &body.name, "mass", mass, expected));
-            }
-            let axis = body.joint.axis;
-            let moment = axis.dot(&(body.inertia.tensor_about(&Vector3::zeros()) * *axis));
-            let last = tree.bodies.iter().all(|other| other.parent != Some(index));
-            if last && body.joint.kind == JointKind::Revolute && moment < LEAST_MOMENT {
-                let axis = &body.joint.name;
-                let expected = format!("a moment of inertia ≥ {LEAST_MOMENT:e} [kg·m²] about the axis of joint {axis}");
-                return Err(self.text.error("link", &body.name, "inertia", moment, expected));
-            }
+        let missing: Vec<&str> =
+            ["effort", "velocity"].into_iter().filter(|name| limit.given(name).is_none()).collect();
+        if !missing.is_empty() {
+            remark(&format!("limit without {}: taken as unlimited", missing.join(" and ")));
         }
         Ok(())
     }
 }
 
-/// Index of the root link, after a check that all other links hang from it.
-pub(super) fn root_of(text: &UrdfText<'_>, robot: &urdf_rs::Robot) -> Result<usize> {
+/// A joint may hang on a `world` that is no link of the file: that is the base, and is added as a link without content.
+pub(super) fn with_world(text: &UrdfText<'_>, mut robot: Robot, remarks: &mut Vec<Remark>) -> Robot {
+    let known = robot.links.iter().any(|link| link.name == WORLD);
+    if let Some(joint) = robot.joints.iter().find(|joint| joint.parent.link == WORLD && !known) {
+        let taken = format!("parent {WORLD} is no link of this file and is taken as the base");
+        remarks.push(text.remark("joint", &joint.name, "parent", &taken));
+        robot.links.push(bare_link(WORLD));
+    }
+    robot
+}
+
+/// Index of the root link, after a check that all other links hang from it. Links without any joint are left out, and that is remarked.
+pub(super) fn root_of(text: &UrdfText<'_>, robot: &Robot, remarks: &mut Vec<Remark>) -> Result<usize> {
+    let parent = parents(text, robot)?;
+    let roots: Vec<usize> = (0..parent.len()).filter(|&link| parent[link].is_none()).collect();
+    let carries = |root: &usize| parent.contains(&Some(*root));
+    let (carrying, alone): (Vec<usize>, Vec<usize>) = roots.iter().copied().partition(carries);
+    let name = |link: usize| robot.links[link].name.as_str();
+    let (root, alone) = match (&carrying[..], &alone[..]) {
+        ([root], alone) => (*root, alone),
+        ([], [root, others @ ..]) => (*root, others),
+        ([], []) => {
+            let expected = "one link that no joint moves (the base)";
+            return Err(Error::input(text.file(), Place::File, "links without a joint", "", expected));
+        }
+        _ => {
+            let names: Vec<&str> = carrying.iter().map(|&link| name(link)).collect();
+            let expected = "one link that no joint moves (the base); attach each of the others to it by a fixed joint";
+            let second = carrying.get(1).map_or(Place::File, |&link| text.place("link", name(link), ""));
+            return Err(Error::input(text.file(), second, "links without a joint", names.join(", "), expected));
+        }
+    };
+    for &link in alone {
+        remarks.push(text.remark("link", name(link), "", "no joint attaches it to the robot: it is left out"));
+    }
+    // Every link has one parent and there is one root: links that do not hang from the root form a cycle.
+    for (index, found) in hanging_from(root, &parent).into_iter().enumerate() {
+        if !found && !alone.contains(&index) {
+            return Err(text.error("link", name(index), "", "", "a link that hangs from the base, not from itself"));
+        }
+    }
+    Ok(root)
+}
+
+/// Index of each link's parent.
+///
+/// # Errors
+/// A name occurs twice, a joint names a link that is not there, or two joints move one link.
+fn parents(text: &UrdfText<'_>, robot: &Robot) -> Result<Vec<Option<usize>>> {
     let mut index: BTreeMap<&str, usize> = BTreeMap::new();
     for (i, link) in robot.links.iter().enumerate() {
         if index.insert(&link.name, i).is_some() {
@@ -161,28 +139,11 @@ pub(super) fn root_of(text: &UrdfText<'_>, robot: &urdf_rs::Robot) -> Result<usi
         };
         let (above, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
         if parent[below].replace(above).is_some() {
-            return Err(text.error(
-                "joint",
-                &joint.name,
-                "child",
-                &joint.child.link,
-                "a link that no other joint moves",
-            ));
+            let expected = "a link that no other joint moves";
+            return Err(text.error("joint", &joint.name, "child", &joint.child.link, expected));
         }
     }
-    let roots: Vec<usize> = (0..parent.len()).filter(|&link| parent[link].is_none()).collect();
-    let [root] = roots[..] else {
-        let names: Vec<&str> = roots.iter().map(|&link| robot.links[link].name.as_str()).collect();
-        let expected = "one link that no joint moves (the base)";
-        return Err(Error::input(text.file(), Place::File, "links without a joint", names.join(", "), expected));
-    };
-    // Every link has one parent and there is one root: links that do not hang from the root form a cycle.
-    for (link, found) in robot.links.iter().zip(hanging_from(root, &parent)) {
-        if !found {
-            return Err(text.error("link", &link.name, "", "", "a link that hangs from the base, not from itself"));
-        }
-    }
-    Ok(root)
+    Ok(parent)
 }
 
 /// Which links hang from the root.

@@ -1,29 +1,41 @@
 //! Required content of a URDF: its elements, their names, and attributes that are valid numbers.
 //!
-//! Unknown elements are extensions of some tool and are ignored, unless they look like a misspelt URDF element.
+//! Unknown elements are extensions of some tool and are ignored, unless they look like a misspelt URDF element. So is what only a display
+//! needs. An element of xacro is not URDF.
 
 use std::collections::BTreeSet;
 
 use super::scan::Element;
 use super::text::UrdfText;
 use crate::error::{Error, Place, Result};
+use crate::robot::remark::Remark;
 use crate::toml_input::nearest;
 
 /// How often an element may occur in another.
-enum Count {
+pub(super) enum Count {
     Any,
+    /// The first one counts.
     AtMostOne,
     One,
 }
 use Count::{Any, AtMostOne, One};
 
+impl Count {
+    /// How many count.
+    pub(super) fn most(&self) -> usize {
+        match self {
+            Any => usize::MAX,
+            AtMostOne | One => 1,
+        }
+    }
+}
+
 /// Elements, by their parent element.
 const ELEMENTS: &[(&str, &[(&str, Count)])] = &[
-    ("robot", &[("link", Any), ("joint", Any), ("material", Any)]),
-    ("link", &[("inertial", AtMostOne), ("visual", Any), ("collision", Any)]),
-    ("inertial", &[("origin", AtMostOne), ("mass", One), ("inertia", One)]),
-    ("visual", &[("origin", AtMostOne), ("geometry", One), ("material", AtMostOne)]),
-    ("collision", &[("origin", AtMostOne), ("geometry", One)]),
+    ("robot", &[("link", Any), ("joint", Any)]),
+    ("link", &[("inertial", AtMostOne), ("collision", Any)]),
+    ("inertial", &[("origin", AtMostOne), ("mass", One), ("inertia", AtMostOne)]),
+    ("collision", &[("origin", AtMostOne), ("geometry", AtMostOne)]),
     ("geometry", &[("box", Any), ("cylinder", Any), ("capsule", Any), ("sphere", Any), ("mesh", Any)]),
     (
         "joint",
@@ -42,18 +54,23 @@ const ELEMENTS: &[(&str, &[(&str, Count)])] = &[
 ];
 
 /// Attributes that hold names.
-const NAMES: &[(&str, &str)] = &[
+pub(super) const NAMES: &[(&str, &str)] = &[
     ("link", "name"),
     ("joint", "name"),
     ("joint", "type"),
     ("parent", "link"),
     ("child", "link"),
     ("mimic", "joint"),
-    ("mesh", "filename"),
 ];
 
-/// Types of joints in a tree of bodies that turn and slide.
-const JOINT_TYPES: [&str; 4] = ["revolute", "continuous", "prismatic", "fixed"];
+/// Types of joints; the last one is of Bullet's dialect.
+const TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+
+/// Elements that only a display needs: their content is not looked at.
+const DISPLAY: [&str; 2] = ["visual", "material"];
+
+/// What an XML name space of xacro has in its address.
+const XACRO: &str = "xacro";
 
 /// An attribute that holds numbers.
 struct Numbers {
@@ -64,6 +81,12 @@ struct Numbers {
     /// Largest magnitude. It is far above that of any machine, and squares and products of such numbers stay finite.
     most: f64,
     unit: &'static str,
+}
+
+impl Numbers {
+    fn expected(&self) -> String {
+        if self.count == 1 { "a number".to_owned() } else { format!("{} numbers", self.count) }
+    }
 }
 
 const fn needed(
@@ -104,19 +127,19 @@ const ANY: f64 = f64::INFINITY;
 const NUMBERS: &[Numbers] = &[
     optional("origin", "xyz", 3, LENGTH, "m"),
     optional("origin", "rpy", 3, ANGLE, "rad"),
+    optional("origin", "quat_xyzw", 4, FACTOR, "1"),
     needed("axis", "xyz", 3, FACTOR, "1"),
     needed("mass", "value", 1, MASS, "kg"),
     needed("inertia", "ixx", 1, INERTIA, "kg·m²"),
-    needed("inertia", "ixy", 1, INERTIA, "kg·m²"),
-    needed("inertia", "ixz", 1, INERTIA, "kg·m²"),
+    optional("inertia", "ixy", 1, INERTIA, "kg·m²"),
+    optional("inertia", "ixz", 1, INERTIA, "kg·m²"),
     needed("inertia", "iyy", 1, INERTIA, "kg·m²"),
-    needed("inertia", "iyz", 1, INERTIA, "kg·m²"),
+    optional("inertia", "iyz", 1, INERTIA, "kg·m²"),
     needed("inertia", "izz", 1, INERTIA, "kg·m²"),
     optional("limit", "lower", 1, ANY, ""),
     optional("limit", "upper", 1, ANY, ""),
     optional("limit", "effort", 1, ANY, ""),
-    // URDF 1.2 made it optional: see `velocity_may_miss`.
-    needed("limit", "velocity", 1, ANY, ""),
+    optional("limit", "velocity", 1, ANY, ""),
     optional("dynamics", "damping", 1, FRICTION, "N·m·s/rad"),
     optional("dynamics", "friction", 1, FRICTION, "N·m"),
     optional("mimic", "multiplier", 1, FACTOR, "1"),
@@ -127,19 +150,20 @@ const NUMBERS: &[Numbers] = &[
     needed("cylinder", "length", 1, LENGTH, "m"),
     needed("capsule", "radius", 1, LENGTH, "m"),
     needed("capsule", "length", 1, LENGTH, "m"),
-    optional("mesh", "scale", 3, FACTOR, "1"),
 ];
 
 /// Checks every element that belongs to URDF.
 ///
 /// # Errors
-/// The first element that lacks something, has it twice, or has an invalid number or name.
-pub(super) fn check(text: &UrdfText<'_>) -> Result<()> {
+/// The first element that lacks something, has it twice, or has an invalid number or name; an element of xacro.
+pub(super) fn check(text: &UrdfText<'_>) -> Result<Vec<Remark>> {
     let elements = text.elements();
     if elements.first().is_none_or(|root| root.name != "robot") {
         let line = elements.first().map_or(1, |root| root.line);
         return Err(text.broken(line, "one <robot> around everything"));
     }
+    check_plain(text)?;
+    let mut remarks = Vec::new();
     let mut known = vec![false; elements.len()];
     for (index, element) in elements.iter().enumerate() {
         known[index] = match element.parent {
@@ -148,16 +172,41 @@ pub(super) fn check(text: &UrdfText<'_>) -> Result<()> {
         };
         if known[index] {
             check_attributes(text, element)?;
-            check_children(text, element)?;
+            check_children(text, element, &mut remarks)?;
             check_names(text, element)?;
-            check_numbers(text, element)?;
+            check_numbers(text, element, &mut remarks)?;
         }
     }
-    Ok(())
+    Ok(remarks)
 }
 
-fn children_of(name: &str) -> &'static [(&'static str, Count)] {
+/// A URDF has no elements of xacro. A name space of xacro that is declared and not used does no harm.
+fn check_plain(text: &UrdfText<'_>) -> Result<()> {
+    let spaces = text.elements().first().map_or(&[][..], |robot| &robot.attributes);
+    let declared = spaces.iter().filter(|(_, address)| address.contains(XACRO));
+    let prefixes: BTreeSet<&str> =
+        declared.filter_map(|(name, _)| name.strip_prefix("xmlns:")).chain([XACRO]).collect();
+    let foreign =
+        |element: &&Element<'_>| element.name.split_once(':').is_some_and(|(prefix, _)| prefixes.contains(prefix));
+    match text.elements().iter().find(foreign) {
+        Some(element) => {
+            let (file, place) = (text.file(), Place::Line(element.line));
+            let value = format!("<{}>", element.name);
+            Err(Error::input(file, place, "", "", format!("plain URDF, not {value}; run xacro on this file first")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The elements that an element of this name may contain.
+pub(super) fn children_of(name: &str) -> &'static [(&'static str, Count)] {
     ELEMENTS.iter().find(|(parent, _)| *parent == name).map_or(&[], |(_, children)| children)
+}
+
+/// The attributes of an element that hold numbers. A scale is checked where the mesh is read: a faulty one costs a shape, not the file.
+pub(super) fn numbers_of(name: &str) -> impl Iterator<Item = &'static str> {
+    let scale = (name == "mesh").then_some("scale");
+    NUMBERS.iter().filter(move |numbers| numbers.element == name).map(|numbers| numbers.attribute).chain(scale)
 }
 
 fn is_known(text: &UrdfText<'_>, index: usize, parent: &str) -> Result<bool> {
@@ -166,28 +215,33 @@ fn is_known(text: &UrdfText<'_>, index: usize, parent: &str) -> Result<bool> {
     if names().any(|name| name == element.name) {
         return Ok(true);
     }
+    if element.name.contains(':') || DISPLAY.contains(&element.name) {
+        return Ok(false);
+    }
     match nearest(element.name, names()) {
         Some(near) => Err(text.broken(element.line, format!("the element <{near}>, not <{}>", element.name))),
         None => Ok(false),
     }
 }
 
-fn check_children(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
-    let inside = || element.children.iter().map(|&child| &text.elements()[child]);
+fn check_children<'a>(text: &UrdfText<'a>, element: &Element<'a>, remarks: &mut Vec<Remark>) -> Result<()> {
     for (name, count) in children_of(element.name) {
-        let lines: Vec<usize> = inside().filter(|child| child.name == *name).map(|child| child.line).collect();
-        match (count, lines.len()) {
-            (One, 0) => {
+        let found: Vec<_> = text.children(element, name).collect();
+        match (count, &found[..]) {
+            (One, []) => {
                 return Err(text.broken(element.line, format!("an element <{name}> in {}", text.title(element))));
             }
-            (One | AtMostOne, 2..) => {
-                return Err(text.broken(lines[1], format!("one element <{name}> in {}", text.title(element))));
+            (One, [_, second, ..]) => {
+                return Err(text.broken(second.line, format!("one element <{name}> in {}", text.title(element))));
+            }
+            (AtMostOne, [first, second, ..]) => {
+                let ignored = format!("a second <{name}> has no effect, the first in line {} counts", first.line);
+                remarks.push(text.remark_at(second, &ignored));
             }
             _ => {}
         }
     }
-    let foreign = || inside().any(|child| children_of("geometry").iter().all(|(name, _)| *name != child.name));
-    if element.name == "geometry" && (element.children.len() != 1 || foreign()) {
+    if element.name == "geometry" && element.children.len() > 1 {
         let expected = "one box, cylinder, capsule, sphere or mesh";
         return Err(text.broken(element.line, format!("{expected} in {}", text.title(element))));
     }
@@ -213,44 +267,69 @@ fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
         }
     }
     match (element.name, element.attribute("type")) {
-        ("joint", Some(kind)) if !JOINT_TYPES.contains(&kind) => {
-            Err(error(text, element, "type", kind, &JOINT_TYPES.join(" or ")))
-        }
+        ("joint", Some(kind)) if !TYPES.contains(&kind) => Err(error(text, element, "type", kind, &TYPES.join(" or "))),
         _ => Ok(()),
     }
 }
 
-fn check_numbers(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
+fn check_numbers<'a>(text: &UrdfText<'a>, element: &Element<'a>, remarks: &mut Vec<Remark>) -> Result<()> {
     for numbers in NUMBERS.iter().filter(|numbers| numbers.element == element.name) {
-        let Numbers { attribute, count, needed, most, unit, .. } = numbers;
-        let expected = if *count == 1 { "a number".to_owned() } else { format!("{count} numbers") };
+        let Numbers { attribute, needed, .. } = numbers;
         match element.attribute(attribute) {
-            None if *attribute == "velocity" && velocity_may_miss(text) => {}
-            None if *needed => return Err(error(text, element, attribute, "", &format!("{expected} (missing)"))),
-            None => {}
-            Some(value) => {
-                let parsed = parsed(value, *count, most.is_infinite());
-                let quoted = format!("\"{}\"", value.chars().take(60).collect::<String>());
-                let parsed = parsed.ok_or_else(|| error(text, element, attribute, &quoted, &expected))?;
-                if parsed.iter().any(|number| number.abs() > *most) {
-                    let expected = format!("{expected} from -{most:e} to {most:e} [{unit}]");
-                    return Err(error(text, element, attribute, &quoted, &expected));
-                }
+            None if *needed => {
+                return Err(error(text, element, attribute, "", &format!("{} (missing)", numbers.expected())));
             }
+            // Moments may be left out where the frame is that of the principal axes.
+            None if element.name == "inertia" => {
+                remarks.push(text.remark_at(element, &format!("inertia without {attribute}: taken as 0")));
+            }
+            None => {}
+            Some(value) if value.trim().is_empty() && !*needed => {
+                let taken = format!("{} {attribute} = \"\": taken as not given", element.name);
+                remarks.push(text.remark_at(element, &taken));
+            }
+            Some(value) => check_value(text, element, numbers, value, remarks)?,
         }
     }
     Ok(())
 }
 
-fn velocity_may_miss(text: &UrdfText<'_>) -> bool {
-    let version = text.elements().first().and_then(|robot| robot.attribute("version"));
-    !matches!(version, None | Some("1.0" | "1.1"))
+/// The value of an attribute that holds numbers.
+fn check_value<'a>(
+    text: &UrdfText<'a>,
+    element: &Element<'a>,
+    numbers: &Numbers,
+    value: &str,
+    remarks: &mut Vec<Remark>,
+) -> Result<()> {
+    let Numbers { attribute, count, most, unit, .. } = numbers;
+    let quoted = format!("\"{}\"", value.chars().take(60).collect::<String>());
+    let refused = |expected: &str| Err(error(text, element, attribute, &quoted, expected));
+    let expected = numbers.expected();
+    let Some(parsed) = parsed(value, *count, most.is_infinite()) else {
+        let unexpanded = value.contains("${") || value.contains("$(");
+        let remedy = if unexpanded { "; run xacro on this file first" } else { "" };
+        return refused(&format!("{expected}{remedy}"));
+    };
+    if parsed.iter().any(|number| number.abs() > *most) {
+        return refused(&format!("{expected} from -{most:e} to {most:e} [{unit}]"));
+    }
+    if value.contains(',') {
+        let taken = format!("{} {attribute} = {quoted}: the commas are taken as spaces", element.name);
+        remarks.push(text.remark_at(element, &taken));
+    }
+    Ok(())
 }
 
-/// A fixed number of values, finite unless they may be infinite.
-fn parsed(text: &str, count: usize, infinite: bool) -> Option<Vec<f64>> {
+/// A fixed number of values, finite unless they may be infinite. Several values may have a comma behind each but the last.
+pub(super) fn parsed(text: &str, count: usize, infinite: bool) -> Option<Vec<f64>> {
     let number =
         |word: &str| word.parse::<f64>().ok().filter(|value| value.is_finite() || (infinite && !value.is_nan()));
+    let mut left = count;
+    let number = |word: &str| {
+        left = left.saturating_sub(1);
+        number(if left > 0 { word.strip_suffix(',').unwrap_or(word) } else { word })
+    };
     let numbers: Option<Vec<f64>> = text.split_whitespace().take(count + 1).map(number).collect();
     numbers.filter(|numbers| numbers.len() == count)
 }

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::ops::Range;
 
+use super::Urdf;
+use super::description::kind_of;
 use super::scan::Element;
-use super::{Urdf, kind_of};
 use crate::robot::tree::{Inertia, Robot};
 
 impl Urdf<'_> {
@@ -14,14 +15,12 @@ impl Urdf<'_> {
     pub(in crate::robot) fn with_inertias(&self, text: &str, robot: &Robot, changed: &[usize]) -> String {
         let bodies: BTreeMap<&str, usize> = changed.iter().map(|body| (&*robot.bodies[*body].name, *body)).collect();
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
-        let elements =
-            self.text.elements().iter().filter(|element| element.name == "link" && element.parent == Some(0));
-        // Names of the parsed links have their entities resolved; both lists have the order of the file.
-        for (link, name) in elements.zip(self.robot.links.iter().map(|link| link.name.as_str())) {
+        for link in self.text.owners("link") {
+            let Some(name) = link.attribute("name") else { continue };
             let Some(body) = self.carrier(name, robot).and_then(|carrier| bodies.get(carrier)) else { continue };
             let moved = robot.bodies[*body].name == name;
             let inertial = if moved { written(&robot.bodies[*body].inertia) } else { String::new() };
-            edits.push(self.edit(text, link, inertial));
+            edits.extend(self.edits(text, link, inertial));
         }
         edits.sort_by_key(|(range, _)| range.start);
         let mut out = String::new();
@@ -47,17 +46,23 @@ impl Urdf<'_> {
         }
     }
 
-    /// Where a link's element `inertial` is or belongs, and its new text.
-    fn edit(&self, text: &str, link: &Element<'_>, inertial: String) -> (Range<usize>, String) {
-        let own =
-            link.children.iter().map(|child| &self.text.elements()[*child]).find(|child| child.name == "inertial");
-        if let Some(own) = own {
-            return (own.range.clone(), inertial);
+    /// Where a link's elements `inertial` are or one belongs, and the new text: a second one goes, it would count in place of the first.
+    fn edits(&self, text: &str, link: &Element<'_>, inertial: String) -> Vec<(Range<usize>, String)> {
+        let own: Vec<_> = link
+            .children
+            .iter()
+            .map(|child| &self.text.elements()[*child])
+            .filter(|child| child.name == "inertial")
+            .collect();
+        if !own.is_empty() {
+            let replacements = std::iter::once(inertial).chain(std::iter::repeat(String::new()));
+            return own.iter().map(|own| own.range.clone()).zip(replacements).collect();
         }
-        match text[link.range.start..link.inside].strip_suffix("/>") {
+        let edit = match text[link.range.start..link.inside].strip_suffix("/>") {
             Some(opening) if !inertial.is_empty() => (link.range.clone(), format!("{opening}>{inertial}</link>")),
             _ => (link.inside..link.inside, inertial),
-        }
+        };
+        vec![edit]
     }
 }
 

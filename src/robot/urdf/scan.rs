@@ -1,10 +1,14 @@
-//! Elements of an XML text with their lines; covers only the part of XML that a URDF uses.
+//! Elements of an XML text with their lines; covers only the part of XML that a URDF uses. Namespaces are not resolved: a prefix is part
+//! of the name.
+
+use std::borrow::Cow;
 
 /// An element: its opening tag and its parent element.
 pub(super) struct Element<'a> {
     pub line: usize,
     pub name: &'a str,
-    pub attributes: Vec<(&'a str, &'a str)>,
+    /// Names and values, entities resolved.
+    pub attributes: Vec<Attribute<'a>>,
     /// Index of the parent element; `None` for the outermost.
     pub parent: Option<usize>,
     /// Indices of its direct children.
@@ -17,9 +21,16 @@ pub(super) struct Element<'a> {
 
 impl Element<'_> {
     pub fn attribute(&self, name: &str) -> Option<&str> {
-        self.attributes.iter().find(|(key, _)| *key == name).map(|(_, value)| *value)
+        self.attributes.iter().find(|(key, _)| *key == name).map(|(_, value)| value.as_ref())
+    }
+
+    /// An attribute that is not blank.
+    pub fn given(&self, name: &str) -> Option<&str> {
+        self.attribute(name).filter(|value| !value.trim().is_empty())
     }
 }
+
+type Attribute<'a> = (&'a str, Cow<'a, str>);
 
 /// A line, and what was expected there.
 pub(super) type Fault = (usize, String);
@@ -30,7 +41,7 @@ const MAX_DEPTH: usize = 64;
 /// The elements in the order of their opening tags.
 ///
 /// # Errors
-/// Tags that are not closed, or closed in the wrong order; no outermost element, or more than one.
+/// Tags that are not closed, or closed in the wrong order; more than one outermost element; attributes or entities that XML does not know.
 pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
     let mut elements: Vec<Element<'_>> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
@@ -52,7 +63,7 @@ pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
                 return Err((line, format!("at most {MAX_DEPTH} elements within each other")));
             }
             let inner = markup.trim_start_matches('<').trim_end_matches('>');
-            let (name, attributes) = split_tag(inner.trim_end_matches('/'));
+            let (name, attributes) = split_tag(inner.trim_end_matches('/')).map_err(|expected| (line, expected))?;
             let parent = open.last().copied();
             if !inner.ends_with('/') {
                 open.push(elements.len());
@@ -109,17 +120,63 @@ fn markup_length(text: &str) -> Option<usize> {
 }
 
 /// Name and attributes of an opening tag without its angle brackets.
-fn split_tag(inner: &str) -> (&str, Vec<(&str, &str)>) {
-    let inner = inner.trim();
+fn split_tag(inner: &str) -> Result<(&str, Vec<Attribute<'_>>), String> {
     let end = inner.find(char::is_whitespace).unwrap_or(inner.len());
     let (name, mut rest) = inner.split_at(end);
+    if name.is_empty() {
+        return Err("the name of an element behind `<`".to_owned());
+    }
     let mut attributes = Vec::new();
-    while let Some((key, after)) = rest.split_once('=') {
-        let after = after.trim_start();
-        let Some(quote) = after.chars().next().filter(|c| matches!(c, '"' | '\'')) else { break };
-        let Some((value, next)) = after[1..].split_once(quote) else { break };
-        attributes.push((key.trim(), value));
+    while !rest.trim_start().is_empty() {
+        let (key, value, next) =
+            split_attribute(rest).ok_or_else(|| format!("attributes as name=\"value\" in <{name}>"))?;
+        attributes.push((key, resolved(value)?));
         rest = next;
     }
-    (name, attributes)
+    Ok((name, attributes))
+}
+
+/// The first attribute of a text: name, value, and what follows.
+fn split_attribute(text: &str) -> Option<(&str, &str, &str)> {
+    let (key, after) = text.split_once('=')?;
+    let after = after.trim_start();
+    let quote = after.chars().next().filter(|c| matches!(c, '"' | '\''))?;
+    let (value, next) = after[1..].split_once(quote)?;
+    let key = key.trim();
+    (!key.is_empty() && !key.contains(char::is_whitespace)).then_some((key, value, next))
+}
+
+/// A value with its entities resolved.
+fn resolved(value: &str) -> Result<Cow<'_, str>, String> {
+    let mut parts = value.split('&');
+    let first = parts.next().unwrap_or_default();
+    if first.len() == value.len() {
+        return Ok(Cow::Borrowed(value));
+    }
+    let mut text = first.to_owned();
+    for part in parts {
+        let known = part.split_once(';').and_then(|(name, after)| Some((character(name)?, after)));
+        let (character, after) = known.ok_or("&amp; for the character `&`, or an entity that XML knows")?;
+        text.push(character);
+        text.push_str(after);
+    }
+    Ok(Cow::Owned(text))
+}
+
+fn character(entity: &str) -> Option<char> {
+    match entity {
+        "lt" => Some('<'),
+        "gt" => Some('>'),
+        "amp" => Some('&'),
+        "quot" => Some('"'),
+        "apos" => Some('\''),
+        _ => {
+            let number = entity.strip_prefix('#')?;
+            let code = match number.strip_prefix('x') {
+                Some(hex) => u32::from_str_radix(hex, 16).ok()?,
+                None => number.parse().ok()?,
+            };
+            char::from_u32(code)
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Line numbers in a URDF text: the URDF parser keeps none, so errors take theirs from here.
+//! A checked URDF text: its elements, and the lines that errors and remarks name.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -6,11 +6,13 @@ use std::path::Path;
 use super::grammar;
 use super::scan::{Element, elements};
 use crate::error::{Error, Place, Result};
+use crate::robot::remark::Remark;
 
 /// A URDF text whose elements and numbers are checked.
 pub(super) struct UrdfText<'a> {
     file: &'a Path,
     elements: Vec<Element<'a>>,
+    remarks: Vec<Remark>,
 }
 
 impl<'a> UrdfText<'a> {
@@ -21,9 +23,14 @@ impl<'a> UrdfText<'a> {
     pub(super) fn scan(file: &'a Path, text: &'a str) -> Result<Self> {
         let elements =
             elements(text).map_err(|(line, expected)| Error::input(file, Place::Line(line), "URDF", "", expected))?;
-        let scanned = Self { file, elements };
-        grammar::check(&scanned)?;
+        let mut scanned = Self { file, elements, remarks: Vec::new() };
+        scanned.remarks = grammar::check(&scanned)?;
         Ok(scanned)
+    }
+
+    /// What the text has that is accepted, but taken otherwise.
+    pub(super) fn remarks(&self) -> &[Remark] {
+        &self.remarks
     }
 
     pub(super) fn file(&self) -> &'a Path {
@@ -65,17 +72,50 @@ impl<'a> UrdfText<'a> {
         Error::input(self.file, self.place(kind, name, part), key, value, expected)
     }
 
-    /// Whether a link or joint has an element of this name.
-    pub(super) fn has(&self, kind: &str, name: &str, part: &str) -> bool {
-        let is_owner = |element: &&Element<'_>| {
-            element.parent == Some(0) && element.name == kind && element.attribute("name") == Some(name)
-        };
-        let owner = self.elements.iter().find(is_owner);
-        owner.is_some_and(|owner| owner.children.iter().any(|&child| self.elements[child].name == part))
+    /// A remark about a link or joint; `part` as for an error.
+    pub(super) fn remark(&self, kind: &str, name: &str, part: &str, text: &str) -> Remark {
+        Remark::new(self.file, self.place(kind, name, part), &format!("{kind} {name}"), text)
+    }
+
+    /// A remark about an element.
+    pub(super) fn remark_at(&self, element: &Element<'a>, text: &str) -> Remark {
+        Remark::new(self.file, Place::Line(element.line), &self.title(element), text)
+    }
+
+    /// The links or joints, in the order of the file.
+    pub(super) fn owners(&self, kind: &str) -> impl Iterator<Item = &Element<'a>> {
+        self.elements.first().into_iter().flat_map(move |robot| self.children(robot, kind))
+    }
+
+    /// The link or joint of this name.
+    pub(super) fn owner(&self, kind: &str, name: &str) -> Option<&Element<'a>> {
+        self.owners(kind).find(|element| element.attribute("name") == Some(name))
+    }
+
+    /// The elements directly inside another one.
+    pub(super) fn inside(&self, element: &Element<'a>) -> impl Iterator<Item = &Element<'a>> {
+        element.children.iter().map(|&child| &self.elements[child])
+    }
+
+    /// Those of one name.
+    pub(super) fn children(&self, element: &Element<'a>, name: &str) -> impl Iterator<Item = &Element<'a>> {
+        self.inside(element).filter(move |child| child.name == name)
+    }
+
+    /// The first of one name.
+    pub(super) fn child(&self, element: &Element<'a>, name: &str) -> Option<&Element<'a>> {
+        self.children(element, name).next()
+    }
+
+    /// Version of URDF, 1.0 if none is given.
+    pub(super) fn version(&self) -> (u32, u32) {
+        let given = self.elements.first().and_then(|robot| robot.attribute("version"));
+        let split = given.and_then(|version| version.trim().split_once('.'));
+        split.and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?))).unwrap_or((1, 0))
     }
 
     /// Line of a link or joint, or of the first of its elements of this name if it has one.
-    fn place(&self, kind: &str, name: &str, part: &str) -> Place {
+    pub(super) fn place(&self, kind: &str, name: &str, part: &str) -> Place {
         let is_owner = |element: &Element<'_>| {
             element.parent == Some(0) && element.name == kind && element.attribute("name") == Some(name)
         };
