@@ -83,6 +83,12 @@ const DAMPED: f64 = 1.0;
 /// 2401, 4601, 4701) were fitted with 0.4 to 1.2 counts, presliding of half the strength (5300, 5301) with 4 and more.
 const LEAST_BEND: f64 = 2.0;
 
+/// Least angle `F_C/σ0`, in wind-ups `F_C/k` of the gear as the model states it. Friction `s F_C` of the link that reverses bends the gear by up to
+/// `2 F_C/k`, and a gear five times as soft as stated is [`joint_compliance`](super::joint_compliance): up to that, bristles cannot be separated
+/// from the gear. Healthy arms under gravity (tuning seeds 62400, 63200) were fitted with one wind-up, presliding of half the strength with twenty
+/// and more.
+const LEAST_WIND_UPS: f64 = 10.0;
+
 impl AtTurns for Presliding {
     fn trials(&self, seen: &Turns) -> Vec<Trial> {
         let joint = &seen.motion.model.joints[seen.joint];
@@ -113,7 +119,33 @@ impl AtTurns for Presliding {
     }
 
     fn visible(&self, seen: &Turns, values: &[f64]) -> bool {
-        let count = seen.motion.model.joints[seen.joint].encoder_step();
-        seen.motion.joints[seen.joint].friction.coulomb > LEAST_BEND * count * values[0]
+        let joint = &seen.motion.model.joints[seen.joint];
+        let dry = seen.motion.joints[seen.joint].friction.coulomb;
+        shows(values[0], dry, joint.encoder_step(), joint.gear_stiffness)
+    }
+}
+
+/// Whether bristles of stiffness `σ0` that carry `F_C` bend so far that neither the encoder's counts [rad or m] nor the gear of stiffness `k`
+/// can be what is seen. A gear of unknown stiffness may be as soft as the bristles.
+fn shows(stiffness: f64, dry: f64, count: f64, gear: Option<f64>) -> bool {
+    let bend = dry / stiffness;
+    bend > LEAST_BEND * count && gear.is_some_and(|k| bend > LEAST_WIND_UPS * dry / k)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shows;
+
+    #[test]
+    fn property_bristles_show_beyond_counts_and_gear() {
+        let (dry, count, gear) = (5.0, 8e-7, Some(3e4));
+        assert!(shows(600.0, dry, count, gear));
+        // What a healthy gear of 3·10⁴ N·m/rad was fitted with.
+        assert!(!shows(29_090.0, dry, count, gear));
+        // A gear that is five times as soft as stated.
+        assert!(!shows(6_000.0, dry, count, gear));
+        // A bend of one count.
+        assert!(!shows(dry / 0.01, dry, 0.01, gear));
+        assert!(!shows(600.0, dry, count, None));
     }
 }
