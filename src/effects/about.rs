@@ -41,12 +41,15 @@ pub struct ParameterSpec {
     pub default: Option<f64>,
     /// Its meaning, with its sign.
     pub meaning: &'static str,
+    /// Whether the effect is another one, or none, where this is zero, whatever its other parameters are: the cause of a constant torque is no
+    /// spring.
+    pub is_size: bool,
 }
 
 impl ParameterSpec {
     /// A parameter without a default that may be any number.
     pub const fn new(name: &'static str, symbol: &'static str, unit: &'static str, meaning: &'static str) -> Self {
-        Self { name, symbol, unit, min: f64::NEG_INFINITY, max: f64::INFINITY, default: None, meaning }
+        Self { name, symbol, unit, min: f64::NEG_INFINITY, max: f64::INFINITY, default: None, meaning, is_size: false }
     }
 
     /// With a range, ends included.
@@ -57,6 +60,11 @@ impl ParameterSpec {
     /// With a lower limit.
     pub const fn at_least(self, min: f64) -> Self {
         Self { min, ..self }
+    }
+
+    /// Without which there is no such effect, see [`is_size`](Self::is_size).
+    pub const fn as_size(self) -> Self {
+        Self { is_size: true, ..self }
     }
 
     /// With a default value.

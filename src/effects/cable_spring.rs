@@ -23,7 +23,8 @@ static ABOUT: About = About {
     scope: Scope::Joint,
     parameters: &[
         ParameterSpec::new("stiffness", "c", "N·m/rad", "torque per displacement, positive towards the rest position")
-            .between(0.0, 1e9),
+            .between(0.0, 1e9)
+            .as_size(),
         ParameterSpec::new(
             "rest_position",
             "q0",

@@ -26,7 +26,7 @@ static ABOUT: About = About {
     parameters: &[
         ParameterSpec::new("angle", "q_c", "rad (joint)", "position of the link at which it touches")
             .between(-1e3, 1e3),
-        ParameterSpec::new("stiffness", "k", "N·m/rad", "torque per angle beyond it").between(1e-6, 1e6),
+        ParameterSpec::new("stiffness", "k", "N·m/rad", "torque per angle beyond it").between(1e-6, 1e6).as_size(),
         ParameterSpec::new("damping", "c", "N·m·s/rad", "torque per velocity beyond it").between(0.0, 1e6).or(0.0),
         ParameterSpec::new("side", "s", "1", "+1: it stops motion beyond the angle; −1: below it")
             .between(-1.0, 1.0)

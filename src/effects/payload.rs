@@ -25,7 +25,8 @@ static ABOUT: About = About {
     scope: Scope::Machine,
     parameters: &[
         ParameterSpec::new("mass", "m", "kg", "mass that the model lacks; negative where a load was taken off")
-            .between(-1e5, 1e5),
+            .between(-1e5, 1e5)
+            .as_size(),
         position("x"),
         position("y"),
         position("z"),

@@ -1,5 +1,7 @@
 //! From the terms of a selection to the entries of a report: parameters, probability, rivals.
 
+use std::collections::BTreeMap;
+
 use super::candidates::Candidate;
 use super::confirm::Confirmed;
 use super::selection::Selection;
@@ -9,8 +11,9 @@ use crate::diagnose::fit::estimate;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::options::{MODEL_ERROR, Options};
-use crate::diagnose::result::{FoundEffect, Standing};
+use crate::diagnose::result::{FoundEffect, Measured, Standing};
 use crate::distributions::normal_upper_tail;
+use crate::effects::About;
 
 /// One entry per term, strongest first.
 pub fn found(
@@ -30,7 +33,8 @@ pub fn found(
             let (evidence_nats, gain) = (confirmed.strength[position], confirmed.gains[position].clone());
             let at = selection.fitted.term_at[position];
             let own = at..at + term.coefficients();
-            let size = uncertainty.size_in_errors(own, &selection.fitted.solution.coefficients);
+            let all = uncertainty.size_in_errors(own, &selection.fitted.solution.coefficients);
+            let size = least_size(term.effect.about(), &parameters, all);
             let standing = Standing { probability: probability * not_zero(size), evidence_nats, gain };
             let entry = FoundEffect::new(term.effect.about(), names.collect(), parameters, standing);
             entries.push(FoundEffect { effect: term.effect.label(), ..entry.beside(confusable_with.clone()) });
@@ -39,6 +43,12 @@ pub fn found(
     }
     entries.sort_by(|a, b| b.evidence_nats.total_cmp(&a.evidence_nats));
     entries
+}
+
+/// [standard errors] The size of an effect: of all its coefficients together, or of a parameter without which it would be another effect.
+fn least_size(about: &About, parameters: &BTreeMap<String, Measured>, all: f64) -> f64 {
+    let sizes = about.parameters.iter().filter(|spec| spec.is_size).filter_map(|spec| parameters.get(spec.name));
+    sizes.map(|one| (one.value / one.std_error).abs()).fold(all, f64::min)
 }
 
 /// Probability that a size of `z` standard errors is not zero: `1 − 2 (1 − Φ(z))`.
@@ -83,4 +93,34 @@ pub fn probability<'c>(total: f64, own: usize, options: &Options, rivals: impl I
     };
     let of_rivals: f64 = rivals.map(of_rival).sum();
     calibrated(of_rivals + odds(options.rules.further - total))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::find;
+
+    fn measured(values: [(&str, f64, f64); 2]) -> BTreeMap<String, Measured> {
+        let one =
+            |(name, value, std_error): (&str, f64, f64)| (name.to_owned(), Measured { value, std_error, unit: "" });
+        values.map(one).into()
+    }
+
+    /// Both coefficients of the spring together are 50 standard errors: a constant torque would be as much.
+    #[test]
+    fn property_a_spring_is_as_sure_as_its_stiffness() {
+        let about = find("cable_spring").expect("of the catalogue").about();
+        let spring = measured([("stiffness", 2.5, 2.7), ("rest_position", 0.95, 0.98)]);
+        let size = least_size(about, &spring, 50.0);
+        assert_eq!(size, 2.5 / 2.7);
+        // 1 − 2 (1 − Φ(0.9259)) = 0.6455.
+        assert!((not_zero(size) - 0.6455).abs() < 1e-4);
+    }
+
+    #[test]
+    fn property_a_phase_near_zero_says_nothing_of_the_size() {
+        let about = find("cogging").expect("of the catalogue").about();
+        let ripple = measured([("amplitude", 0.5, 0.05), ("phase", 0.01, 0.5)]);
+        assert_eq!(least_size(about, &ripple, 9.0), 9.0);
+    }
 }
