@@ -7,9 +7,9 @@ use clap::Args;
 use crate::dataset;
 use crate::error::Result;
 use crate::plant::{Options, Plant, first_model};
-use crate::robot::Model;
-use crate::scenario::{Recorded, Scenario, channels};
-use crate::toml_input::{Document, nearest};
+use crate::robot::{Model, marked_lines};
+use crate::scenario::{Recorded, Scenario, Trial, channels, trial};
+use crate::toml_input::{Document, nearest, read_text};
 
 use super::{Outcome, console, input};
 
@@ -21,6 +21,9 @@ pub struct Check {
     files: Vec<PathBuf>,
 }
 
+/// [bytes] Longest model file that is searched for placeholders.
+const LONGEST: u64 = 2 << 20;
+
 /// Types of TOML file, by their key `schema`.
 const SCHEMAS: [&str; 3] = ["lostmotion/model/1", "lostmotion/dataset/1", "lostmotion/scenario/1"];
 
@@ -28,38 +31,86 @@ impl Check {
     /// Reads each file as the other commands would. All files are checked; the first error ends the command after the
     /// last file.
     pub fn run(self) -> Result<Outcome> {
-        let mut first_error = None;
+        let (mut first_error, mut warned) = (None, false);
         for file in &self.files {
             match check(file) {
-                Ok(found) => console::print(&format!("{}: {found}\n", file.display()))?,
+                Ok(found) => {
+                    console::print(&format!("{}: {}\n", file.display(), found.text))?;
+                    warned |= found.warned;
+                }
                 Err(error) if first_error.is_none() => first_error = Some(error),
                 Err(error) => eprintln!("error: {error}"),
             }
         }
-        first_error.map_or(Ok(Outcome::Done), Err)
+        first_error.map_or(Ok(if warned { Outcome::Warned } else { Outcome::Done }), Err)
     }
 }
 
-/// The content of the file, in one line.
-fn check(file: &Path) -> Result<String> {
+/// What a file contains.
+struct Checked {
+    text: String,
+    /// Whether something in it does not work.
+    warned: bool,
+}
+
+impl From<String> for Checked {
+    fn from(text: String) -> Self {
+        Self { text, warned: false }
+    }
+}
+
+/// The content of the file, in one line, with notes below it.
+fn check(file: &Path) -> Result<Checked> {
     match file.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => check_toml(file),
-        Some("urdf" | "xml") => Ok(described(&first_model(file)?)),
+        Some("urdf" | "xml" | "mjcf") => tried(&first_model(file)?.model),
         _ => {
             let session = dataset::load_alone(file)?;
-            Ok(recorded(&session))
+            Ok(recorded(&session).into())
         }
     }
 }
 
-fn check_toml(file: &Path) -> Result<String> {
+/// A model, and what a second of motion of all its joints shows.
+fn tried(model: &Model) -> Result<Checked> {
+    let Trial { duration, joints, faults } = trial(model)?;
+    let moved = if faults.is_empty() {
+        format!("simulated: all {joints} joints to and fro within {duration} s, each follows its reference")
+    } else {
+        format!("simulated: all {joints} joints to and fro within {duration} s; this fails:")
+    };
+    let faulty: String = faults.iter().map(|fault| format!("\n    {fault}")).collect();
+    Ok(Checked { text: format!("{}\n  {moved}{faulty}", described(model)), warned: !faults.is_empty() })
+}
+
+/// How many values of a model file are still placeholders.
+fn placeholders(file: &Path) -> Result<String> {
+    let lines = marked_lines(&read_text(file, LONGEST)?);
+    let shown: Vec<String> = lines.iter().take(10).map(usize::to_string).collect();
+    Ok(match lines.len() {
+        0 => String::new(),
+        count => {
+            let more = if count > shown.len() { ", …" } else { "" };
+            format!(
+                "\n  note: {count} values are placeholders, to be replaced by the machine's own: lines {}{more}",
+                shown.join(", ")
+            )
+        }
+    })
+}
+
+fn check_toml(file: &Path) -> Result<Checked> {
     dataset::check_manifest(file)?;
     let document = Document::read(file)?;
     let root = document.root();
     match root.text("schema")? {
-        "lostmotion/model/1" => Ok(described(&model(file)?)),
-        "lostmotion/dataset/1" => Ok(recorded(&dataset::load_alone(file)?)),
-        "lostmotion/scenario/1" => scenario(file),
+        "lostmotion/model/1" => {
+            let mut checked = tried(&model(file)?)?;
+            checked.text += &placeholders(file)?;
+            Ok(checked)
+        }
+        "lostmotion/dataset/1" => Ok(recorded(&dataset::load_alone(file)?).into()),
+        "lostmotion/scenario/1" => Ok(scenario(file)?.into()),
         other => {
             let expected = nearest(other, SCHEMAS).unwrap_or(SCHEMAS[0]);
             Err(root.error("schema", format!("one of {}; nearest is {expected}", SCHEMAS.join(", "))))

@@ -5,6 +5,7 @@
 //! Rigid-body terms are passed as matrices and vectors.
 
 mod excitation;
+mod independent;
 mod observer;
 mod pi;
 mod profile;
@@ -12,6 +13,7 @@ mod sliding_mode;
 mod staircase;
 
 pub use excitation::{Excitation, JointRange, TooManyMoves};
+pub use independent::Independent;
 pub use observer::{EdgeObserver, ObserverNoise};
 pub use pi::{Pi, PiGains};
 pub use profile::{Profile, Target, Track};

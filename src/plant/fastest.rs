@@ -3,8 +3,9 @@
 //! ```text
 //!   ẍ + A D ẋ + A K x = 0,  A = J⁻¹ + W          wind-ups x of all gears with all flanks touching
 //!   ω² = λ_max(K^½ A K^½)                         links couple the gears: at least the largest k_i A_ii
+//!   δ = λ_max(C^½ W C^½)                          links that dampers c_i of their joints bring to rest
 //! ```
-//! Left out: coupling by the dampers; damping is looked at one gear at a time.
+//! Left out: coupling by the dampers of gears; their damping is looked at one gear at a time.
 
 use nalgebra::DMatrix;
 
@@ -56,6 +57,9 @@ impl Machine {
             let k = |i: usize| laws[i].gearhead.dead_zone.stiffness;
             let squared = DMatrix::from_fn(n, n, |i, j| (k(i) * k(j)).sqrt() * a(i, j));
             fastest.oscillation = squared.symmetric_eigenvalues().max().max(0.0).sqrt().max(fastest.oscillation);
+            let c = |i: usize| laws[i].link_damping;
+            let damped = DMatrix::from_fn(n, n, |i, j| (c(i) * c(j)).sqrt() * response.w(i, j));
+            fastest.decay = fastest.decay.max(damped.symmetric_eigenvalues().max());
         }
         (joint, fastest)
     }

@@ -2,19 +2,26 @@
 
 mod accuracy;
 mod coupling;
+mod drives;
+mod first;
 mod inertia;
 mod joint;
+mod mjcf;
 pub mod model;
+mod placeholders;
 mod ranges;
 mod read;
 mod remark;
+mod robot_file;
 pub mod tree;
 mod urdf;
 mod write;
 
 pub use accuracy::Accuracy;
 pub use coupling::Coupling;
+pub use first::{First, two_digits};
 pub use model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
+pub use placeholders::{Placeholders, marked_lines};
 pub use remark::Remark;
 pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape, UnreadShape};
 pub use urdf::STANDARD_GRAVITY;

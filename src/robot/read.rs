@@ -1,21 +1,20 @@
 //! Reads a model file: `model.toml` and the URDF that it names.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::accuracy::Accuracy;
 use super::coupling::Coupling;
-use super::joint::{CURRENT_TIME_CONSTANT, read_joint};
-use super::model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
+use super::joint::read_joint;
+use super::model::{EffectEntry, JointModel, Load, Masses, Model};
 use super::ranges;
+use super::robot_file::RobotFile;
 use super::tree::Body;
 use super::urdf::{Built, STANDARD_GRAVITY, Urdf};
-use crate::drive::{Amplifier, Encoder, Motor};
-use crate::error::{Error, Place, Result};
+use crate::error::Result;
 use crate::files;
 use crate::gearhead::FrictionLaw;
-use crate::toml_input::{Document, Places, Table, nearest, read_text};
-use crate::units::JointKind;
+use crate::toml_input::{Document, Table, nearest, read_text};
 
 /// Most effects: several on every joint of a large machine.
 const MOST_EFFECTS: usize = 256;
@@ -27,7 +26,7 @@ const OWN_FOLDER: &str = "(identified)";
 const LONGEST_URDF: u64 = 8 << 20;
 
 /// Most joints that move. A humanoid with hands has 60; the cost of a simulation grows with the cube of their number.
-const MOST_JOINTS: usize = 128;
+pub(super) const MOST_JOINTS: usize = 128;
 
 /// The schema that this reader understands.
 pub(super) const SCHEMA: &str = "lostmotion/model/1";
@@ -94,7 +93,8 @@ impl Model {
             return Err(root.error("joints", format!("at most {MOST_JOINTS} joints that move, not {}", tables.len())));
         }
 
-        let urdf = Urdf::parse(urdf_file, urdf_text)?;
+        let robot_file = RobotFile::of(urdf_file, urdf_text)?;
+        let urdf = Urdf::of(urdf_file, &robot_file)?;
         let movable = urdf.movable_joints();
         for name in table.keys() {
             if !movable.contains(&name) && !urdf.mimics(name) {
@@ -125,7 +125,7 @@ impl Model {
             name,
             source: document.file().to_owned(),
             urdf: urdf_file.to_owned(),
-            urdf_text: urdf_text.to_owned(),
+            urdf_text: robot_file.text,
             robot,
             joints,
             held,
@@ -135,49 +135,6 @@ impl Model {
             effects,
             loads,
             places: document.places(),
-        })
-    }
-
-    /// A first model of a URDF: every movable joint that moves a mass gets a gear and a drive of common size, to be replaced by the
-    /// machine's own numbers. Friction and gap are unknown. `plant::first_model` makes it one that can be simulated.
-    ///
-    /// # Errors
-    /// The file cannot be read, or is refused as in [`Model::load`].
-    pub fn from_urdf(file: &Path) -> Result<Self> {
-        Self::from_urdf_holding(file, &BTreeMap::new())
-    }
-
-    /// As [`from_urdf`](Self::from_urdf), with some joints held at zero, each for a reason that becomes a remark.
-    ///
-    /// # Errors
-    /// As [`from_urdf`](Self::from_urdf).
-    pub fn from_urdf_holding(file: &Path, reasons: &BTreeMap<String, String>) -> Result<Self> {
-        let text = read_text(file, LONGEST_URDF)?;
-        let urdf = Urdf::parse(file, &text)?;
-        let movable = urdf.movable_joints().len();
-        if movable > MOST_JOINTS {
-            let expected = format!("at most {MOST_JOINTS} joints that move, not {movable}");
-            return Err(Error::input(file, Place::File, "joints", "", expected));
-        }
-        let Built { robot, held, remarks } = urdf.whole_tree(reasons)?;
-        if robot.bodies.is_empty() {
-            return Err(Error::input(file, Place::File, "", "", "at least one joint that turns or slides"));
-        }
-        let joints = robot.bodies.iter().map(first_joint).collect();
-        Ok(Self {
-            name: first_name(&robot.name, file).to_owned(),
-            source: PathBuf::new(),
-            urdf: file.to_owned(),
-            urdf_text: text.clone(),
-            robot,
-            joints,
-            held,
-            remarks,
-            masses: Masses::Known,
-            accuracy: Accuracy::default(),
-            effects: Vec::new(),
-            loads: Vec::new(),
-            places: Places::default(),
         })
     }
 }
@@ -193,7 +150,8 @@ impl Model {
         // A text that was read once is read again; if not, the tree alone is changed.
         if let Ok(text) = text {
             self.urdf_text = text;
-            self.urdf = Path::new(OWN_FOLDER).join(self.urdf.file_name().unwrap_or("robot.urdf".as_ref()));
+            self.urdf = Path::new(OWN_FOLDER)
+                .join(self.urdf.with_extension("urdf").file_name().unwrap_or("robot.urdf".as_ref()));
         }
     }
 
@@ -227,6 +185,14 @@ impl Model {
     }
 }
 
+/// A robot file.
+///
+/// # Errors
+/// It cannot be read.
+pub(super) fn read_robot_file(file: &Path) -> Result<RobotFile> {
+    RobotFile::of(file, &read_text(file, LONGEST_URDF)?)
+}
+
 fn check_schema(root: &Table<'_>) -> Result<()> {
     root.optional_choice("schema", &[(SCHEMA, ())])?
         .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))
@@ -236,43 +202,6 @@ fn urdf_path(document: &Document) -> Result<PathBuf> {
     check_schema(&document.root())?;
     let urdf = document.root().text("urdf")?;
     Ok(document.file().parent().unwrap_or(Path::new("")).join(urdf))
-}
-
-/// The URDF's name of the robot; the name of its file if the robot's name is not valid for a folder; else `robot`.
-fn first_name<'a>(robot: &'a str, file: &'a Path) -> &'a str {
-    let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
-    [robot, stem].into_iter().find(|name| files::is_fit_name(name)).unwrap_or("robot")
-}
-
-/// A gear and a drive of common size.
-fn first_joint(body: &Body) -> JointModel {
-    let (gear_ratio, gear_stiffness, gear_damping) = match body.joint.kind {
-        // A harmonic or planetary gear has 1:100; a ball screw of 5 mm per turn.
-        JointKind::Revolute => (100.0, 1e4, 10.0),
-        JointKind::Prismatic => (2.0 * std::f64::consts::PI / 0.005, 1e7, 1e4),
-    };
-    JointModel {
-        name: body.joint.name.clone(),
-        kind: body.joint.kind,
-        gear_ratio,
-        rotor_inertia: Some(1e-5),
-        gear_stiffness: Some(gear_stiffness),
-        gear_damping: Some(gear_damping),
-        end_stop_stiffness: None,
-        backlash: None,
-        motor: Some(Motor { torque_constant: 0.05, resistance: None, inductance: None }),
-        amplifier: Amplifier {
-            voltage_limit: f64::INFINITY,
-            current_limit: f64::INFINITY,
-            current_time_constant: CURRENT_TIME_CONSTANT,
-        },
-        encoder: Some(Encoder { counts_per_turn: 4096.0 }),
-        link_encoder: None,
-        velocity_sensor: None,
-        current_sensor: None,
-        friction: None,
-        torque_at: TorqueAt::Motor,
-    }
 }
 
 fn read_load(table: &Table<'_>) -> Result<Load> {

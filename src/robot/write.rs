@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use super::first::First;
 use super::model::{JointModel, Masses, Model};
+use super::placeholders::Placeholders;
 use super::read::SCHEMA;
 use super::urdf::STANDARD_GRAVITY;
 use crate::drive::{Sensing, VelocitySensor};
@@ -22,6 +24,12 @@ impl Model {
     /// # Errors
     /// The operating system refuses a file, or another file has the place of the URDF.
     pub fn save(&self, file: &Path) -> Result<()> {
+        let urdf = self.place_urdf(file)?;
+        write_atomically(file, &self.to_toml(&urdf))
+    }
+
+    /// Path of the URDF for a model file at this place; one that is not on disk is written.
+    fn place_urdf(&self, file: &Path) -> Result<PathBuf> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let urdf = match self.urdf.canonicalize() {
             Ok(urdf) => named_from(folder, urdf),
@@ -40,12 +48,16 @@ impl Model {
                 name
             }
         };
-        write_atomically(file, &self.to_toml(&urdf))
+        Ok(urdf)
     }
 
     /// The text of the model file, with this path of its URDF.
     pub fn to_toml(&self, urdf: &Path) -> String {
-        let mut out = String::new();
+        self.text(urdf, &Placeholders::default())
+    }
+
+    fn text(&self, urdf: &Path, placeholders: &Placeholders) -> String {
+        let mut out = Text { out: String::new(), section: String::new(), placeholders };
         line(&mut out, "schema", &written_text(SCHEMA), "");
         line(&mut out, "name", &written_text(&self.name), "");
         line(&mut out, "urdf", &written_text(&urdf.to_string_lossy()), "");
@@ -60,12 +72,12 @@ impl Model {
             write_joint(&mut out, joint);
         }
         self.write_coupling(&mut out);
-        out.push_str("\n[accuracy]\n");
+        out.section("accuracy");
         for (key, value, comment) in self.accuracy.entries() {
             number(&mut out, key, value, comment);
         }
         for effect in &self.effects {
-            out.push_str("\n[[effects]]\n");
+            out.list("effects");
             line(&mut out, "effect", &written_text(&effect.effect), "");
             if let Some(joint) = &effect.joint {
                 line(&mut out, "joint", &written_text(joint), "");
@@ -75,23 +87,56 @@ impl Model {
             }
         }
         for load in &self.loads {
-            out.push_str("\n[[loads]]\n");
+            out.list("loads");
             line(&mut out, "session", &written_text(&load.session), "recording in which the last body carries it");
             number(&mut out, "mass", load.mass, "[kg]");
             for (axis, value) in ["x", "y", "z"].into_iter().zip(load.position) {
                 number(&mut out, axis, value, "[m]");
             }
         }
-        out
+        out.out
+    }
+}
+
+impl First {
+    /// As [`Model::save`], with a mark at every value that is a placeholder.
+    ///
+    /// # Errors
+    /// As [`Model::save`].
+    pub fn save(&self, file: &Path) -> Result<()> {
+        let urdf = self.model.place_urdf(file)?;
+        write_atomically(file, &self.model.text(&urdf, &self.placeholders))
+    }
+}
+
+/// The text of a model file as it grows.
+struct Text<'p> {
+    out: String,
+    /// The table that is being written.
+    section: String,
+    placeholders: &'p Placeholders,
+}
+
+impl Text<'_> {
+    /// Begins a table.
+    fn section(&mut self, name: &str) {
+        name.clone_into(&mut self.section);
+        self.out.push_str(&format!("\n[{name}]\n"));
+    }
+
+    /// Begins an entry of a list of tables.
+    fn list(&mut self, name: &str) {
+        name.clone_into(&mut self.section);
+        self.out.push_str(&format!("\n[[{name}]]\n"));
     }
 }
 
 impl Model {
     /// The table of coupled axes, if there are any.
-    fn write_coupling(&self, out: &mut String) {
+    fn write_coupling(&self, out: &mut Text<'_>) {
         let name = |index: usize| written_key(&self.joints[index].name);
         let Some(coupling) = &self.robot.coupling else { return };
-        out.push_str("\n[coupling]  # motion of an axis (motor / gear ratio) per motion of each joint\n");
+        out.out.push_str("\n[coupling]  # motion of an axis (motor / gear ratio) per motion of each joint\n");
         for (axis, row) in coupling.rows() {
             let entries: Vec<String> =
                 row.into_iter().map(|(joint, value)| format!("{} = {}", name(joint), written_number(value))).collect();
@@ -107,37 +152,38 @@ fn named_from(folder: &Path, file: PathBuf) -> PathBuf {
     below.unwrap_or(file)
 }
 
-fn line(out: &mut String, key: &str, value: &str, comment: &str) {
+fn line(out: &mut Text<'_>, key: &str, value: &str, comment: &str) {
+    let comment = out.placeholders.comment(&out.section, key, comment);
     // Writing to a String cannot fail.
-    let _ = match comment {
-        "" => writeln!(out, "{} = {value}", written_key(key)),
-        _ => writeln!(out, "{} = {value}  # {comment}", written_key(key)),
+    let _ = match comment.as_str() {
+        "" => writeln!(out.out, "{} = {value}", written_key(key)),
+        _ => writeln!(out.out, "{} = {value}  # {comment}", written_key(key)),
     };
 }
 
-fn number(out: &mut String, key: &str, value: f64, comment: &str) {
+fn number(out: &mut Text<'_>, key: &str, value: f64, comment: &str) {
     line(out, key, &written_number(value), comment);
 }
 
 /// Writes a number only if it is known and finite.
-fn known(out: &mut String, key: &str, value: Option<f64>, comment: &str) {
+fn known(out: &mut Text<'_>, key: &str, value: Option<f64>, comment: &str) {
     if let Some(value) = value.filter(|value| value.is_finite()) {
         number(out, key, value, comment);
     }
 }
 
-fn pair(out: &mut String, key: &str, [positive, negative]: [f64; 2], comment: &str) {
+fn pair(out: &mut Text<'_>, key: &str, [positive, negative]: [f64; 2], comment: &str) {
     line(out, key, &format!("[{}, {}]", written_number(positive), written_number(negative)), comment);
 }
 
-fn write_joint(out: &mut String, joint: &JointModel) {
+fn write_joint(out: &mut Text<'_>, joint: &JointModel) {
     let (position, stiffness, damping) = match joint.kind {
         JointKind::Revolute => ("[rad] total gap", "[N·m/rad] at the joint, outside the gap", "[N·m·s/rad]"),
         JointKind::Prismatic => ("[m] total gap", "[N/m] at the joint, outside the gap", "[N·s/m]"),
     };
     let name = written_key(&joint.name);
-    let section = |out: &mut String, part: &str| {
-        let _ = writeln!(out, "\n[joints.{name}{part}]");
+    let section = |out: &mut Text<'_>, part: &str| {
+        out.section(&format!("joints.{name}{part}"));
     };
     section(out, "");
     number(out, "gear_ratio", joint.gear_ratio, "motor turns [rad] per joint motion");
@@ -190,7 +236,7 @@ fn write_joint(out: &mut String, joint: &JointModel) {
     }
 }
 
-fn write_friction(out: &mut String, friction: &Friction, kind: JointKind) {
+fn write_friction(out: &mut Text<'_>, friction: &Friction, kind: JointKind) {
     let (level, slope, speed) = match kind {
         JointKind::Revolute => ("[N·m] positive, negative direction", "[N·m·s/rad]", "[rad/s]"),
         JointKind::Prismatic => ("[N] positive, negative direction", "[N·s/m]", "[m/s]"),

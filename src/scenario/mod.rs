@@ -16,8 +16,10 @@ mod design;
 mod expect;
 mod expect_diagnosis;
 mod findings;
+mod first_experiment;
 mod procedure;
 mod ranges;
+mod reach;
 mod read;
 mod read_controller;
 mod read_obstacles;
@@ -25,6 +27,7 @@ mod read_reference;
 mod record;
 mod recorded;
 mod regulator;
+mod trial;
 mod truth;
 
 pub use closed_loop::{Timing, closed_loop, simulate, simulate_keeping};
@@ -34,10 +37,12 @@ pub use design::{Budget, DECIDES, Design, Forecast, Question, TriedExperiment, d
 pub use expect::{Expectation, Unmet};
 pub use expect_diagnosis::{DiagnosisExpectation, EffectFigure, UnmetDiagnosis};
 pub use findings::{Findings, channels, reference_name};
+pub use first_experiment::{FirstExperiment, first_experiment};
 pub use procedure::{Conclusion, Found, Identified, Procedure};
 pub use record::{Keep, Recorder};
 pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
+pub use trial::{Trial, trial};
 pub use truth::Truth;
 
 use std::path::PathBuf;

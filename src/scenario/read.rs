@@ -7,6 +7,7 @@
 //! robot = "../../robots/scara/model.toml"      # relative to this file
 //! model = ["joints.joint1.backlash = 0.0017"]  # assignments that change the model file's values
 //! sensors = "model"                            # or "ideal"
+//! unread_shapes = "refused"                    # or "ignored": collisions of links whose meshes cannot be read are not looked for
 //! control_period = 0.001                       # [s]
 //! procedure = "identify"                       # "diagnose", "none"
 //! seed = 1
@@ -79,6 +80,10 @@ impl Scenario {
         root.optional_choice("schema", &[(SCHEMA, ())])?
             .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
         let mut model = read_model(root, of_model, at_hand)?;
+        let shapes = [("refused", false), ("ignored", true)];
+        if root.optional_choice("unread_shapes", &shapes)? == Some(true) {
+            model.robot.unread_shapes.clear();
+        }
         let words = [("identify", Procedure::Identify), ("diagnose", Procedure::Diagnose), ("none", Procedure::None)];
         let mut options = read_options(root)?;
         options.obstacles = read_obstacles::read(root, &model.robot, options.engine)?;

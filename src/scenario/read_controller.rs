@@ -16,12 +16,13 @@ const VELOCITY_NOISE: f64 = 0.01;
 #[derive(Clone, Copy)]
 enum Kind {
     SlidingMode,
+    Independent,
     Pi,
 }
 
 /// Reads `law`, `velocity` and one table of gains for every joint of the model.
 pub(super) fn read(table: &Table<'_>, model: &Model) -> Result<ControllerSettings> {
-    let laws = [("sliding_mode", Kind::SlidingMode), ("pi", Kind::Pi)];
+    let laws = [("sliding_mode", Kind::SlidingMode), ("independent", Kind::Independent), ("pi", Kind::Pi)];
     let law = table.optional_choice("law", &laws)?.unwrap_or(Kind::SlidingMode);
     let observed = table.optional_choice("velocity", &[("sensor", false), ("observer", true)])?.unwrap_or(false);
     let joints = table.table("joints")?;
@@ -30,7 +31,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model) -> Result<ControllerSetting
     for joint in &model.joints {
         let table = joints.table(&joint.name)?;
         match law {
-            Kind::SlidingMode => sliding.push(sliding_gains(&table, joint)?),
+            Kind::SlidingMode | Kind::Independent => sliding.push(sliding_gains(&table, joint)?),
             Kind::Pi => pi.push(pi_gains(&table, joint)?),
         }
         feedback.push(feedback_of(&table, joint, observed)?);
@@ -42,6 +43,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model) -> Result<ControllerSetting
     table.finish()?;
     let law = match law {
         Kind::SlidingMode => Law::SlidingMode(sliding),
+        Kind::Independent => Law::Independent(sliding),
         Kind::Pi => Law::Pi(pi),
     };
     Ok(ControllerSettings { law, feedback, velocity_error_limit })

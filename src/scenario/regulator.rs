@@ -11,7 +11,7 @@
 use nalgebra::DMatrix;
 
 use crate::control::{
-    Controller, EdgeObserver, Motion, ObserverNoise, Pi, PiGains, SlidingGains, SlidingMode, Target, Terms,
+    Controller, EdgeObserver, Independent, Motion, ObserverNoise, Pi, PiGains, SlidingGains, SlidingMode, Target, Terms,
 };
 use crate::dynamics::Dynamics;
 use crate::effects::Reading;
@@ -31,6 +31,8 @@ pub enum Feedback {
 pub enum Law {
     /// Equations 16 to 18.
     SlidingMode(Vec<SlidingGains>),
+    /// Each joint by itself, with the weight compensated.
+    Independent(Vec<SlidingGains>),
     /// Proportional-integral.
     Pi(Vec<PiGains>),
 }
@@ -80,6 +82,7 @@ impl Regulator {
         let n = model.joints.len();
         let controller: Box<dyn Controller> = match &settings.law {
             Law::SlidingMode(gains) => Box::new(SlidingMode::new(gains.clone())),
+            Law::Independent(gains) => Box::new(Independent::new(gains.clone())),
             Law::Pi(gains) => Box::new(Pi::new(gains.clone())),
         };
         let drive = |joint: &crate::robot::JointModel| Drive {

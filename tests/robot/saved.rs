@@ -1,10 +1,11 @@
 //! Models written and read again.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use lostmotion::drive::{CurrentSensor, LinkEncoder, Motor, Sensing, VelocitySensor};
 use lostmotion::gearhead::{FrictionLaw, Lines};
-use lostmotion::robot::{Coupling, EffectEntry, Load, Masses, Model};
+use lostmotion::robot::{Coupling, EffectEntry, First, Load, Masses, Model};
 use rand::RngExt;
 
 use super::support::random;
@@ -88,7 +89,7 @@ fn property_saved_models_find_their_urdf_again() {
 fn property_a_first_model_of_a_urdf_is_complete() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for urdf in ["robots/elbow/elbow.urdf", "robots/emps/emps.urdf"] {
-        let model = Model::from_urdf(&root.join(urdf)).unwrap();
+        let model = First::of(&root.join(urdf), &BTreeMap::new()).unwrap().model;
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("model.toml");
         model.save(&file).unwrap();

@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     fn robot(text: &str) -> Result<Robot> {
-        read(&UrdfText::scan(Path::new("a.urdf"), text)?)
+        read(&UrdfText::scan(Path::new("a.urdf"), text, None)?)
     }
 
     fn files_of(folder: &Path) -> Vec<PathBuf> {
@@ -187,7 +187,7 @@ mod tests {
     fn property_names_stay() {
         let name = "a &amp; &lt;b&gt; &quot;c&apos; d\te\nf&#10;g ü";
         let text = format!("<robot name=\"{name}\">\n<link\nname=\"{name}\"/></robot>");
-        let scanned = UrdfText::scan(Path::new("a.urdf"), &text).unwrap();
+        let scanned = UrdfText::scan(Path::new("a.urdf"), &text, None).unwrap();
         let robot = read(&scanned).unwrap();
         assert_eq!(scanned.elements()[1].attribute("name"), Some(robot.links[0].name.as_str()));
         assert_eq!(robot.name, robot.links[0].name);

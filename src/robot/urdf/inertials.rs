@@ -66,7 +66,8 @@ impl Urdf<'_> {
     }
 }
 
-fn written(inertia: &Inertia) -> String {
+/// `<inertial>` of an inertia in the frame of its link.
+pub(in crate::robot) fn written(inertia: &Inertia) -> String {
     let (c, i) = (inertia.com, inertia.tensor);
     let mut out = String::new();
     // Writing to a String cannot fail.

@@ -13,6 +13,7 @@ mod mend;
 mod mesh;
 mod scan;
 mod text;
+mod transmissions;
 mod tree;
 
 use std::path::Path;
@@ -20,14 +21,22 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use self::description::kind_of;
+pub(super) use self::inertials::written as written_inertial;
+pub(super) use self::scan::{Element, elements};
 pub(super) use self::tree::Built;
 
 use self::text::UrdfText;
 use super::remark::Remark;
+use super::robot_file::RobotFile;
 use crate::error::Result;
 
 /// [m/s²] Gravity if the model file gives none.
 pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+/// Name of the outermost element of a text; `None` if it is no XML.
+pub(super) fn outermost(text: &str) -> Option<&str> {
+    elements(text).ok()?.first().map(|root| root.name)
+}
 
 /// A URDF with line numbers. Its numbers are checked, and its links and joints form a tree.
 pub(super) struct Urdf<'a> {
@@ -44,7 +53,21 @@ impl<'a> Urdf<'a> {
     /// # Errors
     /// It is not a URDF, a value is not a number, or links and joints do not form a tree.
     pub(super) fn parse(file: &'a Path, text: &'a str) -> Result<Self> {
-        let text = UrdfText::scan(file, text)?;
+        Self::of_text(UrdfText::scan(file, text, None)?)
+    }
+
+    /// Reads the URDF of a robot file; errors and remarks have lines of the file.
+    ///
+    /// # Errors
+    /// As [`parse`](Self::parse).
+    pub(super) fn of(file: &'a Path, robot_file: &'a RobotFile) -> Result<Self> {
+        let mut urdf = Self::of_text(UrdfText::scan(file, &robot_file.text, robot_file.lines.as_deref())?)?;
+        urdf.remarks.splice(0..0, robot_file.remarks.iter().cloned());
+        Ok(urdf)
+    }
+
+    fn of_text(text: UrdfText<'a>) -> Result<Self> {
+        let file = text.file();
         let mut remarks = text.remarks().to_vec();
         let robot = checks::with_world(&text, description::read(&text)?, &mut remarks);
         let root = checks::root_of(&text, &robot, &mut remarks)?;

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 /// An element: its opening tag and its parent element.
-pub(super) struct Element<'a> {
+pub(in crate::robot) struct Element<'a> {
     pub line: usize,
     pub name: &'a str,
     /// Names and values, entities resolved.
@@ -30,10 +30,10 @@ impl Element<'_> {
     }
 }
 
-type Attribute<'a> = (&'a str, Cow<'a, str>);
+pub(in crate::robot) type Attribute<'a> = (&'a str, Cow<'a, str>);
 
 /// A line, and what was expected there.
-pub(super) type Fault = (usize, String);
+pub(in crate::robot) type Fault = (usize, String);
 
 /// No URDF is nested as deeply as this; a recursive parser would overflow the stack.
 const MAX_DEPTH: usize = 64;
@@ -42,7 +42,7 @@ const MAX_DEPTH: usize = 64;
 ///
 /// # Errors
 /// Tags that are not closed, or closed in the wrong order; more than one outermost element; attributes or entities that XML does not know.
-pub(super) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
+pub(in crate::robot) fn elements(text: &str) -> Result<Vec<Element<'_>>, Fault> {
     let mut elements: Vec<Element<'_>> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
     let mut line = 1;

@@ -11,19 +11,22 @@ use crate::robot::remark::Remark;
 /// A URDF text whose elements and numbers are checked.
 pub(super) struct UrdfText<'a> {
     file: &'a Path,
+    source: &'a str,
     elements: Vec<Element<'a>>,
     remarks: Vec<Remark>,
 }
 
 impl<'a> UrdfText<'a> {
-    /// Scans and checks a text.
+    /// Scans and checks a text. `lines`: the line of the file for every line of the text, where the two differ.
     ///
     /// # Errors
     /// It is no `<robot>`, a tag is not closed, an element or attribute is missing, or a value is not a number.
-    pub(super) fn scan(file: &'a Path, text: &'a str) -> Result<Self> {
-        let elements =
-            elements(text).map_err(|(line, expected)| Error::input(file, Place::Line(line), "URDF", "", expected))?;
-        let mut scanned = Self { file, elements, remarks: Vec::new() };
+    pub(super) fn scan(file: &'a Path, text: &'a str, lines: Option<&[usize]>) -> Result<Self> {
+        let of_file = |line: usize| lines.and_then(|lines| lines.get(line - 1)).copied().unwrap_or(line);
+        let broken = |(line, expected)| Error::input(file, Place::Line(of_file(line)), "URDF", "", expected);
+        let mut elements = elements(text).map_err(broken)?;
+        elements.iter_mut().for_each(|element| element.line = of_file(element.line));
+        let mut scanned = Self { file, source: text, elements, remarks: Vec::new() };
         scanned.remarks = grammar::check(&scanned)?;
         Ok(scanned)
     }
@@ -33,6 +36,7 @@ impl<'a> UrdfText<'a> {
         &self.remarks
     }
 
+    /// The file, as errors name it.
     pub(super) fn file(&self) -> &'a Path {
         self.file
     }
@@ -105,6 +109,12 @@ impl<'a> UrdfText<'a> {
     /// The first of one name.
     pub(super) fn child(&self, element: &Element<'a>, name: &str) -> Option<&Element<'a>> {
         self.children(element, name).next()
+    }
+
+    /// The text inside an element, up to the next tag.
+    pub(super) fn content(&self, element: &Element<'a>) -> &'a str {
+        let inside = self.source.get(element.inside..element.range.end).unwrap_or_default();
+        inside.split('<').next().unwrap_or_default()
     }
 
     /// Version of URDF, 1.0 if none is given.

@@ -1,8 +1,6 @@
 //! Possible experiments of a machine, as texts of scenario files.
 //!
-//! Every joint stays in the middle of its range (80 % of it, at most 1.2 rad or 0.3 m to either side), below 60 % of
-//! its speed limit (at most 2 rad/s or 0.3 m/s), and below the acceleration that a third of its effort limit gives; it
-//! reaches full speed in a third of a second at best.
+//! Every joint keeps within its [`Reach`].
 
 use std::fmt::Write as _;
 
@@ -11,9 +9,9 @@ use nalgebra::DMatrix;
 use crate::dynamics::Dynamics;
 use crate::effects::Experiment;
 use crate::files::is_fit_name;
-use crate::robot::{Body, JointModel, Load, Model};
+use crate::robot::{Load, Model};
+use crate::scenario::reach::{Reach, reaches};
 use crate::toml_input::{written_key, written_text};
-use crate::units::JointKind;
 
 /// Kinds of experiment, one or several in sequence, with a length.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,62 +46,6 @@ pub fn plans() -> Vec<Plan> {
     ];
     let of_length = |length: f64| kinds.iter().map(move |parts| Plan { parts: parts.to_vec(), length });
     of_length(1.0).chain(of_length(2.0)).collect()
-}
-
-/// Limits of one joint in an experiment, SI.
-struct Reach {
-    /// The joint's name as a TOML key.
-    name: String,
-    middle: f64,
-    half: f64,
-    speed: f64,
-    acceleration: f64,
-    /// [N·m·s/rad or N·s/m], [N·m/rad or N/m] of its velocity controller.
-    gains: [f64; 2],
-}
-
-fn reaches(model: &Model) -> Vec<Reach> {
-    let dof = model.joints.len();
-    let mut mass = DMatrix::zeros(dof, dof);
-    Dynamics::new(&model.robot).mass_matrix(&vec![0.0; dof], &mut mass);
-    let rooms = rooms(model);
-    let reach = |index: usize| {
-        let joint = &model.joints[index];
-        let [middle, half, speed] = rooms[index];
-        let inertia = mass[(index, index)] + joint.reflected_inertia();
-        let effort = model.robot.bodies[index].joint.limits.effort;
-        let acceleration = (effort / 3.0 / inertia).min(3.0 * speed);
-        // A loop of 17 rad/s, with an integral a third as fast: well below the filter of a velocity sensor of 20 ms.
-        let gains = [17.0 * inertia, 100.0 * inertia];
-        Reach { name: written_key(&joint.name), middle, half, speed, acceleration, gains }
-    };
-    (0..dof).map(reach).collect()
-}
-
-/// Middle and half [rad or m] of the range that each axis may use, and its speed [rad/s or m/s]: those of its joint, or where axes are coupled such
-/// that no joint leaves its own.
-fn rooms(model: &Model) -> Vec<[f64; 3]> {
-    let of_joint = |(joint, body): (&JointModel, &Body)| {
-        let limits = body.joint.limits;
-        let (most_half, most_speed) = match joint.kind {
-            JointKind::Revolute => (1.2, 2.0),
-            JointKind::Prismatic => (0.3, 0.3),
-        };
-        let bounded = limits.lower.is_finite() && limits.upper.is_finite() && limits.upper > limits.lower;
-        let (middle, half) = if bounded {
-            (0.5 * (limits.lower + limits.upper), 0.4 * (limits.upper - limits.lower))
-        } else {
-            (0.0, most_half)
-        };
-        [middle, half.min(most_half), (0.6 * limits.velocity).min(most_speed)]
-    };
-    let rooms: Vec<[f64; 3]> = model.joints.iter().zip(&model.robot.bodies).map(of_joint).collect();
-    let Some(coupling) = &model.robot.coupling else { return rooms };
-    let each = |k: usize| rooms.iter().map(|room| room[k]).collect::<Vec<f64>>();
-    let mut middles = each(0);
-    coupling.axes(&each(0), &mut middles);
-    let (halves, speeds) = (coupling.within(&each(1)), coupling.within(&each(2)));
-    (0..rooms.len()).map(|axis| [middles[axis], halves[axis], speeds[axis]]).collect()
 }
 
 /// A known mass at the centre of mass of the last body. It is so heavy that the inertia of the joint that feels it most

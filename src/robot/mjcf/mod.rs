@@ -1,0 +1,72 @@
+//! From MJCF, the XML of MuJoCo, to the words of a URDF.
+//!
+//! ```text
+//!   body with joints j_1 … j_k  →  k links in a row, all but the last without mass
+//!   frame of a link             =  frame of its body moved to the anchor of the joint that moves it, so that the joint's motion is its alone
+//!   joint with a reference      →  origin turned or moved back by `ref`: positions are MuJoCo's qpos
+//!   armature                    →  rotor inertia of the first model, J_r = armature / N²
+//! ```
+//! Damping and dry friction of a joint become `<dynamics>`, ranges and forces `<limit>`, an equality of two joints `<mimic>`; free and ball joints stay
+//! what they are, and the reader of URDFs holds them. What is not taken is remarked, with its line; an element of an included file that the
+//! reader of URDFs speaks of has the line of the `<include>`.
+//! Left out: masses of meshes, springs of joints, tendons, closed loops, contacts, sensors, keyframes, gains of actuators.
+//! Reference: MuJoCo documentation, XML reference, version 4.0.
+
+mod actuators;
+mod bodies;
+mod classes;
+mod compiler;
+mod document;
+mod geoms;
+mod written;
+
+use std::path::Path;
+
+use self::bodies::Walk;
+use self::classes::Classes;
+use self::compiler::Compiler;
+use super::remark::Remark;
+use super::robot_file::RobotFile;
+use crate::error::Result;
+
+/// Sections that are read, or that only a display, a log or another program needs.
+const READ: [&str; 12] = [
+    "compiler",
+    "option",
+    "default",
+    "asset",
+    "worldbody",
+    "actuator",
+    "equality",
+    "visual",
+    "statistic",
+    "size",
+    "custom",
+    "sensor",
+];
+
+/// Whether a text is MJCF: its outermost element is `<mujoco>`.
+pub(super) fn is_mjcf(text: &str) -> bool {
+    text.contains("<mujoco") && super::urdf::outermost(text).is_some_and(|name| name == "mujoco")
+}
+
+/// The robot of an MJCF text; included files are read from disk.
+///
+/// # Errors
+/// It is no XML, an included file cannot be read, a value has no meaning.
+pub(super) fn read(file: &Path, text: &str) -> Result<RobotFile> {
+    let root = document::read(file, text)?;
+    let mut remarks: Vec<Remark> = Vec::new();
+    for node in root.children.iter().filter(|node| !READ.contains(&node.name.as_str())) {
+        remarks.push(node.remark("this section is not read"));
+    }
+    let classes = Classes::read(&root)?;
+    let compiler = Compiler::read(&root, &classes, &mut remarks)?;
+    let actuators = actuators::actuators(&root, &classes, &compiler, &mut remarks)?;
+    let mimics = actuators::mimics(&root, &classes, &mut remarks)?;
+    let walk = Walk::new(&root, &classes, &compiler, actuators, mimics, remarks)?;
+    let gravity = compiler.gravity;
+    let (written, drives, remarks) = walk.all(&root)?;
+    let (text, lines) = written.finish();
+    Ok(RobotFile { text, lines: Some(lines), remarks, drives, gravity })
+}
