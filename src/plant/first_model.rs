@@ -59,6 +59,14 @@ const ROTOR_SHARE: f64 = 0.3;
 /// [kg·m²] Least rotor: that of a motor of 6 mm.
 const LEAST_ROTOR: f64 = 1e-9;
 
+/// [kg·m²] Largest rotor: that of a wind turbine.
+const MOST_ROTOR: f64 = 1e6;
+
+/// [N·m/rad or N/m] Stiffness that a model file may have, whatever hangs on the gear.
+const LEAST_STIFFNESS: f64 = 1e-12;
+/// The largest.
+const MOST_STIFFNESS: f64 = 1e10;
+
 /// Postures in which inertias are looked at; a placeholder of two digits needs no more.
 const POSTURES: usize = 64;
 
@@ -115,10 +123,10 @@ fn complete(first: &mut First) {
         joint.rotor_inertia.get_or_insert_with(|| {
             placeholders.mark(&name, "rotor_inertia");
             let at_joint = (ROTOR_SHARE * inertia).max(under_load / (OMEGA * OMEGA));
-            two_digits((at_joint / squared).max(LEAST_ROTOR))
+            two_digits((at_joint / squared).clamp(LEAST_ROTOR, MOST_ROTOR))
         });
         let a = 1.0 / joint.reflected_inertia() + mobility.as_ref().map_or(0.0, |w| w[(i, i)]);
-        let stiffness = two_digits(stiffness.min(OMEGA_MAX * OMEGA_MAX / a));
+        let stiffness = two_digits(stiffness.min(OMEGA_MAX * OMEGA_MAX / a).clamp(LEAST_STIFFNESS, MOST_STIFFNESS));
         joint.gear_stiffness = Some(stiffness);
         joint.gear_damping = Some(two_digits(2.0 * ZETA * (stiffness / a).sqrt()));
         placeholders.mark(&name, "gear_stiffness");

@@ -35,6 +35,11 @@ const MOTOR_CURRENT: f64 = 10.0;
 /// [N·m/A] Torque constant of a common motor, where the file has no effort limit.
 const TORQUE_CONSTANT: f64 = 0.05;
 
+/// [N·m/A] Torque constants that are written, whatever the effort limit: from a watch motor to a direct drive of ten tons.
+const LEAST_CONSTANT: f64 = 1e-6;
+/// The largest.
+const MOST_CONSTANT: f64 = 1e4;
+
 /// Counts a turn of a common encoder, after quadrature.
 const COUNTS: f64 = 4096.0;
 
@@ -129,9 +134,14 @@ fn first_joint(body: &Body, data: DriveData, placeholders: &mut Placeholders) ->
     let gear_ratio = or_common("gear_ratio", data.gear_ratio, two_digits(for_speed.clamp(least, most)));
     let for_effort =
         if limits.effort.is_finite() { limits.effort / (gear_ratio * MOTOR_CURRENT) } else { TORQUE_CONSTANT };
-    let torque_constant = or_common("motor.torque_constant", data.torque_constant, two_digits(for_effort));
+    let torque_constant = or_common(
+        "motor.torque_constant",
+        data.torque_constant,
+        two_digits(for_effort.clamp(LEAST_CONSTANT, MOST_CONSTANT)),
+    );
     let counts_per_turn = or_common("encoder.counts_per_turn", None, COUNTS);
     let current_limit = limits.effort / (gear_ratio * torque_constant);
+    let current_limit = if ranges::CURRENT.holds(current_limit) { current_limit } else { f64::INFINITY };
     if current_limit.is_finite() && placeholders.marks(name, "motor.torque_constant") {
         placeholders.mark(name, "drive.current_limit");
     }

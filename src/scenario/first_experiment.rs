@@ -31,6 +31,9 @@ const CONTROL_PERIOD: f64 = 0.001;
 /// [1] Largest part of a joint's speed limit.
 const SPEED_SHARE: f64 = 0.3;
 
+/// [rad/s or m/s] Slowest top speed: a joint that has no room for it rests.
+const SLOWEST: f64 = 1e-4;
+
 /// [s] Least time at each speed.
 const STEADY: f64 = 1.0;
 
@@ -99,6 +102,14 @@ pub fn first_experiment(model: &Model, model_file: &str) -> Result<FirstExperime
     Err(refused.unwrap_or_else(none))
 }
 
+/// [rad/s or m/s] Top speed of a staircase with room and without limits.
+fn top_speed(kind: JointKind) -> f64 {
+    match kind {
+        JointKind::Revolute => 10.0_f64.to_radians(),
+        JointKind::Prismatic => 0.05,
+    }
+}
+
 /// A staircase of one joint, SI.
 struct Stairs {
     last: f64,
@@ -108,10 +119,7 @@ struct Stairs {
 
 /// The staircase that fits a joint's room, begun at a position and towards the farther end.
 fn stairs(model: &Model, reach: &Reach, index: usize, start: f64, part: f64) -> Stairs {
-    let top = match model.joints[index].kind {
-        JointKind::Revolute => 10.0_f64.to_radians(),
-        JointKind::Prismatic => 0.05,
-    };
+    let top = top_speed(model.joints[index].kind);
     let limit = model.robot.bodies[index].joint.limits.velocity;
     let (up, down) = (reach.middle + reach.half - start, start - (reach.middle - reach.half));
     // The longest step: a second and the settling way at the top speed, and both ramps.
@@ -133,47 +141,72 @@ fn text(model: &Model, reaches: &[Reach], start: &[f64], part: f64, model_file: 
     if !model.robot.unread_shapes.is_empty() {
         text += "unread_shapes = \"ignored\"           # collisions of links whose meshes were not read are not looked for: see `lostmotion check`\n";
     }
-    // Paths of assignments are divided at points.
-    let plain = |joint: &&JointModel| {
-        joint.friction.is_none() && joint.name.chars().all(|c| c.is_alphanumeric() || "_-".contains(c))
-    };
-    text += "model = [                           # friction of the rehearsal alone\n";
-    for (index, joint) in model.joints.iter().enumerate().filter(|(_, joint)| plain(joint)) {
-        let law = rehearsed(model, &reaches[index], index);
-        let path = format!("joints.{}.friction", joint.name);
-        for (key, value) in [
-            ("coulomb", law.coulomb),
-            ("breakaway", law.breakaway),
-            ("stribeck_velocity", law.stribeck_velocity),
-            ("viscous", law.viscous),
-        ] {
-            let _ = writeln!(text, "  \"{path}.{key} = {}\",  # placeholder", written_number(value));
-        }
-    }
-    text += "]\n\n[[session]]\nname = \"staircase\"\nkind = \"staircase\"\nrest = 1.0                          # [s]\n";
+    write_friction(&mut text, model, reaches);
+    text += "\n[[session]]\nname = \"staircase\"\nkind = \"staircase\"\nrest = 1.0                          # [s]\n";
     for (joint, position) in model.joints.iter().zip(start) {
         let _ = writeln!(text, "start.{} = {}", written_key(&joint.name), written_number(*position));
     }
-    for (index, joint) in model.joints.iter().enumerate() {
-        let Stairs { last, settling, direction } = stairs(model, &reaches[index], index, start[index], part);
-        let Reach { acceleration: most, .. } = &reaches[index];
-        let unit = joint.kind.position_unit();
-        let acceleration = (ACCELERATION * last).min(*most);
-        let _ = write!(
-            text,
-            "[session.joints.{}]\nfirst = {first}  # speeds [{unit}/s]\nlast = {last}\nincrement = {first}\n\
-             acceleration = {acceleration}  # [{unit}/s²]\ndeceleration = {acceleration}\n\
-             gentle_up_to = {}  # [{unit}/s] these steps brake gently: at their reversals the gap is measured\ngentle_deceleration = {}\n\
-             steady_time = {STEADY:?}  # [s] every step\nsettling_way = {settling}  # [{unit}] more of it\nadvance = {}\ndirection = {}\n",
-            written_key(&joint.name),
-            GENTLE_UP_TO * last,
-            (GENTLE * last).min(acceleration),
-            ADVANCE * joint.encoder_step(),
-            written_text(if direction < 0.0 { "negative" } else { "positive" }),
-            first = last / SPEEDS,
-        );
+    for (index, reach) in reaches.iter().enumerate() {
+        write_stairs(&mut text, model, reach, index, &stairs(model, reach, index, start[index], part));
     }
-    text += "\n[controller]\nlaw = \"independent\"\nvelocity = \"sensor\"\n";
+    write_controller(&mut text, model, reaches);
+    text
+}
+
+/// Friction of the rehearsal, as assignments to the model. Their paths are divided at points: joints with other names go without.
+fn write_friction(text: &mut String, model: &Model, reaches: &[Reach]) {
+    let plain = |joint: &JointModel| {
+        joint.friction.is_none() && joint.name.chars().all(|c| c.is_alphanumeric() || "_-".contains(c))
+    };
+    *text += "model = [                           # friction of the rehearsal alone\n";
+    for (index, joint) in model.joints.iter().enumerate().filter(|(_, joint)| plain(joint)) {
+        let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = rehearsed(model, &reaches[index], index);
+        let values = [
+            ("coulomb", coulomb),
+            ("breakaway", breakaway),
+            ("stribeck_velocity", stribeck_velocity),
+            ("viscous", viscous),
+        ];
+        for (key, value) in values {
+            let _ = writeln!(
+                text,
+                "  \"joints.{}.friction.{key} = {}\",  # placeholder",
+                joint.name,
+                written_number(value)
+            );
+        }
+    }
+    *text += "]\n";
+}
+
+/// The staircase of a joint.
+fn write_stairs(text: &mut String, model: &Model, reach: &Reach, index: usize, stairs: &Stairs) {
+    let joint = &model.joints[index];
+    let Stairs { last, settling, direction } = *stairs;
+    if last < SLOWEST {
+        let _ = writeln!(text, "# {} has no room to move", written_text(&joint.name));
+        return;
+    }
+    let unit = joint.kind.position_unit();
+    let acceleration = (ACCELERATION * last).min(reach.acceleration);
+    let _ = write!(
+        text,
+        "[session.joints.{}]\nfirst = {first}  # speeds [{unit}/s]\nlast = {last}\nincrement = {first}\n\
+         acceleration = {acceleration}  # [{unit}/s²]\ndeceleration = {acceleration}\n\
+         gentle_up_to = {}  # [{unit}/s] these steps brake gently: at their reversals the gap is measured\ngentle_deceleration = {}\n\
+         steady_time = {STEADY:?}  # [s] every step\nsettling_way = {settling}  # [{unit}] more of it\nadvance = {}\ndirection = {}\n",
+        written_key(&joint.name),
+        GENTLE_UP_TO * last,
+        (GENTLE * last).min(acceleration),
+        ADVANCE * joint.encoder_step(),
+        written_text(if direction < 0.0 { "negative" } else { "positive" }),
+        first = last / SPEEDS,
+    );
+}
+
+/// The controller of the rehearsal.
+fn write_controller(text: &mut String, model: &Model, reaches: &[Reach]) {
+    *text += "\n[controller]\nlaw = \"independent\"\nvelocity = \"sensor\"\n";
     let rehearsal = with_friction(model, reaches);
     for (index, joint) in model.joints.iter().enumerate() {
         let gains = gains(&rehearsal, reaches, index, CONTROL_PERIOD);
@@ -186,7 +219,6 @@ fn text(model: &Model, reaches: &[Reach], start: &[f64], part: f64, model_file: 
             two_digits(gains.boundary)
         );
     }
-    text
 }
 
 /// The model with the friction of the rehearsal.
@@ -204,10 +236,7 @@ fn with_friction(model: &Model, reaches: &[Reach]) -> Model {
 fn rehearsed(model: &Model, reach: &Reach, index: usize) -> Exponential {
     let (joint, limits) = (&model.joints[index], model.robot.bodies[index].joint.limits);
     let coulomb = two_digits((FRICTION * reach.inertia).min(FRICTION_SHARE * limits.effort));
-    let top = match joint.kind {
-        JointKind::Revolute => 10.0_f64.to_radians(),
-        JointKind::Prismatic => 0.05,
-    };
+    let top = top_speed(joint.kind);
     // A third more at rest, gone at a tenth of the top speed; at three times the top speed the viscous part is as large as Coulomb friction.
     Exponential {
         coulomb,

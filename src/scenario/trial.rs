@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::gearhead::{Direction, FrictionLaw};
 use crate::plant::{Options, Plant};
 use crate::robot::Model;
+use crate::units::JointKind;
 
 /// [s] Each way, with the rest before it.
 const LEG: f64 = 0.5;
@@ -76,7 +77,7 @@ pub fn trial(model: &Model) -> Result<Trial> {
             faults.push(error.to_string());
             break;
         }
-        faults.extend(missed(&plant, &reaches, from, to));
+        faults.extend(missed(model, &plant, &reaches, from, to));
     }
     Ok(Trial { duration: 2.0 * LEG, joints: reaches.len(), faults })
 }
@@ -92,12 +93,20 @@ fn go(plant: &mut Plant, regulator: &mut Regulator, reaches: &[Reach], from: &[f
     closed_loop(plant, regulator, &profile, timing, Keep::Nothing, &mut |_| {}).map(drop)
 }
 
+/// [rad or m] A joint that is as near as this to its reference is there, however short its way was.
+const fn near(kind: JointKind) -> f64 {
+    match kind {
+        JointKind::Revolute => 2e-3,
+        JointKind::Prismatic => 2e-4,
+    }
+}
+
 /// Joints that are not where they were to go.
-fn missed(plant: &Plant, reaches: &[Reach], from: &[f64], to: &[f64]) -> Vec<String> {
+fn missed(model: &Model, plant: &Plant, reaches: &[Reach], from: &[f64], to: &[f64]) -> Vec<String> {
     let mut faults = Vec::new();
     for (i, (reach, state)) in reaches.iter().zip(plant.states()).enumerate() {
         let (off, way) = (state.motor_position - to[i], to[i] - from[i]);
-        if off.abs() > 0.5 * way.abs() {
+        if off.abs() > (0.5 * way.abs()).max(near(model.joints[i].kind)) {
             faults.push(format!("joint {}: {off:.3e} off after a way of {way:.3e}", reach.name));
         }
     }

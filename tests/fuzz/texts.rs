@@ -1,7 +1,7 @@
-//! URDF files, models, scenarios and manifests.
+//! URDF and MJCF files, models, scenarios and manifests.
 
 use lostmotion::dataset;
-use lostmotion::plant::{Options, Plant};
+use lostmotion::plant::{Options, Plant, first_model};
 use lostmotion::robot::Model;
 use lostmotion::scenario::{Limits, Scenario, simulate};
 use rand::{RngExt, SeedableRng};
@@ -83,6 +83,23 @@ fn property_no_broken_urdf_panics_hangs_or_swells() {
         let folder = &folders[at - 1];
         folder.put(&all[at].path.file_name().expect("a name").to_string_lossy(), bytes);
         let_go(Model::load(&folder.path("model.toml")))
+    });
+}
+
+#[test]
+fn property_no_broken_mjcf_panics_hangs_or_swells() {
+    let all = corpus("tests/mjcf", ".xml");
+    assert_eq!(all.len(), 3);
+    let gripper = all.iter().find(|good| good.path.ends_with("gripper.xml")).expect("the file that is included");
+    let arm = all.iter().find(|good| good.path.ends_with("arm.xml")).expect("the file that includes it");
+    let folder = Folder::with(&[]);
+    run("mjcf", true, &all, |at, bytes| {
+        folder.put("arm.xml", &arm.bytes);
+        folder.put("gripper.xml", &gripper.bytes);
+        let name = all[at].path.file_name().expect("a name").to_string_lossy().into_owned();
+        folder.put(&name, bytes);
+        let read = if all[at].path == gripper.path { "arm.xml" } else { &name };
+        let_go(first_model(&folder.path(read)).map(|first| first.model))
     });
 }
 
