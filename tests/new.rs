@@ -144,7 +144,8 @@ fn recover_the_friction_of_a_rehearsal_on_robots_with_and_without_gravity() {
         let out = folder.path().join("out");
         let scenario = folder.path().join("first_experiment.toml");
         let run = lostmotion(&["run", scenario.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
-        assert_eq!(run.status.code(), Some(0), "{robot}: {}", text(&run.stderr));
+        // 3: a first model has no gap, and the report says that none could be measured.
+        assert!(matches!(run.status.code(), Some(0 | 3)), "{robot}: {}", text(&run.stderr));
         let report: Value = serde_json::from_str(&fs::read_to_string(out.join("report.json")).unwrap()).unwrap();
         let found = report["joints"].as_array().unwrap();
         assert_eq!(found.len(), joints, "{robot}");
@@ -208,5 +209,7 @@ fn property_nothing_is_written_where_a_file_stands_in_the_way_or_no_plan_fits() 
     assert_eq!(lostmotion(&["new", file.to_str().unwrap()]).status.code(), Some(0));
     let checked = lostmotion(&["check", folder.path().join("model.toml").to_str().unwrap()]);
     assert_eq!(checked.status.code(), Some(3), "{}", text(&checked.stdout));
-    assert!(text(&checked.stdout).contains("its effort limit is 0.01 N·m"), "{}", text(&checked.stdout));
+    // An arm that hangs needs no effort to rest, and too much of it to move.
+    let said = text(&checked.stdout);
+    assert!(said.contains("this fails:") && said.contains("joint shoulder: "), "{said}");
 }

@@ -34,6 +34,9 @@ const SPEED_SHARE: f64 = 0.3;
 /// [rad/s or m/s] Slowest top speed: a joint that has no room for it rests.
 const SLOWEST: f64 = 1e-4;
 
+/// [1] From one top speed that needs too much room to the next.
+const SLOWER: f64 = 0.8;
+
 /// [s] Least time at each speed.
 const STEADY: f64 = 1.0;
 
@@ -122,9 +125,13 @@ fn stairs(model: &Model, reach: &Reach, index: usize, start: f64, part: f64) -> 
     let top = top_speed(model.joints[index].kind);
     let limit = model.robot.bodies[index].joint.limits.velocity;
     let (up, down) = (reach.middle + reach.half - start, start - (reach.middle - reach.half));
+    let room = part * up.max(down);
     // The longest step: a second and the settling way at the top speed, and both ramps.
-    let seconds = STEADY + SETTLING / SPEEDS + 1.0 / ACCELERATION;
-    let last = two_digits(top.min(SPEED_SHARE * limit).min(part * up.max(down) / seconds));
+    let way = |last: f64| last * (STEADY + SETTLING / SPEEDS + last / (ACCELERATION * last).min(reach.acceleration));
+    let mut last = two_digits(top.min(SPEED_SHARE * limit));
+    while way(last) > room && last >= SLOWEST {
+        last = two_digits(SLOWER * last);
+    }
     Stairs { last, settling: SETTLING * last / SPEEDS, direction: if up < down { -1.0 } else { 1.0 } }
 }
 

@@ -31,7 +31,7 @@ pub enum Feedback {
 pub enum Law {
     /// Equations 16 to 18.
     SlidingMode(Vec<SlidingGains>),
-    /// Each joint by itself, with the weight compensated.
+    /// Feedback of each joint by itself.
     Independent(Vec<SlidingGains>),
     /// Proportional-integral.
     Pi(Vec<PiGains>),

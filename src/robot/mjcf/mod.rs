@@ -45,9 +45,10 @@ const READ: [&str; 12] = [
     "sensor",
 ];
 
-/// Whether a text is MJCF: its outermost element is `<mujoco>`.
+/// Whether a text is MJCF: its outermost element is `<mujoco>`. A text that is broken further on is the one or the other as well.
 pub(super) fn is_mjcf(text: &str) -> bool {
-    text.contains("<mujoco") && super::urdf::outermost(text).is_some_and(|name| name == "mujoco")
+    let opening = |name: &str| text.find(&format!("<{name}")).unwrap_or(usize::MAX);
+    opening("mujoco") < opening("robot")
 }
 
 /// The robot of an MJCF text; included files are read from disk.

@@ -33,11 +33,6 @@ use crate::error::Result;
 /// [m/s²] Gravity if the model file gives none.
 pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// Name of the outermost element of a text; `None` if it is no XML.
-pub(super) fn outermost(text: &str) -> Option<&str> {
-    elements(text).ok()?.first().map(|root| root.name)
-}
-
 /// A URDF with line numbers. Its numbers are checked, and its links and joints form a tree.
 pub(super) struct Urdf<'a> {
     file: &'a Path,
