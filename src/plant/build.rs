@@ -25,7 +25,7 @@ use crate::robot::{Body, JointModel, Model};
 use crate::toml_input::nearest;
 
 /// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
-const FASTEST: f64 = 1e5;
+pub(super) const FASTEST: f64 = 1e5;
 
 impl Plant {
     /// Builds the machine of a model, with its effects installed, at rest at zero.

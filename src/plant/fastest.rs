@@ -9,6 +9,7 @@
 
 use nalgebra::DMatrix;
 
+use super::build::FASTEST;
 use super::machine::Machine;
 
 /// How fast the gears of a machine are.
@@ -59,7 +60,8 @@ impl Machine {
             fastest.oscillation = squared.symmetric_eigenvalues().max().max(0.0).sqrt().max(fastest.oscillation);
             let c = |i: usize| laws[i].link_damping;
             let damped = DMatrix::from_fn(n, n, |i, j| (c(i) * c(j)).sqrt() * response.w(i, j));
-            fastest.decay = fastest.decay.max(damped.symmetric_eigenvalues().max());
+            // A damper that is faster than any simulation mostly sits on a link that its friction holds: it does not keep a machine from being built.
+            fastest.decay = fastest.decay.max(damped.symmetric_eigenvalues().max().min(FASTEST));
         }
         (joint, fastest)
     }
