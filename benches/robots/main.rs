@@ -39,6 +39,9 @@ enum Outcome {
     NoRobot,
 }
 
+/// Begins the reason of a trial that fails.
+const FAILS: &str = "does not simulate";
+
 /// How the reader says that a file has no joint.
 const NO_JOINT: &str = "expected at least one joint that turns or slides";
 
@@ -67,7 +70,7 @@ fn main() {
             }
             Outcome::Fails(reason) => {
                 row[1] += 1;
-                format!("does not simulate: {reason}")
+                format!("{FAILS}: {reason}")
             }
             Outcome::Refused(reason) => format!("refused: {reason}"),
             Outcome::NoRobot => continue,
@@ -94,13 +97,21 @@ fn print(table: &BTreeMap<&str, [usize; 3]>, reasons: &BTreeMap<String, usize>) 
     }
 }
 
+/// Words of faults of a trial, and what they have in common.
+const FAULTS: [(&str, &str); 3] = [
+    ("effort limit", "an effort limit does not hold the weight"),
+    ("diverged", "the simulation diverges"),
+    ("off after a way", "a joint is not where it should be"),
+];
+
 /// A reason without the names and numbers of one file.
 fn kind(reason: &str) -> String {
-    let plain: String = reason.chars().map(|c| if c.is_ascii_digit() { '#' } else { c }).collect();
-    let (head, text) = plain.split_once(": ").unwrap_or(("", &plain));
+    let (head, text) = reason.split_once(": ").unwrap_or(("", reason));
+    if let Some((_, fault)) = FAULTS.iter().find(|(words, _)| head == FAILS && text.contains(words)) {
+        return format!("{head}: {fault}");
+    }
     let expected = text.find("expected ").map_or(text, |at| &text[at..]);
-    let short: String = expected.chars().take(110).collect();
-    format!("{head}: {}", short.replace('|', "\\|"))
+    format!("{head}: {}", expected.replace('|', "\\|"))
 }
 
 fn outcome(file: &Path) -> Outcome {
