@@ -20,7 +20,7 @@ pub struct Diagnose {
     /// Nominal model: a file, or the name of a robot of the catalogue
     #[arg(long, value_name = "MODEL")]
     model: PathBuf,
-    /// Recordings: canonical CSV, or manifests
+    /// Recordings in any format that is read, or manifests (`lostmotion data FILE` prints one)
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     data: Vec<PathBuf>,
     /// Recordings of the same machine when it was healthy: find what has changed between them and --data

@@ -21,7 +21,7 @@ pub struct Identify {
     /// Model file, or the name of a robot of the catalogue
     #[arg(long, value_name = "MODEL")]
     model: PathBuf,
-    /// Recordings: canonical CSV, or manifests
+    /// Recordings in any format that is read, or manifests (`lostmotion data FILE` prints one)
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     data: Vec<PathBuf>,
     #[command(flatten)]

@@ -26,7 +26,7 @@ pub struct Replay {
     /// Model file, or the name of a robot of the catalogue
     #[arg(long, value_name = "MODEL")]
     model: PathBuf,
-    /// Recordings: canonical CSV, or manifests
+    /// Recordings in any format that is read, or manifests (`lostmotion data FILE` prints one)
     #[arg(long, value_name = "FILE", required = true, num_args = 1..)]
     data: Vec<PathBuf>,
     /// Drive the model by the recorded torque or current alone: no controller corrects it, and its position drifts away

@@ -19,10 +19,11 @@ const FAR: f64 = 1e6;
 ///
 /// # Errors
 /// A column is missing, or its content cannot be used.
-pub(super) fn assemble(mut table: Table, plan: Plan, limits: &JointLimits) -> Result<Session> {
+pub(super) fn assemble(mut table: Table, mut plan: Plan, limits: &JointLimits) -> Result<Session> {
     let mut notes = std::mem::take(&mut table.notes);
-    notes.extend(plan.notes);
-    let (time, unit) = time(&table, &plan.time, plan.time_unit)?;
+    notes.append(&mut plan.notes);
+    plan.find_names(&table)?;
+    let (time, unit) = time(&table, &plan)?;
     let sources = || plan.joints.iter().flat_map(|joint| joint.channels.iter().map(|(_, source)| source));
     // A column is copied only if another channel uses it too.
     let mut uses: HashMap<&str, usize> = HashMap::new();
@@ -74,9 +75,16 @@ fn session(
 }
 
 /// [s] The time, and the source of its unit.
-fn time(table: &Table, source: &Source, given: Option<String>) -> Result<(Vec<f64>, TimeUnit)> {
+fn time(table: &Table, plan: &Plan) -> Result<(Vec<f64>, TimeUnit)> {
+    let source = &plan.time;
     let column = table.wanted(&source.column, source.named_at.as_ref())?;
-    let (factor, unit) = match (column.seconds, given) {
+    if let Some(rest) = &plan.nanoseconds {
+        let seconds = column.values.iter().map(|value| value - column.values[0]);
+        let rest = table.wanted(&rest.column, rest.named_at.as_ref())?;
+        let time = seconds.zip(&rest.values).map(|(seconds, rest_)| seconds + (rest_ - rest.values[0]) * 1e-9);
+        return Ok((time.collect(), TimeUnit::Typed));
+    }
+    let (factor, unit) = match (column.seconds, plan.time_unit.clone()) {
         (Some(seconds), None) => (seconds, TimeUnit::Typed),
         (Some(seconds), Some(unit)) if unit == "s" => (seconds, TimeUnit::Typed),
         (Some(_), Some(unit)) => {

@@ -80,20 +80,27 @@ fn fitting_units(wanted: Dimension, drives: bool) -> String {
 
 /// Name of a session: the file's stem.
 pub(super) fn session_name(path: &Path) -> String {
-    path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    // `run.csv.gz` is `run`.
+    let packed = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    if packed { session_name(Path::new(&stem)) } else { stem }
 }
 
-/// Finds the canonical columns of a file.
+/// Finds the canonical columns of a file; `None` if it has none of these joints.
 ///
 /// # Errors
-/// There is no `time`, no channel of any joint, or a channel that does not fit its joint.
-pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Plan> {
-    let source = |column: &str| Source { column: column.to_owned(), factor: 1.0, named_at: None };
+/// There is no time, or a channel that does not fit its joint.
+pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Option<Plan>> {
     let kinds: HashMap<&str, JointKind> = joints.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
+    let found = super::layout::find_time(table).filter(|time| time.guess.is_none());
+    let is_time = |name: &str| {
+        let own = |at: usize| table.columns[at].name == name;
+        name == "time" || found.as_ref().is_some_and(|time| own(time.column) || time.nanoseconds.is_some_and(own))
+    };
     let mut planned: Vec<PlannedJoint> = Vec::new();
     let mut places: HashMap<&str, usize> = HashMap::new();
     let mut unknown = Vec::new();
-    for column in table.columns.iter().filter(|column| column.name != "time") {
+    for column in table.columns.iter().filter(|column| !is_time(&column.name)) {
         let parts = column.name.rsplit_once('.');
         let known = parts.and_then(|(joint, name)| Some((joint, *kinds.get(joint)?, name)));
         let Some((joint, kind, name)) = known else {
@@ -109,23 +116,32 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Plan>
         if planned[index].has(channel) {
             return Err(refuse("each channel of a joint once".into()));
         }
-        planned[index].channels.push((channel, source(&column.name)));
+        planned[index].channels.push((channel, Source::named(&column.name)));
     }
     if planned.is_empty() {
-        let names: Vec<&str> = joints.iter().map(|joint| joint.0.as_str()).collect();
-        let found: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
-        let expected = format!(
-            "canonical columns `<joint>.position`, `<joint>.current` ... of the joints {}, or a manifest that names the columns",
-            list(&names)
-        );
-        return Err(Error::input(&table.file, Place::File, "columns", list(&found), expected));
+        return Ok(None);
     }
     let mut notes = Vec::new();
     if !unknown.is_empty() {
         let text = format!("columns of no joint of the model left out: {}", list(&unknown));
         notes.push(Note { file: table.file.clone(), place: Place::Line(1), column: String::new(), text });
     }
-    Ok(Plan { name: session_name(&table.file), time: source("time"), time_unit: None, joints: planned, notes })
+    let name = |at: usize| table.columns[at].name.as_str();
+    let (time, nanoseconds, time_unit) = match &found {
+        None => (Source::named("time"), None, None),
+        Some(time) => {
+            let (factor, unit) = time.factor();
+            if name(time.column) != "time" || unit.is_some() {
+                let second = time.nanoseconds.map_or(String::new(), |at| format!(" and {}", name(at)));
+                let text = format!("taken as the time: {}{second}{}", name(time.column), time.said());
+                notes.push(Note { file: table.file.clone(), place: Place::File, column: String::new(), text });
+            }
+            let nanoseconds = time.nanoseconds.map(|at| Source { factor: 1e-9, ..Source::named(name(at)) });
+            (Source { factor, ..Source::named(name(time.column)) }, nanoseconds, unit)
+        }
+    };
+    let name = session_name(&table.file);
+    Ok(Some(Plan { name, time, nanoseconds, time_unit, joints: planned, notes }))
 }
 
 /// The channels that a joint of that kind can have.

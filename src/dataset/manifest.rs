@@ -5,8 +5,9 @@
 //! file = "emps/DATA_EMPS.mat"       # relative to this manifest, else to the folder named by LOSTMOTION_DATA
 //! source = "who recorded it"
 //! [time]
-//! column = "t"
+//! column = "t"                      # or its number in the file, from 1
 //! unit = "ms"                       # s, ms, us, ns, d; absent: SI, and refused where its steps tell another unit
+//! nanoseconds = "t_ns"              # where `column` holds whole seconds; then without a unit
 //! [joints.carriage]
 //! position = { column = "qm" }                       # unit: SI where not given
 //! force = { column = "vir", unit = "V", scale = 35.15065 }    # times scale
@@ -22,6 +23,7 @@ use std::path::{Path, PathBuf};
 use super::JointKinds;
 use super::columns::{CHANNEL_COLUMNS, channel_names, column_of, conversion, session_name};
 use super::plan::{Controller, Plan, PlannedJoint, Source};
+use super::source_file::MAX_COLUMNS;
 use super::table::list;
 use crate::error::{Error, Result};
 use crate::timeseries::Channel;
@@ -82,7 +84,7 @@ impl Manifest {
         for known in ["schema", "file", "source"] {
             root.has(known);
         }
-        let (time, time_unit) = time_source(&root.table("time")?)?;
+        let (time, nanoseconds, time_unit) = time_source(&root.table("time")?)?;
         let kinds: HashMap<&str, JointKind> = joints.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
         let mut planned = Vec::new();
         for (name, table) in root.table("joints")?.named_tables()? {
@@ -101,7 +103,8 @@ impl Manifest {
         if planned.is_empty() {
             return Err(root.error("joints", "at least one joint of the model"));
         }
-        Ok(Plan { name: session_name(root.file()), time, time_unit, joints: planned, notes: Vec::new() })
+        let name = session_name(root.file());
+        Ok(Plan { name, time, nanoseconds, time_unit, joints: planned, notes: Vec::new() })
     }
 }
 
@@ -125,9 +128,13 @@ fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
     Err(root.error("file", format!("a file {} or {}", beside.display(), there.display())))
 }
 
-/// The column of the time, and its unit if one is given.
-fn time_source(table: &Table<'_>) -> Result<(Source, Option<String>)> {
-    let source = source(table, 1.0)?;
+/// The column of the time, that of its nanoseconds if there is one, and its unit if one is given.
+fn time_source(table: &Table<'_>) -> Result<(Source, Option<Source>, Option<String>)> {
+    let nanoseconds = if table.has("nanoseconds") { Some(source(table, "nanoseconds", 1e-9)?) } else { None };
+    let source = source(table, "column", 1.0)?;
+    if nanoseconds.is_some() && table.has("unit") {
+        return Err(table.error("unit", "no unit: with `nanoseconds`, the column holds whole seconds"));
+    }
     let given = table.optional_text("unit")?;
     let factor = match given.map(unit) {
         None => 1.0,
@@ -135,13 +142,18 @@ fn time_source(table: &Table<'_>) -> Result<(Source, Option<String>)> {
         Some(_) => return Err(table.error("unit", "a unit of time: s, ms, us, ns, d")),
     };
     table.finish()?;
-    Ok((Source { factor, ..source }, given.map(str::to_owned)))
+    Ok((Source { factor, ..source }, nanoseconds, given.map(str::to_owned)))
 }
 
-fn source(table: &Table<'_>, factor: f64) -> Result<Source> {
-    let column = table.text("column")?.to_owned();
-    let key = format!("{}.column", table.path());
-    Ok(Source { column, factor, named_at: Some((table.file().to_owned(), table.place("column"), key)) })
+/// The column that a key names, or gives by its number.
+fn source(table: &Table<'_>, key: &str, factor: f64) -> Result<Source> {
+    let named_at = Some((table.file().to_owned(), table.place(key), format!("{}.{key}", table.path())));
+    // A text is the name, an integer the place in the file.
+    let (column, number) = match table.optional_integer(key, 1, MAX_COLUMNS as i64) {
+        Ok(Some(number)) => (number.to_string(), usize::try_from(number).ok()),
+        _ => (table.text(key)?.to_owned(), None),
+    };
+    Ok(Source { column, number, factor, named_at })
 }
 
 fn channels(joint: &Table<'_>, kind: JointKind) -> Result<Vec<(Channel, Source)>> {
@@ -168,7 +180,7 @@ fn channels(joint: &Table<'_>, kind: JointKind) -> Result<Vec<(Channel, Source)>
                 conversion(name, channel, kind, table.has("scale")).map_err(|expected| table.error("unit", expected))?
             }
         };
-        channels.push((channel, source(&table, factor * scale)?));
+        channels.push((channel, source(&table, "column", factor * scale)?));
         table.finish()?;
     }
     Ok(channels)

@@ -1,5 +1,6 @@
-//! MATLAB 5 files: every numeric vector is a column. Arrays of one element are parameters of the experiment and are
-//! skipped. Left out: structures, cells, text, sparse arrays.
+//! MATLAB 5 files: every numeric vector is a column, every numeric matrix a column `name.1`, `name.2` ... for each of its
+//! shorter side. The fields of a structure are read likewise, as `name.field`. Arrays of one element are parameters of the
+//! experiment and are skipped. Left out: arrays of structures, cells, text, sparse arrays, objects.
 //!
 //! ```text
 //!   128 bytes of header, the last two `IM` (least byte first) or `MI`; then elements, each a tag (type u32, length u32) and that many bytes:
@@ -29,8 +30,8 @@ const COMPRESSED: u32 = 15;
 /// Reads all numeric arrays with more than one element.
 ///
 /// # Errors
-/// The file cannot be read, is not a MATLAB 5 file, is cut off or damaged, contains complex numbers or matrices, or is
-/// too large.
+/// The file cannot be read, is not a MATLAB 5 file, is cut off or damaged, contains complex numbers or arrays of more than two
+/// dimensions, or is too large.
 pub(super) fn read(path: &Path) -> Result<Table> {
     let (file, size) = source_file::open(path)?;
     decode(path, io::BufReader::new(file.take(size)), size)
@@ -70,11 +71,10 @@ fn decode(path: &Path, mut input: impl Read, size: u64) -> Result<Table> {
             inflated(&mut body, little_endian, cells)
         };
         match found {
-            Ok(Found::Column(column)) => {
-                cells += column.values.len() as u64;
-                columns.push(column);
+            Ok(Found::Columns(found)) => {
+                cells += found.iter().map(|column| column.values.len() as u64).sum::<u64>();
+                columns.extend(found);
             }
-            Ok(Found::Other) => {}
             Ok(Found::Unfit { name, value, expected }) => {
                 return Err(Error::input(path, Place::File, name, value, expected));
             }
@@ -117,7 +117,7 @@ fn inflated(body: &mut impl Read, little_endian: bool, cells: u64) -> io::Result
     }
     let found = array::read(Bytes { input: &mut plain, left: length, little_endian }, cells)?;
     // Reading to the end of the stream verifies its checksum.
-    if matches!(found, Found::Column(_)) && plain.read(&mut [0; 8])? != 0 {
+    if matches!(&found, Found::Columns(columns) if !columns.is_empty()) && plain.read(&mut [0; 8])? != 0 {
         return Err(io::ErrorKind::InvalidData.into());
     }
     Ok(found)

@@ -1,7 +1,8 @@
 //! Measured data: converts files to sampled signals, and reports or refuses what is wrong with them.
 //!
 //! A file with canonical columns needs no manifest: `time`, then `<joint>.position` and so on ([`CHANNEL_COLUMNS`]).
-//! Any other layout gets a manifest (`schema = "lostmotion/dataset/1"`) beside it. One file is one session.
+//! Where the names of other columns are clear (`names`, `words`, `layout`), they are taken, and a note says as what. Any
+//! other layout gets a manifest (`schema = "lostmotion/dataset/1"`) beside it. One file is one session.
 //! Unusable data are refused with file, row and column. Faults that can be repaired without inventing data are repaired
 //! and reported as a [`Note`].
 
@@ -10,13 +11,21 @@ mod bounds;
 mod checks;
 mod columns;
 mod csv;
+mod date_time;
+mod derivative;
 mod encoder_step;
+mod first_manifest;
+mod format;
 mod guess;
+mod json;
+mod layout;
 mod manifest;
 mod mat;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod meet;
+mod names;
+mod numpy;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod plan;
@@ -24,6 +33,8 @@ mod source_file;
 mod survey;
 mod table;
 mod time_base;
+mod unit_words;
+mod words;
 
 use std::collections::HashMap;
 use std::fmt;
@@ -31,13 +42,19 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use self::columns::{CHANNEL_COLUMNS, column_of};
-pub use self::csv::{text as csv_text, write as write_csv, write_rows as write_csv_rows};
+pub use self::csv::{write as write_csv, write_rows as write_csv_rows, written as csv_text};
 pub use self::encoder_step::encoder_step;
+pub use self::first_manifest::first_manifest;
 pub use self::manifest::Manifest;
 pub use self::meet::meet;
 pub use self::plan::Controller;
-pub use self::survey::{first_manifest, is_canonical, survey, survey_session};
+pub use self::survey::{Readable, readable, survey, survey_session};
 pub use self::table::{Column, Table};
+
+use self::csv::Text;
+use self::format::Format;
+use self::layout::Layout;
+use self::plan::Plan;
 
 use crate::error::{Error, Place, Result};
 use crate::robot::Model;
@@ -104,13 +121,13 @@ pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
     model.joints.iter().map(|joint| (joint.name.clone(), joint.kind)).collect()
 }
 
-/// Reads a recording: a manifest (`.toml`), or a file with canonical columns (`.csv`, `.mat`, `.parquet`, `.mcap`).
+/// Reads a recording: a manifest (`.toml`), or a file of data with canonical columns or ones whose names are clear.
 ///
 /// # Errors
 /// The file is not a regular file of bounded size, its format is unknown, or its content cannot be used: the error
 /// names file, row and column.
 pub fn load(path: &Path, joints: &JointKinds) -> Result<Session> {
-    load_with(path, |_| joints.to_vec(), |_| joints.to_vec(), &JointLimits::new())
+    load_with(path, Some(joints), &JointLimits::new())
 }
 
 /// As [`load`], for the joints of a model; positions outside their limits are noted.
@@ -124,7 +141,7 @@ pub fn load_for(path: &Path, model: &Model) -> Result<Session> {
         let limits = Limits { axis: model.robot.axis_range(index), link: [link.lower, link.upper] };
         (body.joint.name.clone(), limits)
     });
-    load_with(path, |_| joints.clone(), |_| joints.clone(), &limits.collect())
+    load_with(path, Some(&joints), &limits.collect())
 }
 
 /// Reads a recording without a model: whether a joint turns or slides follows from its units and channels.
@@ -132,26 +149,60 @@ pub fn load_for(path: &Path, model: &Model) -> Result<Session> {
 /// # Errors
 /// As [`load`], except for joints that the model lacks.
 pub fn load_alone(path: &Path) -> Result<Session> {
-    load_with(path, guess::joints_of_manifest, guess::joints_of_table, &JointLimits::new())
+    load_with(path, None, &JointLimits::new())
 }
 
-fn load_with(
-    path: &Path,
-    of_manifest: impl Fn(&Manifest) -> Vec<(String, JointKind)>,
-    of_table: impl Fn(&Table) -> Vec<(String, JointKind)>,
-    limits: &JointLimits,
-) -> Result<Session> {
-    let (table, plan) = if extension(path) == "toml" {
+fn load_with(path: &Path, model: Option<&JointKinds>, limits: &JointLimits) -> Result<Session> {
+    let (table, plan) = if is_manifest(path) {
         check_manifest(path)?;
         let manifest = Manifest::read(path)?;
-        let plan = manifest.plan(&of_manifest(&manifest))?;
+        let own = model.is_none().then(|| guess::joints_of_manifest(&manifest));
+        let plan = manifest.plan(own.as_deref().or(model).unwrap_or_default())?;
         (read_table(&manifest.file)?, plan)
     } else {
         let table = read_table(path)?;
-        let plan = columns::canonical_plan(&table, &of_table(&table))?;
+        let plan = plan_of(&table, model)?;
         (table, plan)
     };
     assemble::assemble(table, plan, limits)
+}
+
+/// The columns of a file without a manifest: canonical ones, or what their names tell without doubt. Without a model, the
+/// joints are those of the file.
+///
+/// # Errors
+/// A doubt is left; the message says which, and that a manifest settles it.
+fn plan_of(table: &Table, model: Option<&JointKinds>) -> Result<Plan> {
+    check_content(table)?;
+    let own = model.is_none().then(|| guess::joints_of_table(table));
+    if let Some(plan) = columns::canonical_plan(table, own.as_deref().or(model).unwrap_or_default())? {
+        return Ok(plan);
+    }
+    Layout::of(table).plan(table, model)
+}
+
+/// Refuses a table that holds nothing to look at.
+///
+/// # Errors
+/// It has no columns of numbers, or fewer than two rows.
+fn check_content(table: &Table) -> Result<()> {
+    let refuse =
+        |key: &str, value: String, expected: &str| Err(Error::input(&table.file, Place::File, key, value, expected));
+    if table.columns.is_empty() {
+        return refuse(
+            "columns",
+            "none".into(),
+            "columns of numbers: a time, and positions and currents or torques of joints",
+        );
+    }
+    if table.rows() < 2 {
+        return refuse("rows", table.rows().to_string(), "at least 2 rows of samples");
+    }
+    let names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
+    if table.columns.iter().all(|column| column.fault.as_ref().is_some_and(|fault| fault.0 == 1)) {
+        return refuse("columns", table::list(&names), "columns of numbers; these hold none");
+    }
+    Ok(())
 }
 
 /// Refuses a file that is not regular, or too large for a manifest, a model or a scenario, before it is read.
@@ -165,56 +216,69 @@ pub fn check_manifest(path: &Path) -> Result<()> {
     }
 }
 
-/// Reads all columns of a data file, without units and without checks of their content.
+/// Reads all columns of a data file, without units and without checks of their content. The format is recognised by the
+/// first bytes.
 ///
 /// # Errors
-/// The file is not a regular file of bounded size, cannot be read, or its format is unknown.
+/// The file is not a regular file of bounded size, cannot be read, or its format is not read.
 pub fn read_table(path: &Path) -> Result<Table> {
-    match extension(path).as_str() {
-        "csv" => csv::read(path),
-        "mat" => mat::read(path),
-        #[cfg(feature = "parquet")]
-        "parquet" => parquet::read(path),
-        #[cfg(feature = "mcap")]
-        "mcap" => mcap::read(path),
-        other => Err(unknown_format(path, other)),
-    }
+    read_as(Text::File(path))
 }
 
-/// As [`read_table`], from bytes in memory. `path` is the name that errors use; its extension determines the format.
+/// As [`read_table`], from bytes in memory. `path` is the name that errors use.
 ///
 /// # Errors
-/// The format is unknown, or the bytes do not follow it.
+/// The format is not read, or the bytes do not follow it.
 pub fn parse_table(path: &Path, bytes: &[u8]) -> Result<Table> {
-    match extension(path).as_str() {
-        "csv" => csv::parse_bytes(path, bytes),
-        "mat" => mat::parse(path, bytes),
+    read_as(Text::Memory(path, bytes))
+}
+
+fn read_as(text: Text<'_>) -> Result<Table> {
+    let format = format::of(text)?;
+    match (format, text) {
+        (Format::Text, _) => csv::read(text),
+        (Format::Json, _) => json::read(text),
+        (Format::Npy, _) => numpy::read_array(text),
+        (Format::Npz, _) => numpy::read_archive(text),
+        (Format::Mat, Text::File(path)) => mat::read(path),
+        (Format::Mat, Text::Memory(path, bytes)) => mat::parse(path, bytes),
         #[cfg(feature = "parquet")]
-        "parquet" => parquet::parse(path, bytes),
+        (Format::Parquet, Text::File(path)) => parquet::read(path),
+        #[cfg(feature = "parquet")]
+        (Format::Parquet, Text::Memory(path, bytes)) => parquet::parse(path, bytes),
         #[cfg(feature = "mcap")]
-        "mcap" => mcap::parse(path, bytes),
-        other => Err(unknown_format(path, other)),
+        (Format::Mcap, Text::File(path)) => mcap::read(path),
+        #[cfg(feature = "mcap")]
+        (Format::Mcap, Text::Memory(path, bytes)) => mcap::parse(path, bytes),
+        #[cfg(not(all(feature = "parquet", feature = "mcap")))]
+        (other, _) => {
+            let expected =
+                "another format: this build lacks the feature of that name (build without --no-default-features)";
+            Err(Error::input(text.path(), Place::File, "format", format!("{other:?}").to_lowercase(), expected))
+        }
     }
 }
 
-/// A recording with canonical columns from bytes in memory, as [`load_alone`].
+/// A recording without a manifest from bytes in memory, as [`load_alone`].
 ///
 /// # Errors
 /// As [`load_alone`].
 pub fn parse_alone(path: &Path, bytes: &[u8]) -> Result<Session> {
-    let table = parse_table(path, bytes)?;
-    let plan = columns::canonical_plan(&table, &guess::joints_of_table(&table))?;
+    session_of(parse_table(path, bytes)?)
+}
+
+/// The recording in a table, as [`load_alone`].
+///
+/// # Errors
+/// As [`load_alone`].
+pub fn session_of(table: Table) -> Result<Session> {
+    let plan = plan_of(&table, None)?;
     assemble::assemble(table, plan, &JointLimits::new())
 }
 
-fn unknown_format(path: &Path, format: &str) -> Error {
-    let found = if format.is_empty() { "no extension" } else { format };
-    let mut expected = String::from("a file of data: .csv, .mat (MATLAB 5), ");
-    for (format, built) in [("parquet", cfg!(feature = "parquet")), ("mcap", cfg!(feature = "mcap"))] {
-        let without = if built { "" } else { " (this build lacks the feature of that name)" };
-        expected += &format!(".{format}{without}, ");
-    }
-    Error::input(path, Place::File, "format", found, expected + "or a manifest .toml")
+/// Whether a file is a manifest, by its name.
+pub fn is_manifest(path: &Path) -> bool {
+    extension(path) == "toml"
 }
 
 fn extension(path: &Path) -> String {

@@ -1,8 +1,10 @@
 //! Apache Parquet: reads every top-level column of numbers; time stamps are converted to seconds.
 //!
-//! Left out: nested and repeated columns, text, decimal numbers of more than 18 digits, compression by gzip and brotli.
+//! A column of lists of equal lengths, as LeRobot writes joints, becomes the columns `name.0`, `name.1` ...
+//! Left out: other nested columns, text, decimal numbers of more than 18 digits.
 
 mod footer;
+mod lists;
 mod numbers;
 mod pages;
 mod quiet;
@@ -21,7 +23,7 @@ use parquet::file::reader::{ChunkReader, FileReader as _};
 use parquet::file::serialized_reader::{ReadOptionsBuilder, SerializedFileReader};
 
 use self::numbers::Meaning;
-use super::source_file;
+use super::source_file::{self, MAX_CELLS};
 use super::table::{Column, Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
 
@@ -59,17 +61,21 @@ fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R
     let schema = metadata.file_metadata().schema_descr();
     let fields = schema.root_schema().get_fields();
     check_count(path, Place::File, fields.len())?;
-    let mut columns: Vec<Column> = fields.iter().map(|field| Column::new(field.name())).collect();
+    // For each field its column, or several for a field of lists.
+    let mut columns: Vec<Vec<Column>> = fields.iter().map(|field| vec![Column::new(field.name())]).collect();
+    let mut parts = vec![0; fields.len()];
+    (0..schema.num_columns()).for_each(|leaf| parts[schema.get_column_root_idx(leaf)] += 1);
     let mut leaves = Vec::new();
     for (leaf, described) in schema.columns().iter().enumerate() {
         let root = schema.get_column_root_idx(leaf);
         let flat = fields[root].is_primitive() && described.max_rep_level() == 0;
-        match Meaning::of(described).filter(|_| flat) {
+        let list = described.max_rep_level() == 1 && parts[root] == 1;
+        match Meaning::of(described).filter(|_| flat || list) {
             Some(meaning) => {
-                columns[root].seconds = meaning.seconds();
-                leaves.push((leaf, root, meaning));
+                columns[root][0].seconds = meaning.seconds();
+                leaves.push((leaf, root, meaning, list));
             }
-            None => columns[root].fault = Some((1, numbers::description(described, flat).to_owned())),
+            None => columns[root][0].fault = Some((1, numbers::description(described, flat).to_owned())),
         }
     }
     let groups = metadata.row_groups();
@@ -79,29 +85,43 @@ fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R
     let properties = ReaderProperties::builder().set_backward_compatible_lz4(false).build();
     let options = ReadOptionsBuilder::new().with_reader_properties(properties).build();
     let reader = SerializedFileReader::new_with_options(source, options).map_err(unreadable)?;
-    let mut inflated = 0;
+    let (mut inflated, mut cells) = (0, 0);
     for (index, group) in groups.iter().enumerate() {
         let pages = reader.get_row_group(index).map_err(unreadable)?;
-        for &(leaf, root, meaning) in &leaves {
+        for &(leaf, root, meaning, list) in &leaves {
             let chunk = group.column(leaf);
-            let compression = chunk.compression();
-            if matches!(compression, Compression::GZIP(_) | Compression::BROTLI(_) | Compression::LZO) {
-                let expected = "columns that are not compressed, or by Snappy, Zstandard or LZ4";
-                let name = compression.to_string();
-                let name = name.split('(').next().unwrap_or_default();
-                return Err(Error::input(path, Place::File, "compression", name, expected));
+            if matches!(chunk.compression(), Compression::LZO) {
+                let expected = "columns that are not compressed, or by Snappy, gzip, Zstandard, brotli or LZ4";
+                return Err(Error::input(path, Place::File, "compression", "LZO", expected));
             }
-            inflated = pages::check(path, probe, end, chunk, group.num_rows(), inflated)?;
-            let column = &mut columns[root];
-            let before = column.values.len();
+            let most = if list { MAX_CELLS as i64 } else { group.num_rows() };
+            inflated = pages::check(path, probe, end, chunk, most, inflated)?;
+            let columns = &mut columns[root];
+            let before = columns[0].values.len();
             let values = pages.get_column_reader(leaf).map_err(unreadable)?;
-            numbers::read(values, meaning, chunk.column_descr().max_def_level(), column).map_err(unreadable)?;
-            if (column.values.len() - before) as i64 != group.num_rows() {
+            let defined = chunk.column_descr().max_def_level();
+            if list {
+                lists::read(values, meaning, defined, columns).map_err(unreadable)?;
+            } else {
+                numbers::read(values, meaning, defined, &mut columns[0]).map_err(unreadable)?;
+            }
+            if columns.iter().any(|column| (column.values.len() - before) as i64 != group.num_rows()) {
                 return Err(damaged(path, "fewer values than rows"));
             }
+            cells = check_lists(path, cells, columns.len(), group.num_rows())?;
         }
     }
+    let columns = columns.into_iter().flatten().collect();
     Table::new(path, Place::File, columns, Vec::new())
+}
+
+/// Count of cells so far, with those of more rows of some columns.
+///
+/// # Errors
+/// They are too many.
+fn check_lists(path: &Path, cells: u64, columns: usize, rows: i64) -> Result<u64> {
+    let total = cells + rows.unsigned_abs() * columns as u64;
+    check_cells(path, total, 1).map(|()| total)
 }
 
 fn damaged(path: &Path, value: &str) -> Error {

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use super::Note;
-use crate::error::Place;
+use super::table::Table;
+use crate::error::{Error, Place, Result};
 use crate::timeseries::Channel;
 use crate::units::JointKind;
 
@@ -24,6 +25,8 @@ pub struct Controller {
 pub(super) struct Source {
     /// Name in the file.
     pub(super) column: String,
+    /// Place in the file, from 1, if a manifest gives it instead of the name.
+    pub(super) number: Option<usize>,
     /// SI per unit of the file.
     pub(super) factor: f64,
     /// Where a manifest names it: file, place, key.
@@ -37,6 +40,8 @@ pub(super) struct Plan {
     pub(super) name: String,
     /// The time.
     pub(super) time: Source,
+    /// Its nanoseconds, if [`Self::time`] holds whole seconds.
+    pub(super) nanoseconds: Option<Source>,
     /// The unit of the time, where a manifest gives it.
     pub(super) time_unit: Option<String>,
     /// The joints that were recorded.
@@ -56,6 +61,46 @@ pub(super) struct PlannedJoint {
     pub(super) channels: Vec<(Channel, Source)>,
     /// The machine's own controller of it.
     pub(super) controller: Option<Controller>,
+}
+
+impl Source {
+    /// A column by its name, in SI.
+    pub(super) fn named(column: &str) -> Self {
+        Self { column: column.to_owned(), number: None, factor: 1.0, named_at: None }
+    }
+
+    /// Takes the name of a column that is given by its number.
+    ///
+    /// # Errors
+    /// The file has fewer columns.
+    fn find_name(&mut self, table: &Table) -> Result<()> {
+        let Some(number) = self.number else { return Ok(()) };
+        match table.columns.get(number - 1) {
+            Some(column) => self.column.clone_from(&column.name),
+            None => {
+                let expected =
+                    format!("a number from 1 to {}, the columns of {}", table.columns.len(), table.file.display());
+                let (file, place, key) =
+                    self.named_at.clone().unwrap_or((table.file.clone(), Place::File, String::new()));
+                return Err(Error::input(&file, place, key, number, expected));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Plan {
+    /// Takes the names of columns that are given by their numbers.
+    ///
+    /// # Errors
+    /// The file has fewer columns.
+    pub(super) fn find_names(&mut self, table: &Table) -> Result<()> {
+        let channels = self.joints.iter_mut().flat_map(|joint| joint.channels.iter_mut().map(|channel| &mut channel.1));
+        std::iter::once(&mut self.time)
+            .chain(&mut self.nanoseconds)
+            .chain(channels)
+            .try_for_each(|source| source.find_name(table))
+    }
 }
 
 impl PlannedJoint {

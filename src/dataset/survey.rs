@@ -1,108 +1,155 @@
-//! Describes a data file for a first look, and proposes a first manifest.
+//! Describes a data file for a first look: what each column was taken for, its unit, and its quality.
 
-use std::collections::HashMap;
+mod signal;
+
 use std::fmt::Write as _;
 
-use super::columns::CHANNEL_COLUMNS;
-use super::table::{Column, Table};
-use super::time_base::likely_units;
-use super::{Session, guess};
-use crate::timeseries::Channel;
-use crate::toml_input::{written_key, written_text};
+use super::columns::{CHANNEL_COLUMNS, canonical_plan};
+use super::layout::Layout;
+use super::table::{Column, Table, list};
+use super::{Session, guess, plan_of};
+use crate::error::{Error, Place, Result};
+use crate::timeseries::{Channel, JointSeries, pauses};
 
-/// Words in column names that indicate a channel, the most specific first.
-const CHANNEL_WORDS: [(&[&str], &str); 12] = [
-    (&["reference", "velocity"], "reference_velocity"),
-    (&["reference"], "reference_position"),
-    (&["ref"], "reference_position"),
-    (&["link"], "link_position"),
-    (&["command"], "command_current"),
-    (&["velocity"], "velocity"),
-    (&["vel"], "velocity"),
-    (&["torque"], "torque"),
-    (&["force"], "force"),
-    (&["current"], "current"),
-    (&["temperature"], "temperature"),
-    (&["pos"], "position"),
-];
+/// How a file can be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Readable {
+    /// It has canonical columns.
+    Canonical,
+    /// Its names tell all that is needed.
+    ByNames,
+    /// It needs a manifest; the refusal says why.
+    Manifest(String),
+}
 
-/// Endings of column names that indicate a unit.
-const UNIT_ENDINGS: [(&str, &str); 14] = [
-    ("_rad_s", "rad/s"),
-    ("_deg_s", "deg/s"),
-    ("_rad", "rad"),
-    ("_deg", "deg"),
-    ("_rpm", "rpm"),
-    ("_mm", "mm"),
-    ("_ma", "mA"),
-    ("_nm", "N·m"),
-    ("_ms", "ms"),
-    ("_us", "us"),
-    ("_ns", "ns"),
-    ("_a", "A"),
-    ("_n", "N"),
-    ("_v", "V"),
-];
+/// How a file can be used as data.
+///
+/// # Errors
+/// It holds nothing that could be data: no rows, no numbers, no time.
+pub fn readable(table: &Table) -> Result<Readable> {
+    super::check_content(table)?;
+    let layout = Layout::of(table);
+    let Some(time) = &layout.time else {
+        let names: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
+        let expected = "a column of time: one that rises from row to row, or a pair of seconds and nanoseconds";
+        return Err(Error::input(&table.file, Place::File, "columns", list(&names), expected));
+    };
+    Ok(match (plan_of(table, None), &time.guess) {
+        (Err(error), _) => Readable::Manifest(error.to_string()),
+        (Ok(_), Some(guess)) => Readable::Manifest(format!("{}: {guess}", table.columns[time.column].name)),
+        _ if matches!(canonical_plan(table, &guess::joints_of_table(table)), Ok(Some(_))) => Readable::Canonical,
+        _ => Readable::ByNames,
+    })
+}
 
-/// Text on a file: rows, then each column with its range and anything unusual.
+/// Text on a file: rows, then each column with what it was taken for, its unit, its range and anything unusual.
 pub fn survey(table: &Table) -> String {
     let rows = table.rows();
     let mut text = format!("{}: {rows} rows, {} columns\n", table.file.display(), table.columns.len());
     let width = table.columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0);
-    for column in &table.columns {
-        let _ = writeln!(text, "  {:<width$}  {}", column.name, about(&column.values, column, rows));
+    let taken = taken_for(table);
+    let wide = taken.iter().map(|taken| taken.chars().count()).max().unwrap_or(0);
+    for (column, taken) in table.columns.iter().zip(&taken) {
+        let _ = writeln!(text, "  {:<width$}  {taken:<wide$}  {}", column.name, about(&column.values, column, rows));
     }
     for note in &table.notes {
         let _ = writeln!(text, "  note: {note}");
     }
-    if let Some(unit) = foreign_time(table) {
-        let _ = writeln!(text, "  note: by its steps, the time is likely in {unit} and not in seconds");
-    }
-    if is_canonical(table) {
-        let joints = guess::joints_of_table(table);
-        let names: Vec<&str> = joints.iter().map(|joint| joint.0.as_str()).collect();
-        let _ = writeln!(text, "  canonical columns of {}: no manifest needed", names.join(", "));
-    }
     text
 }
 
-/// Whether a file can be read without a manifest.
-pub fn is_canonical(table: &Table) -> bool {
-    table.column("time").is_some() && foreign_time(table).is_none() && !guess::joints_of_table(table).is_empty()
-}
-
-/// The units that fit the steps of the column `time`, if it is not in seconds.
-fn foreign_time(table: &Table) -> Option<String> {
-    let units = likely_time_units(table.column("time")?);
-    (!units.is_empty() && !units.contains(&"s")).then(|| units.join(" or "))
-}
-
-/// The units that fit the steps of a column; empty if its type has a unit, or if it does not increase.
-fn likely_time_units(column: &Column) -> Vec<&'static str> {
-    if column.seconds.is_some() {
-        return Vec::new();
+/// What each column was taken for, with its unit.
+fn taken_for(table: &Table) -> Vec<String> {
+    let mut taken = vec!["-".to_owned(); table.columns.len()];
+    let layout = Layout::of(table);
+    if let Some(time) = &layout.time {
+        let unit = if table.columns[time.column].seconds.is_some() { "time stamps" } else { time.unit.unwrap_or("s") };
+        taken[time.column] = format!("time [{unit}]{}", if time.guess.is_some() { " ?" } else { "" });
+        if let Some(at) = time.nanoseconds {
+            taken[at] = "time [ns]".to_owned();
+        }
     }
-    clock(&column.values).map(likely_units).unwrap_or_default()
+    for joint in &layout.joints {
+        let kind = joint.kind();
+        for channel in &joint.channels {
+            let unit = match channel.unit {
+                Some((unit, 1.0)) => unit.to_owned(),
+                Some((unit, scale)) => format!("{scale} {unit}"),
+                None => unit_of(channel.channel, kind).to_owned(),
+            };
+            let doubt = if channel.guess.is_some() { " ?" } else { "" };
+            taken[channel.column] = format!("{}.{} [{unit}]{doubt}", joint.name, channel.channel);
+        }
+    }
+    taken
 }
 
-/// Text on a session: samples, time, then each channel with its range in SI.
+/// SI unit of a canonical channel.
+fn unit_of(name: &str, kind: crate::units::JointKind) -> &'static str {
+    let turning = kind == crate::units::JointKind::Revolute;
+    match name {
+        name if name.ends_with("position") => kind.position_unit(),
+        name if name.ends_with("velocity") && turning => "rad/s",
+        name if name.ends_with("velocity") => "m/s",
+        name if name.ends_with("current") => "A",
+        "temperature" => "°C",
+        _ => kind.effort_unit(),
+    }
+}
+
+/// Text on a session: samples and time, then each channel with its quality in SI, and delays between channels.
 pub fn survey_session(session: &Session) -> String {
     let series = &session.series;
-    let (first, last) = (series.time.first().copied().unwrap_or(0.0), series.time.last().copied().unwrap_or(0.0));
-    let mut text = format!(
-        "{}: {} samples, {first} s to {last} s, median step {:.4e} s\n",
-        series.name,
-        series.len(),
-        series.sample_interval()
-    );
+    let mut text = format!("{}: {} samples, {}\n", series.name, series.len(), clock_of(&series.time));
     for joint in &series.joints {
         for (channel, values) in &joint.channels {
             let name = format!("{}.{}", joint.name, channel_name(*channel));
             let _ = writeln!(text, "  {name:<32}  {}", about(values, &Column::default(), series.len()));
         }
+        text += &delays(&series.time, joint);
     }
     for note in &session.notes {
         let _ = writeln!(text, "  note: {note}");
+    }
+    text
+}
+
+/// Rate, jitter and pauses of a time [s] that rises.
+fn clock_of(time: &[f64]) -> String {
+    let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
+    let Some(step) = clock(time) else { return format!("{first} s to {last} s") };
+    let pauses = pauses(time);
+    let paused = |k: &usize| pauses.binary_search(k).is_ok();
+    let steps: Vec<f64> = (1..time.len()).filter(|k| !paused(k)).map(|k| time[k] - time[k - 1]).collect();
+    let spread = steps.iter().map(|one| (one - step).powi(2)).sum::<f64>() / steps.len().max(1) as f64;
+    let pauses = match pauses.len() {
+        0 => "no pause".to_owned(),
+        count => {
+            let longest = pauses.iter().map(|k| time[*k] - time[k - 1]).fold(0.0, f64::max);
+            format!("{count} pauses, the longest {longest:.4} s")
+        }
+    };
+    format!(
+        "{first} s to {last} s, median step {step:.4e} s ({:.1} Hz), jitter {:.2} % of it, {pauses}",
+        1.0 / step,
+        100.0 * spread.sqrt() / step
+    )
+}
+
+/// Delays between channels of a joint that show the same motion.
+fn delays(time: &[f64], joint: &JointSeries) -> String {
+    let get = |channel| joint.get(channel);
+    let step = clock(time).unwrap_or(0.0);
+    let mut text = String::new();
+    if let (Some(position), Some(velocity)) = (get(Channel::Position), get(Channel::Velocity))
+        && let Some(delay) = signal::delay(&signal::slopes(time, position), velocity, step)
+    {
+        let _ = writeln!(text, "    velocity is {delay:+.4} s behind the derivative of the position");
+    }
+    if let (Some(reference), Some(position)) = (get(Channel::ReferencePosition), get(Channel::Position))
+        && let Some(delay) = signal::delay(&signal::slopes(time, reference), &signal::slopes(time, position), step)
+    {
+        let _ = writeln!(text, "    position is {delay:+.4} s behind its reference");
     }
     text
 }
@@ -116,15 +163,21 @@ fn about(values: &[f64], column: &Column, rows: usize) -> String {
     if let Some((row, cell)) = &column.fault {
         return format!("not a number in row {row}: {cell:?}");
     }
-    let origin = column.origin as f64;
-    let minimum = values.iter().copied().fold(f64::INFINITY, f64::min) + origin;
-    let maximum = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + origin;
+    if values.is_empty() {
+        return "no rows".to_owned();
+    }
+    let (minimum, maximum) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let (low, high) = (shown(minimum, column.origin), shown(maximum, column.origin));
     let mut text =
-        if minimum == maximum { format!("constant {minimum}") } else { format!("{minimum:>12.6} to {maximum:>12.6}") };
+        if minimum == maximum { format!("constant {low}: dead") } else { format!("{low:>12} to {high:>12}") };
     if let Some(row) = values.iter().position(|value| !value.is_finite()) {
         let _ = write!(text, "  {} in row {}", values[row], row + 1);
     } else if let Some(step) = clock(values) {
         let _ = write!(text, "  increasing, median step {step:.4e}");
+    } else if minimum < maximum {
+        text += &signal::quality(values, minimum, maximum);
     }
     if let Some(seconds) = column.seconds {
         let _ = write!(text, "  time stamps in units of {seconds} s");
@@ -135,6 +188,17 @@ fn about(values: &[f64], column: &Column, rows: usize) -> String {
     text
 }
 
+/// A value with its origin; the sum is exact where both are whole.
+fn shown(value: f64, origin: i64) -> String {
+    if origin == 0 {
+        return if value == value.trunc() && value.abs() < 1e15 { format!("{value}") } else { format!("{value:.6}") };
+    }
+    let whole = value.floor();
+    let rest = value - whole;
+    let decimals = if rest == 0.0 { String::new() } else { format!("{rest:.6}").trim_start_matches('0').to_owned() };
+    format!("{}{decimals}", i128::from(origin) + whole as i128)
+}
+
 /// Median step of a column that increases from row to row.
 fn clock(values: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -143,98 +207,4 @@ fn clock(values: &[f64]) -> Option<f64> {
     }
     let middle = steps.len() / 2;
     Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
-}
-
-/// A first manifest: filled in as far as column names indicate, with the other columns listed for the user.
-pub fn first_manifest(table: &Table) -> String {
-    let file = table.file.file_name().unwrap_or_default().to_string_lossy();
-    let mut text = format!(
-        "schema = \"lostmotion/dataset/1\"\nfile = {}\nsource = \"who recorded it, when, on what\"\n",
-        written_text(&file)
-    );
-    let time = time_column(table);
-    match time {
-        Some(column) => {
-            let _ = write!(text, "\n[time]\ncolumn = {}\n{}", written_text(&column.name), time_unit(column));
-        }
-        None => text += "\n[time]\ncolumn = \"?\"  # no column increases from row to row\n",
-    }
-    let mut joints: Vec<(&str, Vec<(&'static str, String)>)> = Vec::new();
-    let mut places: HashMap<&str, usize> = HashMap::new();
-    let mut rest = Vec::new();
-    for column in table.columns.iter().filter(|column| time.is_none_or(|time| time.name != column.name)) {
-        let Some((joint, channel)) = channel_of(&column.name) else {
-            rest.push(column.name.as_str());
-            continue;
-        };
-        let unit = unit_of(&column.name).map_or(String::new(), |unit| format!(", unit = \"{unit}\""));
-        let line = format!("{channel} = {{ column = {}{unit} }}\n", written_text(&column.name));
-        let place = *places.entry(joint).or_insert_with(|| {
-            joints.push((joint, Vec::new()));
-            joints.len() - 1
-        });
-        let lines = &mut joints[place].1;
-        if lines.iter().any(|(other, _)| *other == channel) {
-            rest.push(column.name.as_str());
-        } else {
-            lines.push((channel, line));
-        }
-    }
-    if joints.is_empty() {
-        text += "\n[joints.NAME]  # a joint of the model\n";
-    }
-    for (joint, lines) in joints {
-        let lines: String = lines.into_iter().map(|(_, line)| line).collect();
-        let _ = write!(text, "\n[joints.{}]\n{lines}", written_key(joint));
-    }
-    if !rest.is_empty() {
-        let channels: Vec<&str> = CHANNEL_COLUMNS.iter().map(|entry| entry.0).collect();
-        let _ = writeln!(text, "# columns left: {}", rest.join(", "));
-        let _ = writeln!(text, "# channels: {}", channels.join(", "));
-        text += "# as `position = { column = \"NAME\", unit = \"deg\", scale = 1.0 }`\n";
-    }
-    text
-}
-
-/// The line with the unit of the time, if its name or its steps indicate one.
-fn time_unit(column: &Column) -> String {
-    if column.seconds.is_some() {
-        return String::new();
-    }
-    let likely = likely_time_units(column);
-    match (unit_of(&column.name), likely.as_slice()) {
-        (Some(unit @ ("ms" | "us" | "ns")), _) => format!("unit = \"{unit}\"\n"),
-        (_, ["s"]) => String::new(),
-        (_, [unit]) => format!("unit = \"{unit}\"\n"),
-        (_, units @ [_, _, ..]) => format!("unit = \"?\"  # by its steps {}\n", units.join(" or ")),
-        _ => String::new(),
-    }
-}
-
-fn time_column(table: &Table) -> Option<&Column> {
-    let clocks = || table.columns.iter().filter(|column| clock(&column.values).is_some());
-    let named = |column: &&Column| {
-        let name = column.name.to_ascii_lowercase();
-        name == "t" || name.starts_with("time")
-    };
-    clocks().find(named).or_else(|| clocks().next())
-}
-
-/// Joint and channel indicated by a name like `A1_motor_position_deg` or `joint1.position`.
-fn channel_of(name: &str) -> Option<(&str, &'static str)> {
-    let canonical = name
-        .rsplit_once('.')
-        .and_then(|(joint, channel)| Some((joint, CHANNEL_COLUMNS.iter().find(|entry| entry.0 == channel)?.0)));
-    if canonical.is_some() {
-        return canonical;
-    }
-    let lower = name.to_ascii_lowercase();
-    let (_, channel) = CHANNEL_WORDS.iter().find(|(words, _)| words.iter().all(|word| lower.contains(word)))?;
-    let joint = name.split(['.', '_']).next().filter(|joint| joint.len() < name.len() && !joint.is_empty())?;
-    Some((joint, channel))
-}
-
-fn unit_of(name: &str) -> Option<&'static str> {
-    let lower = name.to_ascii_lowercase();
-    UNIT_ENDINGS.iter().find(|(ending, _)| lower.ends_with(ending)).map(|&(_, unit)| unit)
 }

@@ -20,6 +20,8 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// Notes from reading.
     pub notes: Vec<Note>,
+    /// Whether the file has no names for its columns; then they are named by their number, from 1.
+    pub nameless: bool,
     index: HashMap<String, usize>,
 }
 
@@ -35,6 +37,8 @@ pub struct Column {
     pub origin: i64,
     /// [s] Size of one unit, if the type of the column defines it.
     pub seconds: Option<f64>,
+    /// Its unit as the file states it apart from the name.
+    pub unit: Option<String>,
     /// The first cell that is not a number: its row, counted from 1, and its text.
     pub fault: Option<(usize, String)>,
 }
@@ -88,7 +92,7 @@ impl Table {
                 return refuse("each column name once");
             }
         }
-        Ok(Self { file: file.to_owned(), columns, notes, index })
+        Ok(Self { file: file.to_owned(), columns, notes, nameless: false, index })
     }
 
     /// The column of that name.

@@ -51,6 +51,14 @@ pub(super) fn likely_units(step: f64) -> Vec<&'static str> {
     UNITS.iter().filter(|(_, size)| fits(step * size)).map(|&(unit, _)| unit).collect()
 }
 
+/// The unit in which a time is one since 1970, from 2001 to 2096; a number of this size is of one unit alone.
+pub(super) fn epoch_unit(first: f64) -> Option<&'static str> {
+    [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)]
+        .into_iter()
+        .find(|(_, count)| (1e9 * count..4e9 * count).contains(&first))
+        .map(|(unit, _)| unit)
+}
+
 fn fits(step: f64) -> bool {
     (SHORTEST * (1.0 - ROUNDING)..=LONGEST * (1.0 + ROUNDING)).contains(&step)
 }

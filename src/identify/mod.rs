@@ -233,6 +233,6 @@ fn too_few(model: &Model, joint: usize, points: &[Point]) -> Error {
         found: forward.min(points.len() - forward),
         unit: "steady windows a direction",
         needed: FEWEST_POINTS,
-        advice: "move the joint at several constant velocities in both directions, as the staircase does",
+        advice: "move the joint at several constant velocities in both directions, as the staircase does; `diagnose` takes other motions too",
     }
 }

@@ -11,8 +11,6 @@ const MARK: usize = 3;
 /// Why the parser gets no more bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fault {
-    /// The text is UTF-16.
-    Utf16,
     /// A byte of zero, and its line.
     Nul(usize),
     /// A row is longer than allowed.
@@ -28,8 +26,8 @@ pub(super) struct Guard<R> {
     /// Bytes read ahead in search of a byte order mark, and how many of them have been passed on.
     head: Vec<u8>,
     given: usize,
-    /// Length of the byte order mark that was left out [bytes].
-    pub(super) skipped: u64,
+    /// The last byte that was passed on.
+    last: u8,
     /// Bytes that may still be read for this row.
     left: usize,
     line: usize,
@@ -41,20 +39,22 @@ impl<R: Read> Guard<R> {
     /// Examines the first bytes.
     ///
     /// # Errors
-    /// They are those of UTF-16, or cannot be read.
+    /// They cannot be read.
     pub(super) fn new(mut input: R) -> std::result::Result<Self, Fault> {
         let mut head = Vec::new();
         input.by_ref().take(MARK as u64).read_to_end(&mut head).map_err(|error| Fault::Read(error.kind()))?;
-        if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
-            return Err(Fault::Utf16);
-        }
         let given = if head == b"\xef\xbb\xbf" { MARK } else { 0 };
-        Ok(Self { input, head, given, skipped: given as u64, left: usize::MAX, line: 1, fault: None })
+        Ok(Self { input, head, given, last: 0, left: usize::MAX, line: 1, fault: None })
     }
 
     /// Allows the parser to read that many bytes before it asks again.
     pub(super) fn allow(&mut self, bytes: usize) {
         self.left = bytes;
+    }
+
+    /// Whether the last byte that was passed on ends a line.
+    pub(super) fn ends_a_line(&self) -> bool {
+        matches!(self.last, b'\n' | b'\r')
     }
 
     fn refuse(&mut self, fault: Fault) -> Error {
@@ -81,6 +81,7 @@ impl<R: Read> Read for Guard<R> {
             return Err(self.refuse(Fault::Nul(line)));
         }
         self.line += lines(read);
+        self.last = read.last().copied().unwrap_or(self.last);
         Ok(count)
     }
 }

@@ -7,24 +7,28 @@
 
 use std::io::{self, ErrorKind, Read};
 
-use super::super::source_file::MAX_CELLS;
+use super::super::source_file::{MAX_CELLS, MAX_COLUMNS};
 use super::super::table::Column;
 
 /// Classes of arrays of numbers, double to u64.
 const NUMERIC: std::ops::RangeInclusive<u32> = 6..=15;
+/// Class of structures.
+const STRUCTURE: u32 = 2;
+/// Type of an element that is an array.
+const ARRAY: u32 = 14;
+/// Deepest nesting of structures that is read.
+const MAX_DEPTH: usize = 8;
 /// Flag of complex numbers.
 const COMPLEX: u32 = 0x0800;
-/// Largest size of dimensions and of a name [bytes]: MATLAB has names of 63 characters.
-const MAX_PART: u64 = 4096;
+/// Largest size of dimensions, of a name and of the names of a structure [bytes]: MATLAB has names of 63 characters.
+const MAX_PART: u64 = 1 << 16;
 /// Bytes of numbers that are converted at once.
 const PIECE: usize = 1 << 16;
 
 /// Content of an element.
 pub(super) enum Found {
-    /// A vector of real numbers.
-    Column(Column),
-    /// A single number, a structure, text, or nothing.
-    Other,
+    /// The columns of real numbers; none for a single number, text, or nothing.
+    Columns(Vec<Column>),
     /// Numbers that are not a column.
     Unfit { name: String, value: String, expected: &'static str },
     /// Too many numbers; the total count.
@@ -101,33 +105,93 @@ impl<R: Read> Bytes<'_, R> {
 /// # Errors
 /// `UnexpectedEof` if the input ends, `InvalidData` if it does not follow the format.
 pub(super) fn read<R: Read>(mut bytes: Bytes<'_, R>, cells: u64) -> io::Result<Found> {
+    array(&mut bytes, "", cells, 0)
+}
+
+/// Reads an array that is a field of the structure `parent`, or a variable where that is empty.
+fn array<R: Read>(bytes: &mut Bytes<'_, R>, parent: &str, cells: u64, depth: usize) -> io::Result<Found> {
+    let nothing = || Ok(Found::Columns(Vec::new()));
     if bytes.left == 0 {
-        return Ok(Found::Other);
-    }
-    let flags = word(&bytes.part()?, bytes.little_endian).ok_or(ErrorKind::InvalidData)?;
-    if !NUMERIC.contains(&(flags & 0xff)) {
-        return Ok(Found::Other);
+        return nothing();
     }
     let little_endian = bytes.little_endian;
+    let flags = word(&bytes.part()?, little_endian).ok_or(ErrorKind::InvalidData)?;
+    let class = flags & 0xff;
+    if !NUMERIC.contains(&class) && class != STRUCTURE {
+        return nothing();
+    }
     let sizes: Vec<u64> = bytes.part()?.chunks(4).filter_map(|size| word(size, little_endian)).map(u64::from).collect();
-    let name = String::from_utf8_lossy(&bytes.part()?).into_owned();
+    let own = String::from_utf8_lossy(&bytes.part()?).into_owned();
+    // A field has no name of its own, and neither have MATLAB's own objects.
+    let name = if depth == 0 { own } else { parent.to_owned() };
     let count = sizes.iter().try_fold(1_u64, |product, size| product.checked_mul(*size)).unwrap_or(u64::MAX);
-    // An array without a name contains MATLAB's own objects.
-    if count < 2 || name.is_empty() {
-        return Ok(Found::Other);
+    if name.is_empty() {
+        return nothing();
+    }
+    if class == STRUCTURE {
+        return if count == 1 && depth < MAX_DEPTH { structure(bytes, &name, cells, depth) } else { nothing() };
+    }
+    if count < 2 {
+        return nothing();
     }
     if flags & COMPLEX != 0 {
         return Ok(Found::Unfit { name, value: "complex numbers".into(), expected: "real numbers" });
     }
-    if !sizes.contains(&count) {
+    let longest = sizes.iter().copied().max().unwrap_or(0);
+    let side = count / longest.max(1);
+    if sizes.iter().filter(|size| **size > 1).count() > 2 || side > MAX_COLUMNS as u64 {
         let value = sizes.iter().map(u64::to_string).collect::<Vec<_>>().join("×");
-        return Ok(Found::Unfit { name, value, expected: "a vector: one row or one column" });
+        return Ok(Found::Unfit { name, value, expected: "a vector, or a matrix with a column for each joint" });
     }
     let total = cells.saturating_add(count);
     if total > MAX_CELLS as u64 {
         return Ok(Found::TooLarge(total));
     }
-    numbers(&mut bytes, Column::new(name), count).map(Found::Column)
+    let all = numbers(bytes, Column::new(&name), count)?;
+    if side == 1 {
+        return Ok(Found::Columns(vec![all]));
+    }
+    // Numbers stand column by column; the longer side holds the samples.
+    let by_rows = sizes.first() != Some(&longest);
+    Ok(Found::Columns(split(&all, side as usize, by_rows)))
+}
+
+/// The columns of a matrix of `side` columns; `by_rows`: whether the numbers of one sample stand together.
+fn split(all: &Column, side: usize, by_rows: bool) -> Vec<Column> {
+    let rows = all.values.len() / side;
+    let column = |at: usize| {
+        let values = (0..rows).map(|row| all.values[if by_rows { row * side + at } else { at * rows + row }]);
+        Column { values: values.collect(), origin: all.origin, ..Column::new(format!("{}.{}", all.name, at + 1)) }
+    };
+    (0..side).map(column).collect()
+}
+
+/// The columns of the fields of a structure: length of their names, names, then each field as an array of its own.
+fn structure<R: Read>(bytes: &mut Bytes<'_, R>, name: &str, cells: u64, depth: usize) -> io::Result<Found> {
+    let length = word(&bytes.part()?, bytes.little_endian).ok_or(ErrorKind::InvalidData)? as usize;
+    let names = bytes.part()?;
+    if length == 0 || length > MAX_PART as usize {
+        return Err(ErrorKind::InvalidData.into());
+    }
+    let mut columns: Vec<Column> = Vec::new();
+    for field in names.chunks(length) {
+        let field = field.split(|&byte| byte == 0).next().unwrap_or_default();
+        let field = format!("{name}.{}", String::from_utf8_lossy(field));
+        let tag = bytes.tag()?;
+        if tag.kind != ARRAY || tag.small.is_some() || tag.length > bytes.left {
+            return Err(ErrorKind::InvalidData.into());
+        }
+        let read = cells + columns.iter().map(|column| column.values.len() as u64).sum::<u64>();
+        let mut inner = Bytes { input: &mut *bytes.input, left: tag.length, little_endian: bytes.little_endian };
+        match array(&mut inner, &field, read, depth + 1)? {
+            Found::Columns(found) => columns.extend(found),
+            other => return Ok(other),
+        }
+        let rest = inner.left;
+        io::copy(&mut bytes.input.by_ref().take(rest), &mut io::sink())?;
+        bytes.left -= tag.length;
+    }
+    Ok(Found::Columns(columns))
 }
 
 fn word(bytes: &[u8], little_endian: bool) -> Option<u32> {

@@ -87,52 +87,92 @@ pub(super) fn description(column: &ColumnDescriptor, flat: bool) -> &'static str
 /// # Errors
 /// They cannot be decoded.
 pub(super) fn read(reader: ColumnReader, meaning: Meaning, defined: i16, column: &mut Column) -> Result<()> {
-    match reader {
-        ColumnReader::DoubleColumnReader(reader) => each(reader, defined, |value| put(column, value.copied())),
-        ColumnReader::FloatColumnReader(reader) => {
-            each(reader, defined, |value| put(column, value.map(|&value| f64::from(value))))
+    each_value(reader, meaning, defined, |_, value| value.put(column))
+}
+
+/// A value of a column.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Value {
+    /// None: it is missing, or a list is empty.
+    Missing,
+    /// A number.
+    Number(f64),
+    /// A whole number, which may be too long for a double.
+    Whole(i64),
+}
+
+impl Value {
+    /// Puts the value into a column.
+    pub(super) fn put(self, column: &mut Column) {
+        match self {
+            Self::Missing => column.put(None, String::new),
+            Self::Number(value) => column.put(Some(value), String::new),
+            Self::Whole(value) => column.put_parts(value, 0.0),
         }
-        ColumnReader::Int32ColumnReader(reader) => each(reader, defined, |value| {
+    }
+
+    fn of(whole: Option<i64>, meaning: Meaning) -> Self {
+        match (whole, meaning) {
+            (None, _) => Self::Missing,
+            (Some(value), Meaning::Decimal(one)) => Self::Number(value as f64 / one),
+            (Some(value), Meaning::Unsigned) if value < 0 => Self::Number(value.cast_unsigned() as f64),
+            (Some(value), _) => Self::Whole(value),
+        }
+    }
+}
+
+/// Passes every value to `take`, and whether it begins a row.
+///
+/// # Errors
+/// They cannot be decoded.
+pub(super) fn each_value(
+    reader: ColumnReader,
+    meaning: Meaning,
+    defined: i16,
+    mut take: impl FnMut(bool, Value),
+) -> Result<()> {
+    let number = |value: Option<f64>| value.map_or(Value::Missing, Value::Number);
+    match reader {
+        ColumnReader::DoubleColumnReader(reader) => {
+            each(reader, defined, |begins, value| take(begins, number(value.copied())))
+        }
+        ColumnReader::FloatColumnReader(reader) => {
+            each(reader, defined, |begins, value| take(begins, number(value.map(|&value| f64::from(value)))))
+        }
+        ColumnReader::Int32ColumnReader(reader) => each(reader, defined, |begins, value| {
             let whole = |&value: &i32| match meaning {
                 Meaning::Unsigned => i64::from(value.cast_unsigned()),
                 _ => i64::from(value),
             };
-            put_whole(column, meaning, value.map(whole));
+            take(begins, Value::of(value.map(whole), meaning));
         }),
         ColumnReader::Int64ColumnReader(reader) => {
-            each(reader, defined, |value| put_whole(column, meaning, value.copied()))
+            each(reader, defined, |begins, value| take(begins, Value::of(value.copied(), meaning)))
         }
         _ => Ok(()),
     }
 }
 
-fn put(column: &mut Column, value: Option<f64>) {
-    column.put(value, String::new);
-}
-
-fn put_whole(column: &mut Column, meaning: Meaning, value: Option<i64>) {
-    match (value, meaning) {
-        (None, _) => put(column, None),
-        (Some(value), Meaning::Decimal(one)) => put(column, Some(value as f64 / one)),
-        (Some(value), Meaning::Unsigned) if value < 0 => put(column, Some(value.cast_unsigned() as f64)),
-        (Some(value), _) => column.put_parts(value, 0.0),
-    }
-}
-
-/// Passes every row to `take`: its value, or that it has none.
-fn each<T: DataType>(mut reader: ColumnReaderImpl<T>, defined: i16, mut take: impl FnMut(Option<&T::T>)) -> Result<()> {
-    let (mut levels, mut values) = (Vec::new(), Vec::new());
+/// Passes every value to `take`, or that it is missing, and whether it begins a row.
+fn each<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    defined: i16,
+    mut take: impl FnMut(bool, Option<&T::T>),
+) -> Result<()> {
+    let (mut levels, mut repeats, mut values) = (Vec::new(), Vec::new(), Vec::new());
     loop {
         levels.clear();
+        repeats.clear();
         values.clear();
-        let (rows, ..) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
+        let (rows, _, count) = reader.read_records(BATCH, Some(&mut levels), Some(&mut repeats), &mut values)?;
         if rows == 0 {
             return Ok(());
         }
         let mut values = values.iter();
-        for row in 0..rows {
-            let present = defined == 0 || levels.get(row).is_some_and(|&level| level == defined);
-            take(if present { values.next() } else { None });
+        // Without levels, every row has one value.
+        for at in 0..count.max(rows) {
+            let present = defined == 0 || levels.get(at).is_some_and(|&level| level == defined);
+            take(repeats.get(at).is_none_or(|&level| level == 0), if present { values.next() } else { None });
         }
     }
 }

@@ -1,0 +1,179 @@
+//! The text of a file, whatever its encoding: UTF-8 with or without a byte order mark, UTF-16, and either of them
+//! compressed by gzip.
+
+use std::io::{self, BufReader, Cursor, Read};
+use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
+
+use super::super::source_file::{self, MAX_BYTES};
+use crate::error::{Error, Result};
+
+/// First bytes of a file that is compressed by gzip.
+pub(in super::super) const GZIP: &[u8] = b"\x1f\x8b";
+
+/// Bytes at the beginning of a file by which its layout is recognised.
+const HEAD: u64 = 1 << 16;
+
+/// A file of text, on disk or in memory.
+#[derive(Clone, Copy)]
+pub(in super::super) enum Text<'a> {
+    /// A file.
+    File(&'a Path),
+    /// The bytes of a file; its name is for messages.
+    Memory(&'a Path, &'a [u8]),
+}
+
+impl<'a> Text<'a> {
+    /// The file.
+    pub(in super::super) fn path(self) -> &'a Path {
+        match self {
+            Self::File(path) | Self::Memory(path, _) => path,
+        }
+    }
+
+    /// The text as UTF-8, and its size [bytes] if the file holds it as it is. At most [`MAX_BYTES`] are passed on.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    pub(in super::super) fn reader(self) -> Result<(Box<dyn Read + 'a>, Option<u64>)> {
+        let path = self.path();
+        let read = |source| Error::file(path, "read", source);
+        let head = self.raw_head()?;
+        let (plain, size) = self.raw()?;
+        let packed = head.starts_with(GZIP);
+        let (head, plain) = if packed {
+            let mut unpacked: Box<dyn Read + 'a> = Box::new(MultiGzDecoder::new(plain));
+            let mut start = Vec::new();
+            unpacked.by_ref().take(HEAD).read_to_end(&mut start).map_err(read)?;
+            (start.clone(), Box::new(Cursor::new(start).chain(unpacked)) as Box<dyn Read + 'a>)
+        } else {
+            (head, plain)
+        };
+        let limited = plain.take(MAX_BYTES);
+        Ok(match utf16_order(&head) {
+            Some(little_endian) => (Box::new(Utf16::new(limited, little_endian)), None),
+            None => (Box::new(limited), (!packed).then_some(size)),
+        })
+    }
+
+    /// The first bytes of the text, as UTF-8, and whether they are all.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(in super::super) fn head(self) -> Result<(Vec<u8>, bool)> {
+        let mut head = Vec::new();
+        let (reader, _) = self.reader()?;
+        reader.take(HEAD).read_to_end(&mut head).map_err(|source| Error::file(self.path(), "read", source))?;
+        let whole = (head.len() as u64) < HEAD;
+        Ok((head, whole))
+    }
+
+    fn raw(self) -> Result<(Box<dyn Read + 'a>, u64)> {
+        Ok(match self {
+            Self::File(path) => {
+                let (file, size) = source_file::open(path)?;
+                (Box::new(BufReader::new(file)), size)
+            }
+            Self::Memory(_, bytes) => (Box::new(bytes), bytes.len() as u64),
+        })
+    }
+
+    /// The first bytes of the file.
+    ///
+    /// # Errors
+    /// It is not a regular file of bounded size that is not empty, or cannot be read.
+    pub(in super::super) fn raw_head(self) -> Result<Vec<u8>> {
+        let mut head = Vec::new();
+        let (raw, _) = self.raw()?;
+        raw.take(HEAD).read_to_end(&mut head).map_err(|source| Error::file(self.path(), "read", source))?;
+        Ok(head)
+    }
+}
+
+/// Converts UTF-16 to UTF-8.
+struct Utf16<R> {
+    input: R,
+    little_endian: bool,
+    /// Converted bytes that are not passed on yet, and how many of them are.
+    ready: Vec<u8>,
+    given: usize,
+    /// The first half of a character of two units.
+    half: Option<u16>,
+}
+
+/// Whether a text that begins like this is UTF-16, and then whether the least byte comes first. Without a byte
+/// order mark, three letters of ASCII at the beginning tell.
+fn utf16_order(head: &[u8]) -> Option<bool> {
+    match head {
+        [0xff, 0xfe, ..] => Some(true),
+        [0xfe, 0xff, ..] => Some(false),
+        [a, 0, b, 0, c, 0, ..] if ![a, b, c].contains(&&0) => Some(true),
+        [0, a, 0, b, 0, c, ..] if ![a, b, c].contains(&&0) => Some(false),
+        _ => None,
+    }
+}
+
+impl<R: Read> Utf16<R> {
+    fn new(input: R, little_endian: bool) -> Self {
+        Self { input, little_endian, ready: Vec::new(), given: 0, half: None }
+    }
+
+    /// Converts the next piece; leaves `ready` empty at the end of the input.
+    fn convert(&mut self) -> io::Result<()> {
+        const PIECE: u64 = 1 << 14;
+        let mut raw = Vec::new();
+        self.input.by_ref().take(PIECE).read_to_end(&mut raw)?;
+        self.ready.clear();
+        self.given = 0;
+        let unit = |pair: &[u8]| match *pair {
+            [a, b] if self.little_endian => u16::from_le_bytes([a, b]),
+            [a, b] => u16::from_be_bytes([a, b]),
+            // A lone last byte is half a character.
+            _ => 0xfffd,
+        };
+        let mut units: Vec<u16> = self.half.take().into_iter().chain(raw.chunks(2).map(unit)).collect();
+        // A first half at the end of a piece belongs to the next one.
+        let first_half = |unit: &mut u16| (0xd800..0xdc00).contains(unit);
+        self.half = if raw.len() as u64 == PIECE { units.pop_if(first_half) } else { None };
+        for c in char::decode_utf16(units) {
+            let c = c.unwrap_or(char::REPLACEMENT_CHARACTER);
+            self.ready.extend(c.encode_utf8(&mut [0; 4]).as_bytes());
+        }
+        Ok(())
+    }
+}
+
+impl<R: Read> Read for Utf16<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.given == self.ready.len() {
+            self.convert()?;
+        }
+        let rest = &self.ready[self.given..];
+        let count = rest.len().min(buffer.len());
+        buffer[..count].copy_from_slice(&rest[..count]);
+        self.given += count;
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn property_utf16_of_any_length_becomes_the_same_text() {
+        // Characters of one, two, three and four bytes; pieces end within them.
+        let text: String = "aµ€𝄞".chars().cycle().take(40_001).collect();
+        for little_endian in [true, false] {
+            let bytes: Vec<u8> = std::iter::once(0xfeff)
+                .chain(text.encode_utf16())
+                .flat_map(|unit| if little_endian { unit.to_le_bytes() } else { unit.to_be_bytes() })
+                .collect();
+            let (mut read, _) = Text::Memory("a.csv".as_ref(), &bytes).reader().expect("a reader");
+            let mut out = String::new();
+            read.read_to_string(&mut out).expect("text");
+            assert!(out.strip_prefix('\u{feff}') == Some(text.as_str()), "another text");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! To which joint a column belongs, and which joint of a model that is.
+
+use std::collections::HashMap;
+
+use super::super::JointKinds;
+use super::super::names::Named;
+use super::super::table::Table;
+use super::super::words::{Word, meaning};
+use super::{FoundChannel, FoundJoint, channel_of};
+
+/// A name without signs, in lower case.
+fn folded(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+/// Puts the columns of a table together to joints.
+pub(super) fn group(table: &Table, named: &[(usize, Named)]) -> Vec<FoundJoint> {
+    let shared = shared_parts(named);
+    let mut joints: Vec<FoundJoint> = Vec::new();
+    let mut places: HashMap<String, usize> = HashMap::new();
+    for (column, found) in named {
+        let Some((channel, mut guess, remark)) = channel_of(&table.columns[*column], found) else { continue };
+        let parts = &found.joint[shared.min(found.joint.len())..];
+        let name = parts.join("/");
+        let stem: String = folded(&name).chars().filter(|c| !c.is_numeric()).collect();
+        // A number alone tells the joint, whatever word a list of joints is named by.
+        let number = found.number.filter(|_| stem.is_empty() || stem == "j" || meaning(&stem) == Some(Word::Filler));
+        let key = number.map_or_else(|| folded(&name), |number| number.to_string());
+        let place = *places.entry(key).or_insert_with(|| {
+            joints.push(FoundJoint { name: shown(&name), number: found.number, channels: Vec::new() });
+            joints.len() - 1
+        });
+        let channels = &mut joints[place].channels;
+        if let Some(other) = channels.iter().find(|other| other.channel == channel) {
+            let other = &table.columns[other.column].name;
+            // A column that repeats another is no doubt, and needs no second channel.
+            if table.columns[*column].values == table.column(other).map_or(&[][..], |other| &other.values) {
+                continue;
+            }
+            guess = Some(format!("{other} is the {channel} too: which one?"));
+        }
+        let unit = found.unit.map(|unit| (unit.name, unit.scale));
+        channels.push(FoundChannel { channel, column: *column, unit, guess, remark });
+    }
+    joints
+}
+
+/// Name of a joint that may have a number alone, or no name.
+fn shown(name: &str) -> String {
+    match name {
+        "" => "joint".to_owned(),
+        number if number.bytes().all(|byte| byte.is_ascii_digit()) => format!("joint_{number}"),
+        name => name.to_owned(),
+    }
+}
+
+/// Number of parts at the beginning of the joints' names that all of them share: a topic, a structure. The last part is
+/// never shared.
+fn shared_parts(named: &[(usize, Named)]) -> usize {
+    let names: Vec<&[String]> = named.iter().map(|(_, found)| found.joint.as_slice()).collect();
+    let Some(first) = names.first() else { return 0 };
+    let shared = |count: &usize| names.iter().all(|name| name.len() > *count && name[..*count] == first[..*count]);
+    (0..first.len()).take_while(shared).last().unwrap_or(0)
+}
+
+/// The place of each joint in a model, by name or else by number, and whether it is by number; `None` if neither fits.
+pub(in super::super) fn assign(joints: &[FoundJoint], model: &JointKinds) -> Option<(Vec<Option<usize>>, bool)> {
+    let names: HashMap<String, usize> =
+        model.iter().enumerate().map(|(place, (name, _))| (folded(name), place)).collect();
+    // The whole name, or the end of it behind a slash.
+    let by_name = |joint: &FoundJoint| {
+        let last = joint.name.rsplit('/').next().unwrap_or_default();
+        names.get(&folded(&joint.name)).or_else(|| names.get(&folded(last))).copied()
+    };
+    let places: Vec<Option<usize>> = joints.iter().map(by_name).collect();
+    if places.iter().any(Option::is_some) {
+        let mut taken: Vec<usize> = places.iter().flatten().copied().collect();
+        taken.sort_unstable();
+        taken.dedup();
+        return (taken.len() == places.iter().flatten().count()).then_some((places, false));
+    }
+    if joints.len() == 1 && model.len() == 1 && joints[0].name == shown("") {
+        return Some((vec![Some(0)], false));
+    }
+    by_number(joints, model.len()).map(|places| (places, true))
+}
+
+/// The places of numbered joints, where as many as the model has are counted from 0 or 1.
+fn by_number(joints: &[FoundJoint], count: usize) -> Option<Vec<Option<usize>>> {
+    let stem = |joint: &FoundJoint| -> String { folded(&joint.name).chars().filter(|c| !c.is_numeric()).collect() };
+    let numbers: Vec<u64> = joints.iter().map(|joint| joint.number).collect::<Option<_>>()?;
+    let first = *numbers.iter().min()?;
+    let mut sorted = numbers.clone();
+    sorted.sort_unstable();
+    let counted = first <= 1 && sorted.len() == count && sorted.iter().zip(first..).all(|(a, b)| *a == b);
+    let alike = joints.iter().all(|joint| stem(joint) == stem(&joints[0]));
+    (counted && alike).then(|| numbers.iter().map(|number| Some((number - first) as usize)).collect())
+}

@@ -1,0 +1,139 @@
+//! Which column is the time, and in which unit.
+
+use super::super::names::{split_unit, words};
+use super::super::table::{Column, Table};
+use super::super::time_base::{epoch_unit, likely_units};
+use super::super::unit_words::{bare, unit_of};
+use super::super::words::{NANOSECONDS, SECONDS, TIME};
+use crate::units::{Dimension, unit};
+
+/// The time of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub(in super::super) struct FoundTime {
+    /// Index of its column.
+    pub(in super::super) column: usize,
+    /// Index of the column of its nanoseconds, if the other holds whole seconds.
+    pub(in super::super) nanoseconds: Option<usize>,
+    /// Its unit, if it is known and the type of the column does not say it.
+    pub(in super::super) unit: Option<&'static str>,
+    /// Why it has to be confirmed.
+    pub(in super::super) guess: Option<String>,
+}
+
+impl FoundTime {
+    /// [s] Size of its unit, and the unit as a manifest gives it; none where a column without a unit is in seconds.
+    pub(in super::super) fn factor(&self) -> (f64, Option<String>) {
+        let known = self.unit.and_then(|name| Some((unit(name)?.1, name.to_owned())));
+        known.map_or((1.0, None), |(factor, name)| (factor, Some(name)))
+    }
+
+    /// The unit in words.
+    pub(in super::super) fn said(&self) -> String {
+        self.unit.map_or(String::new(), |unit| format!(" in {unit}"))
+    }
+}
+
+/// Finds the time: a column of that name, a pair of seconds and nanoseconds, a column of dates; else the only column that
+/// rises, as a guess.
+pub(in super::super) fn find(table: &Table) -> Option<FoundTime> {
+    if let Some(column) = table.columns.iter().position(|column| column.name == "time") {
+        return Some(of_column(table, column));
+    }
+    if let Some((column, nanoseconds)) = pair(table) {
+        return Some(FoundTime { column, nanoseconds: Some(nanoseconds), unit: None, guess: None });
+    }
+    let named: Vec<usize> = (0..table.columns.len()).filter(|at| is_named(&table.columns[*at])).collect();
+    let rising = named.iter().copied().find(|at| rises(&table.columns[*at]));
+    let typed = || (0..table.columns.len()).find(|at| table.columns[*at].seconds.is_some());
+    if let Some(column) = rising.or_else(typed).or(named.first().copied()) {
+        return Some(of_column(table, column));
+    }
+    let column = table.columns.iter().position(rises)?;
+    let guess = "no column is named as a time; this is the first one that rises".to_owned();
+    Some(FoundTime { guess: Some(guess), ..of_column(table, column) })
+}
+
+/// Whether the name is one of a time.
+fn is_named(column: &Column) -> bool {
+    let (name, _) = split_unit(&column.name);
+    let mut words = words(name);
+    if words.len() > 1 && words.last().is_some_and(|last| time_unit(last).is_some() && !TIME.contains(&last.as_str())) {
+        words.pop();
+    }
+    let readable = column.fault.is_none() && !column.values.is_empty();
+    readable && words.last().is_some_and(|last| TIME.contains(&last.as_str()) && (last != "t" || words.len() == 1))
+}
+
+/// Whether the values never fall, and rise on the whole.
+fn rises(column: &Column) -> bool {
+    let values = &column.values;
+    let ends = values.first().zip(values.last());
+    column.fault.is_none()
+        && ends.is_some_and(|(first, last)| last > first)
+        && values.windows(2).all(|pair| pair[1] >= pair[0])
+}
+
+/// Columns of whole seconds and of nanoseconds whose names begin alike.
+fn pair(table: &Table) -> Option<(usize, usize)> {
+    let parts = |column: &Column| {
+        let mut words = words(&column.name);
+        words.pop().map(|last| (words, last)).filter(|_| column.fault.is_none() && !column.values.is_empty())
+    };
+    let named: Vec<Option<(Vec<String>, String)>> = table.columns.iter().map(parts).collect();
+    let seconds = named.iter().enumerate().filter_map(|(at, parts)| Some((at, parts.as_ref()?)));
+    let mut seconds = seconds.filter(|(_, (_, last))| SECONDS.contains(&last.as_str()));
+    seconds.find_map(|(at, (prefix, _))| {
+        let nanoseconds = |other: &Option<(Vec<String>, String)>| {
+            other.as_ref().is_some_and(|(words, last)| words == prefix && NANOSECONDS.contains(&last.as_str()))
+        };
+        let other = named.iter().position(nanoseconds)?;
+        // Less than a second, or they are a time of their own.
+        let part = table.columns[other].values.iter().all(|value| (0.0..1e9).contains(value));
+        (part && table.columns[other].origin == 0).then_some((at, other))
+    })
+}
+
+/// The unit of time that is spelled so.
+fn time_unit(text: &str) -> Option<&'static str> {
+    let found = unit_of(text)?;
+    found.si().filter(|(dimension, _)| *dimension == Dimension::Time).map(|_| found.name)
+}
+
+/// The unit that name or row of units state.
+fn stated_unit(column: &Column) -> Option<&'static str> {
+    let (name, bracket) = split_unit(&column.name);
+    let last = || words(name).last().and_then(|last| time_unit(last).filter(|_| last != "d"));
+    let of_row = || column.unit.as_deref().and_then(|unit| time_unit(bare(unit)));
+    bracket.and_then(time_unit).or_else(of_row).or_else(last)
+}
+
+/// The time of one column.
+fn of_column(table: &Table, at: usize) -> FoundTime {
+    let column = &table.columns[at];
+    let found = |unit, guess| FoundTime { column: at, nanoseconds: None, unit, guess };
+    if column.seconds.is_some() {
+        return found(None, None);
+    }
+    if let Some(unit) = stated_unit(column) {
+        return found(Some(unit), None);
+    }
+    let Some(step) = typical_step(&column.values) else { return found(None, None) };
+    let likely = likely_units(step);
+    if let Some(unit) = epoch_unit(column.values[0] + column.origin as f64).filter(|unit| likely.contains(unit)) {
+        return found(Some(unit).filter(|unit| *unit != "s"), None);
+    }
+    match likely.as_slice() {
+        [] | ["s"] => found(None, None),
+        units => found(Some(units[0]), Some(format!("by its steps in {}, and not in s?", units.join(" or ")))),
+    }
+}
+
+/// Median of the steps that rise.
+fn typical_step(values: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    let middle = steps.len() / 2;
+    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
