@@ -4,7 +4,8 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::plan::{Plan, PlannedJoint, Source};
-use super::table::{Table, list};
+use super::table::{Column, Table, list};
+use super::unit_words::{bare, unit_of};
 use super::{JointKinds, Note};
 use crate::error::{Error, Place, Result};
 use crate::timeseries::Channel;
@@ -116,7 +117,8 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Optio
         if planned[index].has(channel) {
             return Err(refuse("each channel of a joint once".into()));
         }
-        planned[index].channels.push((channel, Source::named(&column.name)));
+        let factor = stated_factor(column, channel, kind).map_err(refuse)?;
+        planned[index].channels.push((channel, Source { factor, ..Source::named(&column.name) }));
     }
     if planned.is_empty() {
         return Ok(None);
@@ -142,6 +144,15 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Optio
     };
     let name = session_name(&table.file);
     Ok(Some(Plan { name, time, nanoseconds, time_unit, joints: planned, notes }))
+}
+
+/// Factor to SI from the unit that a row below the header states for a canonical column; 1 where there is none.
+fn stated_factor(column: &Column, channel: Channel, kind: JointKind) -> std::result::Result<f64, String> {
+    let Some(text) = column.unit.as_deref().map(bare).filter(|text| !text.is_empty()) else { return Ok(1.0) };
+    match unit_of(text) {
+        Some(unit) => conversion(unit.name, channel, kind, false).map(|factor| factor * unit.scale),
+        None => Err(format!("a unit that is known in the row below the header, not {text}")),
+    }
 }
 
 /// The channels that a joint of that kind can have.

@@ -17,7 +17,7 @@ use std::path::Path;
 use bytes::Bytes;
 use parquet::basic::Compression;
 use parquet::errors::ParquetError;
-use parquet::file::metadata::ParquetMetaDataReader;
+use parquet::file::metadata::{FileMetaData, ParquetMetaDataReader};
 use parquet::file::properties::ReaderProperties;
 use parquet::file::reader::{ChunkReader, FileReader as _};
 use parquet::file::serialized_reader::{ReadOptionsBuilder, SerializedFileReader};
@@ -78,6 +78,9 @@ fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R
             None => columns[root][0].fault = Some((1, numbers::description(described, flat).to_owned())),
         }
     }
+    for (name, seconds) in durations(metadata.file_metadata()) {
+        columns.iter_mut().filter(|own| own[0].name == name).for_each(|own| own[0].seconds = Some(seconds));
+    }
     let groups = metadata.row_groups();
     let rows = groups.iter().try_fold(0_u64, |sum, group| sum.checked_add(u64::try_from(group.num_rows()).ok()?));
     check_cells(path, rows.ok_or_else(|| damaged(path, "a negative count of rows"))?, leaves.len())?;
@@ -113,6 +116,19 @@ fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R
     }
     let columns = columns.into_iter().flatten().collect();
     Table::new(path, Place::File, columns, Vec::new())
+}
+
+/// Columns of durations, with the size of their unit [s]: Parquet has no such type, and pandas says so beside the schema.
+fn durations(metadata: &FileMetaData) -> Vec<(String, f64)> {
+    let entries = metadata.key_value_metadata().into_iter().flatten();
+    let said = entries.filter(|entry| entry.key == "pandas").find_map(|entry| entry.value.as_deref());
+    let said: serde_json::Value = said.and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default();
+    let duration = |column: &serde_json::Value| {
+        let unit = column["numpy_type"].as_str()?.strip_prefix("timedelta64[")?.strip_suffix(']')?;
+        let (_, seconds) = crate::units::unit(unit)?;
+        Some((column["field_name"].as_str().or(column["name"].as_str())?.to_owned(), seconds))
+    };
+    said["columns"].as_array().into_iter().flatten().filter_map(duration).collect()
 }
 
 /// Count of cells so far, with those of more rows of some columns.

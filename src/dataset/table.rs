@@ -174,7 +174,9 @@ fn describe_fault(text: &str, row: usize, values: &[f64]) -> (String, String) {
 pub(super) fn list(names: &[&str]) -> String {
     const SHOWN: usize = 12;
     const CHARACTERS: usize = 40;
-    let shown: Vec<String> = names.iter().take(SHOWN).map(|name| crate::error::shown(name, CHARACTERS)).collect();
+    let shown =
+        |name: &&str| if name.is_empty() { "(no name)".to_owned() } else { crate::error::shown(name, CHARACTERS) };
+    let shown: Vec<String> = names.iter().take(SHOWN).map(shown).collect();
     if names.len() <= SHOWN {
         shown.join(", ")
     } else {
