@@ -69,19 +69,37 @@ fn regress_a_file_of_any_size_is_refused_before_it_is_read() {
 #[test]
 fn regress_what_is_no_file_of_data_is_refused() {
     let folder = Folder::new();
-    for (name, format) in [("data.xlsx", "xlsx"), ("data", "no extension"), ("data.csv.gz", "gz"), ("data.txt", "txt")]
-    {
+    // The name does not matter where the content is data.
+    for name in ["data.xlsx", "data", "data.log", "data.txt"] {
         folder.put(name, run_csv());
-        folder.refuses_data(
-            name,
-            &[name, &format!("format = {format}"), ".csv", ".mat", ".parquet", ".mcap", "manifest"],
-        );
+        folder.reads(name, &["200 samples"]);
     }
+    let sheet = [b"PK\x03\x04".as_slice(), &[0; 22], &[19, 0, 0, 0], b"[Content_Types].xml"].concat();
+    let others: [(&[u8], &[&str]); 9] = [
+        (&sheet, &["spreadsheet", "CSV"]),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", &["an old spreadsheet", "CSV"]),
+        (b"SQLite format 3\0", &["SQLite", "ros2 bag convert -i run.log"]),
+        (b"#ROSBAG V2.0\n", &["a bag of ROS 1", "mcap convert run.log run.mcap"]),
+        (b"ARROW1\0\0", &["Feather", "read_feather('run.log')"]),
+        (b"\x28\xb5\x2f\xfd\0", &["compressed by zstd", "unzstd run.log"]),
+        (b"\x80\x04\x95", &["a pickle of Python", "read_pickle('run.log')"]),
+        (b"\x1f\x8b\x08 no gzip", &["cannot read"]),
+        (b"PK\x03\x04", &["ZIP"]),
+    ];
+    for (content, parts) in others {
+        folder.put("run.log", content);
+        folder.refuses_data("run.log", &[&["run.log"], parts].concat());
+        folder.refuses(&["data", "run.log"], &[&["run.log"], parts].concat());
+    }
+    // A name that a shell would take apart is not put into a command.
+    let quoted = folder.put("it's; rm.h5", b"\x89HDF\r\n\x1a\n");
+    let message = lostmotion::dataset::read_table(&quoted).expect_err("refused").to_string();
+    assert!(message.contains("h5py.File('FILE')"), "{message}");
     for name in ["gone.csv", "gone.mat", "gone.parquet", "gone.toml", "gone/run.csv"] {
         folder.refuses_data(name, &[name, "cannot read"]);
     }
     folder.refuses(&["data", "gone.mat"], &["gone.mat"]);
     folder.refuses(&["check", "gone.toml"], &["gone.toml"]);
     folder.refuses_data("model.toml", &["model.toml:1", "schema", "lostmotion/dataset/1"]);
-    folder.refuses_data(".", &[".", "format = no extension"]);
+    folder.refuses_data(".", &[".", "(a folder)", "a regular file"]);
 }

@@ -31,7 +31,8 @@ fn survive(format: &str, text: bool, variants: Vec<Vec<u8>>) {
         };
         if let Ok(table) = dataset::parse_table(path, bytes) {
             dataset::survey(&table);
-            dataset::first_manifest(&table);
+            dataset::readable(&table).ok();
+            dataset::first_manifest(&table, &name, None);
         }
         reached
     });
@@ -85,4 +86,40 @@ fn property_no_broken_parquet_panics_hangs_or_swells() {
         Compression::LZ4_RAW,
     ];
     survive("parquet", false, compressions.map(super::support::parquet::good).to_vec());
+}
+
+/// Files of the corpus of `tests/formats` whose name ends so; the first is one that is read as it is.
+fn of_corpus(endings: &[&str]) -> Vec<Vec<u8>> {
+    let files = endings.iter().flat_map(|ending| super::campaign::corpus("tests/formats/corpus", ending));
+    files.map(|good| good.bytes).filter(|bytes| dataset::parse_alone(Path::new("run"), bytes).is_ok()).collect()
+}
+
+/// Broken text of every dialect, with bytes and not lines changed: some of it is UTF-16 or compressed.
+#[test]
+fn property_no_broken_text_of_any_dialect_panics_hangs_or_swells() {
+    survive("txt", false, of_corpus(&[".csv", ".tsv", ".txt", ".dat", ".gz"]));
+}
+
+#[test]
+fn property_no_broken_numpy_array_panics_hangs_or_swells() {
+    survive("npy", false, of_corpus(&["structured.npy"]));
+    survive("npz", false, of_corpus(&[".npz"]));
+}
+
+#[test]
+fn property_no_broken_json_panics_hangs_or_swells() {
+    survive("json", true, of_corpus(&[".json"]));
+}
+
+/// Structures and matrices.
+#[test]
+fn property_no_broken_mat_of_the_corpus_panics_hangs_or_swells() {
+    survive("mat_corpus", false, of_corpus(&["struct.mat", "matrices.mat", "rows.mat", "compressed.mat"]));
+}
+
+/// All codecs, types of time and indices that pandas writes.
+#[cfg(feature = "parquet")]
+#[test]
+fn property_no_broken_parquet_of_pandas_panics_hangs_or_swells() {
+    survive("parquet_pandas", false, of_corpus(&[".parquet"]));
 }

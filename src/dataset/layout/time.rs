@@ -1,5 +1,7 @@
 //! Which column is the time, and in which unit.
 
+use std::collections::HashMap;
+
 use super::super::names::{split_unit, words};
 use super::super::table::{Column, Table};
 use super::super::time_base::{epoch_unit, likely_units};
@@ -79,18 +81,15 @@ fn pair(table: &Table) -> Option<(usize, usize)> {
         let mut words = words(&column.name);
         words.pop().map(|last| (words, last)).filter(|_| column.fault.is_none() && !column.values.is_empty())
     };
-    let named: Vec<Option<(Vec<String>, String)>> = table.columns.iter().map(parts).collect();
-    let seconds = named.iter().enumerate().filter_map(|(at, parts)| Some((at, parts.as_ref()?)));
-    let mut seconds = seconds.filter(|(_, (_, last))| SECONDS.contains(&last.as_str()));
-    seconds.find_map(|(at, (prefix, _))| {
-        let nanoseconds = |other: &Option<(Vec<String>, String)>| {
-            other.as_ref().is_some_and(|(words, last)| words == prefix && NANOSECONDS.contains(&last.as_str()))
-        };
-        let other = named.iter().position(nanoseconds)?;
-        // Less than a second, or they are a time of their own.
-        let part = table.columns[other].values.iter().all(|value| (0.0..1e9).contains(value));
-        (part && table.columns[other].origin == 0).then_some((at, other))
-    })
+    let named = table.columns.iter().enumerate().filter_map(|(at, column)| Some((at, parts(column)?)));
+    let named: Vec<(usize, (Vec<String>, String))> = named.collect();
+    // Less than a second, or they are a time of their own.
+    let is_part = |column: &Column| column.origin == 0 && column.values.iter().all(|value| (0.0..1e9).contains(value));
+    let rests =
+        named.iter().filter(|(at, (_, last))| NANOSECONDS.contains(&last.as_str()) && is_part(&table.columns[*at]));
+    let rests: HashMap<&[String], usize> = rests.map(|(at, (prefix, _))| (prefix.as_slice(), *at)).collect();
+    let mut seconds = named.iter().filter(|(_, (_, last))| SECONDS.contains(&last.as_str()));
+    seconds.find_map(|(at, (prefix, _))| Some((*at, *rests.get(prefix.as_slice())?)))
 }
 
 /// The unit of time that is spelled so.
