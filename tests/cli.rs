@@ -78,6 +78,8 @@ fn property_a_failed_run_leaves_nothing_behind() {
     let arguments = ["identify", "--model", ELBOW, "--data", data.to_str().unwrap(), "--out", out.to_str().unwrap()];
     let output = lostmotion(&arguments);
     assert_eq!(output.status.code(), Some(2), "an arm at rest tells nothing about friction");
+    let error = text(&output.stderr);
+    assert!(error.contains("0 steady windows") && error.contains("`diagnose`") && !error.contains("NaN"), "{error}");
     assert_eq!(entries(folder.path()), ["still.csv"]);
 }
 

@@ -114,9 +114,10 @@ fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
     if crate::files::is_file(&beside) {
         return Ok(beside);
     }
+    let from = root.optional_text("source")?.map_or(String::new(), |source| format!("; it is from {source}"));
     let Some(folder) = std::env::var_os(DATA_FOLDER) else {
         let expected = format!(
-            "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings",
+            "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings{from}",
             beside.display()
         );
         return Err(root.error("file", expected));
@@ -125,7 +126,7 @@ fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
     if there.is_file() {
         return Ok(there);
     }
-    Err(root.error("file", format!("a file {} or {}", beside.display(), there.display())))
+    Err(root.error("file", format!("a file {} or {}{from}", beside.display(), there.display())))
 }
 
 /// The column of the time, that of its nanoseconds if there is one, and its unit if one is given.

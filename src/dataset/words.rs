@@ -51,10 +51,10 @@ use Quantity::{Current, Effort, Force, Other, Position, Temperature, Torque, Vel
 const WORDS: &[(&[&str], Word)] = &[
     (&["position", "positions", "pos", "posn", "q", "qpos", "angle", "angles", "theta"], Word::Quantity(Position)),
     (
-        &["velocity", "velocities", "vel", "speed", "speeds", "qd", "dq", "qdot", "qvel", "omega"],
+        &["velocity", "velocities", "vel", "velo", "speed", "speeds", "qd", "dq", "qdot", "qvel", "omega"],
         Word::Quantity(Velocity),
     ),
-    (&["current", "currents", "curr", "amperage", "iq"], Word::Quantity(Current)),
+    (&["current", "currents", "curr", "cur", "amperage", "iq"], Word::Quantity(Current)),
     (&["torque", "torques", "tau", "trq", "tq", "moment", "moments"], Word::Quantity(Torque)),
     (&["force", "forces"], Word::Quantity(Force)),
     (&["effort", "efforts", "eff"], Word::Quantity(Effort)),

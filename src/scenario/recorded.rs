@@ -6,6 +6,7 @@
 //! question = "Is it a gap?"
 //! procedure = "diagnose"
 //! robot = "../../robots/kr300/model.toml"      # relative to this file, else to the folder named by LOSTMOTION_DATA; so are the recordings
+//! source = "who recorded it"                   # for a message where a file is missing
 //! model = ["accuracy.masses=0.2"]              # changes of the model, if any
 //! data = ["../../robots/kr300/datasets/trajectory_a.toml"]
 //! hold_out = ["../../robots/kr300/datasets/trajectory_b.toml"]
@@ -64,6 +65,7 @@ impl Recorded {
             .ok_or_else(|| root.error("schema", format!("\"{SCHEMA}\" (missing)")))?;
         root.optional_choice("procedure", &[("diagnose", ())])?
             .ok_or_else(|| root.error("procedure", "\"diagnose\" (missing)"))?;
+        root.has("source");
         let all = |key: &str| -> Result<Vec<PathBuf>> {
             root.optional_texts(key)?.unwrap_or_default().iter().map(|name| find(&root, key, name)).collect()
         };
@@ -111,14 +113,15 @@ fn find(root: &Table<'_>, key: &str, name: &str) -> Result<PathBuf> {
     if crate::files::is_file(&beside) {
         return Ok(beside);
     }
+    let from = root.optional_text("source")?.map_or(String::new(), |source| format!("; it is from {source}"));
     let there = std::env::var_os(DATA_FOLDER).map(|folder| Path::new(&folder).join(name));
     match there {
         Some(there) if there.is_file() => Ok(there),
-        Some(there) => Err(root.error(key, format!("a file {} or {}", beside.display(), there.display()))),
+        Some(there) => Err(root.error(key, format!("a file {} or {}{from}", beside.display(), there.display()))),
         None => Err(root.error(
             key,
             format!(
-                "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings",
+                "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings{from}",
                 beside.display()
             ),
         )),

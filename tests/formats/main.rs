@@ -4,6 +4,7 @@
 //! `LOSTMOTION_REFRESH=1 cargo test --test formats` writes the table of `docs/formats.md` anew.
 
 mod cases;
+mod commands;
 
 use std::fmt::Write as _;
 use std::fs;

@@ -42,6 +42,11 @@ pub(super) fn group(table: &Table, named: &[(usize, Named)]) -> Vec<FoundJoint> 
         let unit = found.unit.map(|unit| (unit.name, unit.scale));
         channels.push(FoundChannel { channel, column: *column, unit, guess, remark });
     }
+    // What has no position beside joints that have one is none: a scaling of the speed, a current of a supply.
+    let has_position = |joint: &FoundJoint| joint.channels.iter().any(|channel| channel.channel == "position");
+    if joints.iter().any(has_position) {
+        joints.retain(has_position);
+    }
     joints
 }
 

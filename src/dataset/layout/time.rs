@@ -35,8 +35,8 @@ impl FoundTime {
     }
 }
 
-/// Finds the time: a column of that name, a pair of seconds and nanoseconds, a column of dates; else the only column that
-/// rises, as a guess.
+/// Finds the time: the column `time`, a pair of seconds and nanoseconds, a column whose name says so, a column of
+/// dates; else the first column that rises, as a guess.
 pub(in super::super) fn find(table: &Table) -> Option<FoundTime> {
     if let Some(column) = table.columns.iter().position(|column| column.name == "time") {
         return Some(of_column(table, column));
@@ -45,7 +45,10 @@ pub(in super::super) fn find(table: &Table) -> Option<FoundTime> {
         return Some(FoundTime { column, nanoseconds: Some(nanoseconds), unit: None, guess: None });
     }
     let named: Vec<usize> = (0..table.columns.len()).filter(|at| is_named(&table.columns[*at])).collect();
-    let rising = named.iter().copied().find(|at| rises(&table.columns[*at]));
+    let rising: Vec<usize> = named.iter().copied().filter(|at| rises(&table.columns[*at])).collect();
+    // The stamp of a message is when it was measured; another time may be when it was received.
+    let stamped = |at: &usize| words(&table.columns[*at].name).iter().any(|word| word == "header");
+    let rising = rising.iter().copied().find(stamped).or(rising.first().copied());
     let typed = || (0..table.columns.len()).find(|at| table.columns[*at].seconds.is_some());
     if let Some(column) = rising.or_else(typed).or(named.first().copied()) {
         return Some(of_column(table, column));
