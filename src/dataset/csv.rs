@@ -130,7 +130,7 @@ fn rows(path: &Path, reader: &mut Records<'_>, dialect: &Dialect, table: &mut Ta
 fn check_quotes(path: &Path, record: &ByteRecord, complete: bool) -> Result<()> {
     let is_line_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
     let ends = |cell: &[u8]| cell.last().is_some_and(is_line_end) || !complete;
-    let open = |cell: &[u8]| cell.iter().any(|byte| is_line_end(byte)) && ends(cell);
+    let open = |cell: &[u8]| cell.iter().any(is_line_end) && ends(cell);
     if record.iter().any(open) {
         let line = record.position().map_or(1, csv::Position::line);
         let expected = "a closing quote: the quote that opens here is never closed";
