@@ -40,7 +40,8 @@ fn property_what_was_taken_for_what_is_printed_with_its_quality() {
     }
     assert!(!text.contains("A manifest to begin with"), "{text}");
     let text = printed(&data(folder.path(), &["ur_rtde.csv"]));
-    for part in ["its names are clear", "joint_0.position [rad]", "A manifest to begin with", "column = \"actual_q_0\""] {
+    for part in ["its names are clear", "joint_0.position [rad]", "A manifest to begin with", "column = \"actual_q_0\""]
+    {
         assert!(text.contains(part), "`{part}` not in {text}");
     }
 }
