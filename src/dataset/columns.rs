@@ -28,6 +28,10 @@ pub const CHANNEL_COLUMNS: [(&str, Channel); 13] = [
     ("temperature", Channel::Temperature),
 ];
 
+/// What a user should know of an effort.
+pub(super) const EFFORT: &str = "taken as a torque [N·m] or a force [N], as ROS defines an effort; if the driver puts a current there, say so \
+                                 in a manifest with `current = { column = ... }`";
+
 /// Channel of a canonical name, if it fits the kind of the joint: `force` for sliding joints, `torque` for turning
 /// ones, `effort` for both.
 pub fn column_of(name: &str, kind: JointKind) -> Option<Channel> {
@@ -124,6 +128,16 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Optio
         return Ok(None);
     }
     let mut notes = Vec::new();
+    let efforts: Vec<&str> = table
+        .columns
+        .iter()
+        .map(|column| column.name.as_str())
+        .filter(|name| name.rsplit_once('.').is_some_and(|(joint, name)| name == "effort" && kinds.contains_key(joint)))
+        .collect();
+    if !efforts.is_empty() {
+        let text = format!("{}: {EFFORT}", list(&efforts));
+        notes.push(Note { file: table.file.clone(), place: Place::File, column: String::new(), text });
+    }
     if !unknown.is_empty() {
         let text = format!("columns of no joint of the model left out: {}", list(&unknown));
         notes.push(Note { file: table.file.clone(), place: Place::Line(1), column: String::new(), text });

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 pub(super) use self::joints::assign;
 pub(super) use self::time::{FoundTime, find as find_time};
-use super::columns::{channel_names, column_of, conversion, session_name};
+use super::columns::{EFFORT, channel_names, column_of, conversion, session_name};
 use super::names::{self, Named};
 use super::plan::{Plan, PlannedJoint, Source};
 use super::table::{Column, Table, list};
@@ -81,7 +81,7 @@ impl Layout {
     }
 
     /// Why the file is not read without a manifest; empty if it is.
-    pub(super) fn doubts(&self, table: &Table) -> Vec<String> {
+    fn doubts(&self, table: &Table) -> Vec<String> {
         let mut doubts = Vec::new();
         match &self.time {
             None => doubts.push("no column is the time".to_owned()),
@@ -179,6 +179,16 @@ impl Layout {
         said.into_iter().map(|(remark, columns)| note(table, format!("{}: {remark}", list(&columns)))).collect()
     }
 
+    /// Why the file is not read without a manifest, in one line; empty if it is.
+    pub(super) fn why(&self, table: &Table) -> String {
+        if table.nameless {
+            return "the file has no names for its columns".to_owned();
+        }
+        let why = self.doubts(table);
+        let more = if why.len() > 3 { format!(" and {} more", why.len() - 3) } else { String::new() };
+        why[..why.len().min(3)].join("; ") + &more
+    }
+
     /// The refusal of a file whose columns are not clear.
     fn unclear(&self, table: &Table, model: Option<&JointKinds>) -> Error {
         let found: Vec<&str> = table.columns.iter().map(|column| column.name.as_str()).collect();
@@ -186,18 +196,14 @@ impl Layout {
             let names: Vec<&str> = model.iter().map(|joint| joint.0.as_str()).collect();
             format!(" of the joints {}", list(&names))
         });
-        let mut why = self.doubts(table);
-        if table.nameless {
-            why = vec!["the file has no names for its columns".to_owned()];
-        } else if why.is_empty() {
+        let mut why = self.why(table);
+        if why.is_empty() {
             let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
-            why.push(format!("the joints {} of the file are not those of the model", list(&names)));
+            why = format!("the joints {} of the file are not those of the model", list(&names));
         }
-        let more = if why.len() > 3 { format!(" and {} more", why.len() - 3) } else { String::new() };
         let expected = format!(
             "canonical columns `time`, `<joint>.position`, `<joint>.current` ...{of}, or a manifest that names the columns \
-             (`lostmotion data FILE` prints a first one), because {}{more}",
-            why[..why.len().min(3)].join("; ")
+             (`lostmotion data FILE` prints a first one), because {why}"
         );
         Error::input(&table.file, Place::File, "columns", list(&found), expected)
     }
@@ -239,8 +245,6 @@ impl FoundJoint {
 /// holds it.
 fn channel_of(column: &Column, named: &Named) -> Option<(&'static str, Option<String>, Option<&'static str>)> {
     const SHAFT: &str = "at the motor: on the joint side already, or to be scaled by the gear ratio?";
-    const EFFORT: &str = "taken as a torque [N·m] or a force [N], as ROS defines an effort; if the driver puts a current there, say so \
-                          in a manifest with `current = { column = ... }`";
     let amperes = named.unit.and_then(super::unit_words::FileUnit::si).is_some_and(|unit| unit.0 == Dimension::Current);
     let quantity = if amperes { Quantity::Current } else { named.quantity };
     let channel = match (quantity, named.role) {

@@ -18,7 +18,7 @@ pub enum Readable {
     Canonical,
     /// Its names tell all that is needed.
     ByNames,
-    /// It needs a manifest; the refusal says why.
+    /// It needs a manifest; why.
     Manifest(String),
 }
 
@@ -35,8 +35,8 @@ pub fn readable(table: &Table) -> Result<Readable> {
         return Err(Error::input(&table.file, Place::File, "columns", list(&names), expected));
     };
     Ok(match (plan_of(table, None), &time.guess) {
-        (Err(error), _) => Readable::Manifest(error.to_string()),
-        (Ok(_), Some(guess)) => Readable::Manifest(format!("{}: {guess}", table.columns[time.column].name)),
+        (Err(error), _) if layout.why(table).is_empty() => Readable::Manifest(error.to_string()),
+        (Err(_), _) | (_, Some(_)) => Readable::Manifest(layout.why(table)),
         _ if matches!(canonical_plan(table, &guess::joints_of_table(table)), Ok(Some(_))) => Readable::Canonical,
         _ => Readable::ByNames,
     })

@@ -132,6 +132,17 @@ fn property_numbers_are_matched_with_the_joints_of_a_model_in_its_order() {
         let error = dataset::load(&corpus(file), &joints[..1]).expect_err("two joints for one").to_string();
         assert!(error.contains("are not those of the model") && error.contains("shoulder"), "{error}");
     }
+    // Counted from 0, `position_1` is the second joint, even where the model has a `joint1`.
+    let counted = [("joint1".to_owned(), turns), ("joint2".to_owned(), turns)];
+    for file in ["numbered.csv", "ur_rtde.csv", "brackets.csv", "matrices_compressed.npz"] {
+        let found = dataset::load(&corpus(file), &counted).unwrap_or_else(|error| panic!("{error}")).series;
+        assert_eq!(names(&found), ["joint1", "joint2"], "{file}");
+        let position = |series: &TimeSeries| series.joints[0].get(Channel::Position).map(<[f64]>::to_vec);
+        assert_eq!(position(&found), position(&source()), "{file}");
+        let three = [&counted[..], &[("joint3".to_owned(), turns)]].concat();
+        let error = dataset::load(&corpus(file), &three).expect_err("two joints for three").to_string();
+        assert!(error.contains("are not those of the model"), "{error}");
+    }
     // Names go to names, whatever the order.
     let named = [("joint2".to_owned(), turns), ("joint1".to_owned(), turns)];
     for file in ["plotjuggler.csv", "vectors.mat", "struct.mat", "units_in_brackets.csv"] {

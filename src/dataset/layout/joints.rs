@@ -78,16 +78,22 @@ pub(in super::super) fn assign(joints: &[FoundJoint], model: &JointKinds) -> Opt
         names.get(&folded(&joint.name)).or_else(|| names.get(&folded(last))).copied()
     };
     let places: Vec<Option<usize>> = joints.iter().map(by_name).collect();
-    if places.iter().any(Option::is_some) {
-        let mut taken: Vec<usize> = places.iter().flatten().copied().collect();
-        taken.sort_unstable();
-        taken.dedup();
-        return (taken.len() == places.iter().flatten().count()).then_some((places, false));
+    let mut taken: Vec<usize> = places.iter().flatten().copied().collect();
+    taken.sort_unstable();
+    taken.dedup();
+    let distinct = taken.len() == places.iter().flatten().count();
+    if distinct && places.iter().all(Option::is_some) {
+        return Some((places, false));
+    }
+    if let Some(places) = by_number(joints, model.len()) {
+        return Some((places, true));
     }
     if joints.len() == 1 && model.len() == 1 && joints[0].name == shown("") {
         return Some((vec![Some(0)], false));
     }
-    by_number(joints, model.len()).map(|places| (places, true))
+    // Where a joint 0 is none of the model's, joint 1 may be its second.
+    let shifted = joints.iter().zip(&places).any(|(joint, place)| joint.number == Some(0) && place.is_none());
+    (distinct && !taken.is_empty() && !shifted).then_some((places, false))
 }
 
 /// The places of numbered joints, where as many as the model has are counted from 0 or 1.
