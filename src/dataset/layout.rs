@@ -69,7 +69,7 @@ impl Layout {
         let is_time = |at: usize| time.as_ref().is_some_and(|time| time.column == at || time.nanoseconds == Some(at));
         let mut named: Vec<(usize, Named)> = Vec::new();
         for (at, column) in table.columns.iter().enumerate().filter(|(at, _)| !is_time(*at) && !table.nameless) {
-            if column.fault.is_none() && !column.values.is_empty() {
+            if !column.is_foreign() {
                 named.extend(names::read(column).map(|found| (at, found)));
             }
         }

@@ -69,6 +69,13 @@ impl Column {
         self.values.push(value);
     }
 
+    /// Whether the column holds something else than numbers: text from its first row on, or nothing at all. A column of
+    /// numbers may lack some, which are refused by their row.
+    pub(super) fn is_foreign(&self) -> bool {
+        let text = self.fault.as_ref().is_some_and(|(row, text)| *row == 1 && !text.is_empty());
+        text || (self.fault.is_some() && self.values.iter().all(|value| value.is_nan())) || self.values.is_empty()
+    }
+
     /// The value of a row in the file's own terms.
     pub fn value(&self, row: usize) -> f64 {
         self.values[row] + self.origin as f64

@@ -70,7 +70,7 @@ const WORDS: &[(&[&str], Word)] = &[
     (&["command", "commanded", "commands", "cmd", "request", "requested", "set"], Word::Role(Role::Reference)),
     (&["link", "output", "secondary", "absolute"], Word::Role(Role::Link)),
     (&["motor", "rotor"], Word::Role(Role::Motor)),
-    (&["joint", "joints", "axis", "axes", "state", "states", "data", "msg", "robot", "arm", "log"], Word::Filler),
+    (&["joint", "joints", "axis", "axes", "state", "states", "data", "msg", "log"], Word::Filler),
     (&["controller", "broadcaster", "observation", "field", "value", "values", "dof", "vector"], Word::Filler),
     (
         &["action"],

@@ -223,6 +223,6 @@ fn regress_many_columns_and_many_joints_take_linear_time() {
     }
     let table = lostmotion::dataset::parse_table("run.csv".as_ref(), table(foreign).as_bytes()).expect("read");
     let start = Instant::now();
-    assert!(lostmotion::dataset::first_manifest(&table, "run.csv", None).contains("and 59989 more"));
+    assert!(lostmotion::dataset::first_manifest(&table, "run.csv", None).contains("and 59988 more"));
     assert!(start.elapsed().as_secs_f64() < 5.0, "{:?}", start.elapsed());
 }

@@ -97,7 +97,7 @@ fn regress_broken_recordings_of_messages_are_refused() {
     each_is_refused(
         "run.mcap",
         &[
-            (b"not an MCAP file".to_vec(), &["format", "an MCAP file"][..]),
+            (b"not an MCAP file".to_vec(), &["run.mcap:1: header = not an MCAP file"][..]),
             (MAGIC.to_vec(), &["record at byte 8 = cut off"]),
             (file(&[]), &["messages", "messages of type sensor_msgs/JointState"]),
             (file(&[long]), &["record at byte 8 = cut off"]),

@@ -53,7 +53,7 @@ fn property_data_that_cannot_be_understood_are_an_error() {
         ("time,joint1.position\n", "rows = 0"),
         ("time,joint1.position\n0,1\n", "rows = 1"),
         ("name,state\na,idle\nb,run\nc,run\n", "columns of numbers; these hold none"),
-        ("a,b\n1,2\n0,3\n1,4\n", "a column of time"),
+        ("a,b\n1,4\n0,3\n1,2\n", "a column of time"),
         ("just some words\nand no table\n", "a header of column names"),
         ("{}", "columns = none"),
         ("[1, 2]", "an object of columns"),

@@ -65,8 +65,9 @@ fn is_named(column: &Column) -> bool {
     if words.len() > 1 && words.last().is_some_and(|last| time_unit(last).is_some() && !TIME.contains(&last.as_str())) {
         words.pop();
     }
-    let readable = column.fault.is_none() && !column.values.is_empty();
-    readable && words.last().is_some_and(|last| TIME.contains(&last.as_str()) && (last != "t" || words.len() == 1))
+    // A single letter is too little beside other words, but not as a part of its own: `log.t`.
+    let own = |last: &str| last.len() > 1 || words.len() == 1 || name.ends_with(".t") || name.ends_with("/t");
+    !column.is_foreign() && words.last().is_some_and(|last| TIME.contains(&last.as_str()) && own(last))
 }
 
 /// Whether the values never fall, and rise on the whole.
@@ -82,12 +83,13 @@ fn rises(column: &Column) -> bool {
 fn pair(table: &Table) -> Option<(usize, usize)> {
     let parts = |column: &Column| {
         let mut words = words(&column.name);
-        words.pop().map(|last| (words, last)).filter(|_| column.fault.is_none() && !column.values.is_empty())
+        words.pop().map(|last| (words, last)).filter(|_| !column.is_foreign())
     };
     let named = table.columns.iter().enumerate().filter_map(|(at, column)| Some((at, parts(column)?)));
     let named: Vec<(usize, (Vec<String>, String))> = named.collect();
     // Less than a second, or they are a time of their own.
-    let is_part = |column: &Column| column.origin == 0 && column.values.iter().all(|value| (0.0..1e9).contains(value));
+    let is_part =
+        |column: &Column| column.origin == 0 && column.values.iter().all(|value| !(*value < 0.0 || *value >= 1e9));
     let rests =
         named.iter().filter(|(at, (_, last))| NANOSECONDS.contains(&last.as_str()) && is_part(&table.columns[*at]));
     let rests: HashMap<&[String], usize> = rests.map(|(at, (prefix, _))| (prefix.as_slice(), *at)).collect();
