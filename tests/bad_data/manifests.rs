@@ -34,7 +34,7 @@ fn regress_broken_manifests_are_refused_by_line_and_key() {
         ("file = \"raw.csv\"", "file = \"\"", &["turn.toml:2: file", "LOSTMOTION_DATA"]),
         ("file = \"raw.csv\"", "file = \".\"", &["turn.toml:2: file = \".\""]),
         ("file = \"raw.csv\"", "file = \"/dev/zero\"", &["turn.toml:2: file = \"/dev/zero\""]),
-        ("file = \"raw.csv\"", "file = \"turn.toml\"", &["turn.toml:1: header", ".csv"]),
+        ("file = \"raw.csv\"", "file = \"turn.toml\"", &["turn.toml:1: header"]),
         ("file = \"raw.csv\"", "", &["turn.toml:1: file", "missing"]),
         ("[time]\ncolumn = \"t\"", "", &["turn.toml:1: time", "missing"]),
         ("column = \"t\"", "", &["turn.toml:3: time.column", "missing"]),
