@@ -122,7 +122,8 @@ fn unit_of(channel: &FoundChannel, kind: JointKind) -> Option<&'static str> {
 
 /// Joints of a file whose names tell none: columns that are each other's derivative, else the first column of numbers.
 fn guessed_joints(table: &Table, layout: &Layout, left: &mut Vec<usize>) -> String {
-    let numbers: Vec<usize> = left.iter().copied().filter(|at| is_signal(&table.columns[*at], table.rows())).collect();
+    let rows = table.rows();
+    let numbers: Vec<usize> = left.iter().copied().filter(|at| is_signal(&table.columns[*at], rows)).collect();
     let time = layout.time.as_ref().filter(|time| time.nanoseconds.is_none());
     let pairs = time.map_or(Vec::new(), |time| {
         let column = &table.columns[time.column];
