@@ -48,11 +48,15 @@ fn property_every_value_that_the_urdf_does_not_have_is_marked() {
     for value in &values {
         assert!(value.contains("# placeholder"), "{value}");
     }
-    assert_eq!(marked_lines(&model).len(), values.len());
+    // And how well they are known: torque constants, rotors, stiffness.
+    assert_eq!(marked_lines(&model).len(), values.len() + 3);
+    for key in ["torque_constants", "rotor_inertias", "stiffness"] {
+        assert!(model.contains(&format!("\n{key} = 1.0  # placeholder")), "{key}: {model}");
+    }
     let checked = lostmotion(&["check", folder.path().join("model.toml").to_str().unwrap()]);
     assert_eq!(checked.status.code(), Some(0), "{}", text(&checked.stderr));
     for part in
-        ["simulated: all 2 joints to and fro within 1 s, each follows its reference", "16 values are placeholders"]
+        ["simulated: all 2 joints to and fro within 1 s, each follows its reference", "19 values are placeholders"]
     {
         assert!(text(&checked.stdout).contains(part), "{part} is missing in {}", text(&checked.stdout));
     }

@@ -67,6 +67,9 @@ const LEAST_STIFFNESS: f64 = 1e-12;
 /// The largest.
 const MOST_STIFFNESS: f64 = 1e10;
 
+/// [1] Accuracy of a placeholder, one standard deviation as a share of its value: half or three times of it would be no surprise.
+const GUESSED: f64 = 1.0;
+
 /// Postures in which inertias are looked at; a placeholder of two digits needs no more.
 const POSTURES: usize = 64;
 
@@ -131,6 +134,22 @@ fn complete(first: &mut First) {
         joint.gear_damping = Some(two_digits(2.0 * ZETA * (stiffness / a).sqrt()));
         placeholders.mark(&name, "gear_stiffness");
         placeholders.mark(&name, "gear_damping");
+    }
+    state_accuracy(first);
+}
+
+/// States how well placeholders are known, so that no diagnosis takes what they are wrong by for a cause.
+fn state_accuracy(First { model, placeholders }: &mut First) {
+    let accuracy = &mut model.accuracy;
+    for (key, of, value) in [
+        ("motor.torque_constant", "torque_constants", &mut accuracy.torque_constants),
+        ("rotor_inertia", "rotor_inertias", &mut accuracy.rotor_inertias),
+        ("gear_stiffness", "stiffness", &mut accuracy.stiffness),
+    ] {
+        if model.joints.iter().any(|joint| placeholders.marks(&joint.name, key)) {
+            *value = GUESSED;
+            placeholders.mark_accuracy(of);
+        }
     }
 }
 

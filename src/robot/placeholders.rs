@@ -7,7 +7,7 @@ use crate::toml_input::written_key;
 /// The word behind `#` that marks such a value in a model file.
 const MARK: &str = "placeholder";
 
-/// Keys of joints whose values are placeholders.
+/// Keys of joints, and of `[accuracy]`, whose values are placeholders.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Placeholders(BTreeSet<String>);
 
@@ -15,6 +15,11 @@ impl Placeholders {
     /// Marks a key of a joint, such as `gear_ratio` or `motor.torque_constant`.
     pub fn mark(&mut self, joint: &str, key: &str) {
         self.0.insert(path(joint, key));
+    }
+
+    /// Marks a key of `[accuracy]`.
+    pub fn mark_accuracy(&mut self, key: &str) {
+        self.0.insert(format!("accuracy.{key}"));
     }
 
     /// Takes a mark away.

@@ -183,7 +183,9 @@ fn table() -> String {
 }
 
 fn channels(case: &Case) -> String {
-    let names: Vec<String> = case.channels.iter().map(|(channel, _)| format!("{channel:?}").to_lowercase()).collect();
+    let name =
+        |of: Channel| dataset::CHANNEL_COLUMNS.iter().find(|(_, channel)| *channel == of).map_or("", |(name, _)| name);
+    let names: Vec<&str> = case.channels.iter().map(|(channel, _)| name(*channel)).collect();
     format!(": {}", names.join(", "))
 }
 

@@ -162,7 +162,7 @@ fn first_row(rows: &[(usize, &str)], delimiter: u8, decimal: u8, width: usize) -
     let fits = |(_, line): &(usize, &str)| ranges(line, delimiter).count() == width;
     let Some(first) = rows.iter().position(fits) else { return 0 };
     // A quote that stays open makes a header look like text.
-    let is_text = |line: &str| ranges(line, delimiter).count() < 2 && line.matches('"').count() % 2 == 0;
+    let is_text = |line: &str| ranges(line, delimiter).count() < 2 && line.matches('"').count().is_multiple_of(2);
     let preamble = rows[..first].iter().all(|(_, line)| is_text(line));
     if preamble || !is_row(rows[first].1, delimiter, decimal) { first } else { 0 }
 }
