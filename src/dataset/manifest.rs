@@ -41,9 +41,6 @@ const MAX_VELOCITY_SAMPLES: i64 = 1000;
 const SMALLEST_SCALE: f64 = 1e-16;
 const LARGEST_SCALE: f64 = 1e16;
 
-/// Environment variable that names the folder of recordings.
-const DATA_FOLDER: &str = "LOSTMOTION_DATA";
-
 /// A manifest as it was read.
 #[derive(Debug)]
 pub struct Manifest {
@@ -65,7 +62,7 @@ impl Manifest {
         if root.text("schema")? != SCHEMA {
             return Err(root.error("schema", format!("\"{SCHEMA}\"")));
         }
-        let file = find(&root, path)?;
+        let file = root.recording("file", root.text("file")?)?;
         let source = root.optional_text("source")?.map(str::to_owned);
         Ok(Self { file, source, document })
     }
@@ -106,27 +103,6 @@ impl Manifest {
         let name = session_name(root.file());
         Ok(Plan { name, time, nanoseconds, time_unit, joints: planned, notes: Vec::new() })
     }
-}
-
-fn find(root: &Table<'_>, manifest: &Path) -> Result<PathBuf> {
-    let name = root.text("file")?;
-    let beside = manifest.parent().unwrap_or(Path::new("")).join(name);
-    if crate::files::is_file(&beside) {
-        return Ok(beside);
-    }
-    let from = root.optional_text("source")?.map_or(String::new(), |source| format!("; it is from {source}"));
-    let Some(folder) = std::env::var_os(DATA_FOLDER) else {
-        let expected = format!(
-            "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings{from}",
-            beside.display()
-        );
-        return Err(root.error("file", expected));
-    };
-    let there = Path::new(&folder).join(name);
-    if there.is_file() {
-        return Ok(there);
-    }
-    Err(root.error("file", format!("a file {} or {}{from}", beside.display(), there.display())))
 }
 
 /// The column of the time, that of its nanoseconds if there is one, and its unit if one is given.

@@ -21,10 +21,7 @@ use super::{DiagnosisExpectation, SCHEMA, UnmetDiagnosis};
 use crate::diagnose::Diagnosis;
 use crate::error::Result;
 use crate::robot::Model;
-use crate::toml_input::{Document, Table};
-
-/// Environment variable that names the folder of recordings.
-const DATA_FOLDER: &str = "LOSTMOTION_DATA";
+use crate::toml_input::Document;
 
 /// A scenario about recordings.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,7 +64,7 @@ impl Recorded {
             .ok_or_else(|| root.error("procedure", "\"diagnose\" (missing)"))?;
         root.has("source");
         let all = |key: &str| -> Result<Vec<PathBuf>> {
-            root.optional_texts(key)?.unwrap_or_default().iter().map(|name| find(&root, key, name)).collect()
+            root.optional_texts(key)?.unwrap_or_default().iter().map(|name| root.recording(key, name)).collect()
         };
         let expectation = match root.optional_table("expect")? {
             Some(expect) => {
@@ -80,7 +77,7 @@ impl Recorded {
         let scenario = Self {
             name: root.name("name")?.to_owned(),
             question: root.optional_text("question")?.unwrap_or_default().to_owned(),
-            robot: find(&root, "robot", root.text("robot")?)?,
+            robot: root.recording("robot", root.text("robot")?)?,
             assignments: root.optional_texts("model")?.unwrap_or_default().into_iter().map(str::to_owned).collect(),
             data: all("data")?,
             hold_out: all("hold_out")?,
@@ -104,26 +101,5 @@ impl Recorded {
     /// The failed expectations.
     pub fn check(&self, found: &Diagnosis) -> Vec<UnmetDiagnosis> {
         self.expectation.check(found)
-    }
-}
-
-/// A file beside the scenario, or in the folder of recordings.
-fn find(root: &Table<'_>, key: &str, name: &str) -> Result<PathBuf> {
-    let beside = root.file().parent().unwrap_or(Path::new("")).join(name);
-    if crate::files::is_file(&beside) {
-        return Ok(beside);
-    }
-    let from = root.optional_text("source")?.map_or(String::new(), |source| format!("; it is from {source}"));
-    let there = std::env::var_os(DATA_FOLDER).map(|folder| Path::new(&folder).join(name));
-    match there {
-        Some(there) if there.is_file() => Ok(there),
-        Some(there) => Err(root.error(key, format!("a file {} or {}{from}", beside.display(), there.display()))),
-        None => Err(root.error(
-            key,
-            format!(
-                "a file {}, or the environment variable {DATA_FOLDER} set to the folder of recordings{from}",
-                beside.display()
-            ),
-        )),
     }
 }

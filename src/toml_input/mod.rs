@@ -15,6 +15,7 @@
 
 mod places;
 mod range;
+mod recording;
 mod table;
 mod text;
 mod write;

@@ -1,6 +1,6 @@
 //! The cells of a row: numbers, times, units; and rows whose cells are separated by blanks.
 
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
 
 use csv::ByteRecord;
 
@@ -70,42 +70,41 @@ pub(super) struct Blanks<R> {
     /// Whether a blank has to precede the next sign, and whether anything stands before it in its line.
     due: bool,
     begun: bool,
-    /// Bytes of the input that are converted, and how many of them are passed on.
-    ready: Vec<u8>,
-    given: usize,
+    /// Bytes of the input that are converted, and how far they are passed on.
+    ready: Cursor<Vec<u8>>,
 }
 
 impl<R: Read> Blanks<R> {
     pub(super) fn new(input: R) -> Self {
-        Self { input, due: false, begun: false, ready: Vec::new(), given: 0 }
+        Self { input, due: false, begun: false, ready: Cursor::default() }
     }
 
-    fn convert(&mut self) -> io::Result<()> {
+    /// Converts the next bytes; none at the end of the input.
+    fn convert(&mut self) -> io::Result<Vec<u8>> {
         const PIECE: u64 = 1 << 14;
-        self.given = 0;
         // A piece may consist of blanks alone; an empty one is the end.
         loop {
             let mut raw = Vec::new();
             self.input.by_ref().take(PIECE).read_to_end(&mut raw)?;
-            self.ready.clear();
+            let mut ready = Vec::new();
             for byte in &raw {
                 match byte {
                     b' ' | b'\t' => self.due = self.begun,
                     b'\n' | b'\r' => {
                         (self.due, self.begun) = (false, false);
-                        self.ready.push(*byte);
+                        ready.push(*byte);
                     }
                     other => {
                         if self.due {
-                            self.ready.push(b' ');
+                            ready.push(b' ');
                         }
                         (self.due, self.begun) = (false, true);
-                        self.ready.push(*other);
+                        ready.push(*other);
                     }
                 }
             }
-            if raw.is_empty() || !self.ready.is_empty() {
-                return Ok(());
+            if raw.is_empty() || !ready.is_empty() {
+                return Ok(ready);
             }
         }
     }
@@ -113,13 +112,9 @@ impl<R: Read> Blanks<R> {
 
 impl<R: Read> Read for Blanks<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.given == self.ready.len() {
-            self.convert()?;
+        if self.ready.position() == self.ready.get_ref().len() as u64 {
+            self.ready = Cursor::new(self.convert()?);
         }
-        let rest = &self.ready[self.given..];
-        let count = rest.len().min(buffer.len());
-        buffer[..count].copy_from_slice(&rest[..count]);
-        self.given += count;
-        Ok(count)
+        self.ready.read(buffer)
     }
 }

@@ -95,9 +95,8 @@ impl<'a> Text<'a> {
 struct Utf16<R> {
     input: R,
     little_endian: bool,
-    /// Converted bytes that are not passed on yet, and how many of them are.
-    ready: Vec<u8>,
-    given: usize,
+    /// Bytes of the input that are converted, and how far they are passed on.
+    ready: Cursor<Vec<u8>>,
     /// The first half of a character of two units.
     half: Option<u16>,
 }
@@ -116,16 +115,14 @@ fn utf16_order(head: &[u8]) -> Option<bool> {
 
 impl<R: Read> Utf16<R> {
     fn new(input: R, little_endian: bool) -> Self {
-        Self { input, little_endian, ready: Vec::new(), given: 0, half: None }
+        Self { input, little_endian, ready: Cursor::default(), half: None }
     }
 
-    /// Converts the next piece; leaves `ready` empty at the end of the input.
-    fn convert(&mut self) -> io::Result<()> {
+    /// Converts the next bytes; none at the end of the input.
+    fn convert(&mut self) -> io::Result<Vec<u8>> {
         const PIECE: u64 = 1 << 14;
         let mut raw = Vec::new();
         self.input.by_ref().take(PIECE).read_to_end(&mut raw)?;
-        self.ready.clear();
-        self.given = 0;
         let unit = |pair: &[u8]| match *pair {
             [a, b] if self.little_endian => u16::from_le_bytes([a, b]),
             [a, b] => u16::from_be_bytes([a, b]),
@@ -136,24 +133,17 @@ impl<R: Read> Utf16<R> {
         // A first half at the end of a piece belongs to the next one.
         let first_half = |unit: &mut u16| (0xd800..0xdc00).contains(unit);
         self.half = if raw.len() as u64 == PIECE { units.pop_if(first_half) } else { None };
-        for c in char::decode_utf16(units) {
-            let c = c.unwrap_or(char::REPLACEMENT_CHARACTER);
-            self.ready.extend(c.encode_utf8(&mut [0; 4]).as_bytes());
-        }
-        Ok(())
+        let decoded = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER));
+        Ok(decoded.collect::<String>().into_bytes())
     }
 }
 
 impl<R: Read> Read for Utf16<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.given == self.ready.len() {
-            self.convert()?;
+        if self.ready.position() == self.ready.get_ref().len() as u64 {
+            self.ready = Cursor::new(self.convert()?);
         }
-        let rest = &self.ready[self.given..];
-        let count = rest.len().min(buffer.len());
-        buffer[..count].copy_from_slice(&rest[..count]);
-        self.given += count;
-        Ok(count)
+        self.ready.read(buffer)
     }
 }
 
