@@ -4,8 +4,8 @@
 //!   q_d: by w towards the farther end of each joint's room, and back, half a second each     w ≤ 0.04 s² · a/√n, 0.2 s · v
 //! ```
 //! It begins in the first of some postures whose weight the joints can hold: all joints near zero, or in the middle of their rooms. `a/√n`: all n
-//! joints accelerate at once, and each feels the others. A joint follows if it is within half of `w` of its reference at both ends. Each joint is
-//! controlled by itself ([`Independent`](crate::control::Independent)), with gains that follow from its inertia and friction.
+//! joints accelerate at once, and each feels the others. A joint follows if it is within half of `w` of its reference at both ends, or where its
+//! friction at rest holds against the feedback. Each joint is controlled by itself ([`Independent`](crate::control::Independent)), with gains that follow from its inertia and friction.
 
 use super::reach::{Reach, reaches, starts};
 use super::{ControllerSettings, Feedback, Keep, Law, Regulator, STEPS_A_SECOND, Timing, closed_loop};
@@ -14,7 +14,7 @@ use crate::dynamics::Dynamics;
 use crate::error::Result;
 use crate::gearhead::{Direction, FrictionLaw};
 use crate::plant::{Options, Plant};
-use crate::robot::Model;
+use crate::robot::{JointModel, Model};
 use crate::units::JointKind;
 
 /// [s] Each way, with the rest before it.
@@ -101,13 +101,28 @@ const fn near(kind: JointKind) -> f64 {
     }
 }
 
+/// [N·m or N] Friction of a joint's gear at a speed, in its worse direction; 0 where it is unknown.
+fn gear_friction(joint: &JointModel, speed: f64) -> f64 {
+    let of_law =
+        |law: &FrictionLaw| law.magnitude(Direction::Positive, speed).max(law.magnitude(Direction::Negative, speed));
+    joint.friction.map_or(0.0, |friction| of_law(&friction.law))
+}
+
+/// [rad or m] How far from its reference the friction of a joint can hold it against the feedback, whose stiffness is `λ K_S/Φ`.
+fn held(model: &Model, reaches: &[Reach], index: usize) -> f64 {
+    let SlidingGains { lambda, switching, boundary } = gains(model, reaches, index, PERIOD);
+    let friction = gear_friction(&model.joints[index], 0.0) + model.robot.bodies[index].joint.friction;
+    friction * boundary / (lambda * switching)
+}
+
 /// Joints that are not where they were to go.
 fn missed(model: &Model, plant: &Plant, reaches: &[Reach], from: &[f64], to: &[f64]) -> Vec<String> {
     let mut faults = Vec::new();
     for (i, (reach, state)) in reaches.iter().zip(plant.states()).enumerate() {
         let (off, way) = (state.motor_position - to[i], to[i] - from[i]);
-        if off.abs() > (0.5 * way.abs()).max(near(model.joints[i].kind)) {
-            faults.push(format!("joint {}: {off:.3e} off after a way of {way:.3e}", reach.name));
+        if off.abs() > (0.5 * way.abs()).max(near(model.joints[i].kind)).max(held(model, reaches, i)) {
+            let unit = model.joints[i].kind.position_unit();
+            faults.push(format!("joint {}: {off:.3e} {unit} off after a way of {way:.3e} {unit}", reach.name));
         }
     }
     faults
@@ -159,11 +174,8 @@ fn settings(model: &Model, reaches: &[Reach]) -> ControllerSettings {
 /// asks for it, as far as the rotor allows.
 pub(super) fn gains(model: &Model, reaches: &[Reach], index: usize, period: f64) -> SlidingGains {
     let (joint, reach, link) = (&model.joints[index], &reaches[index], &model.robot.bodies[index].joint);
-    let own = |direction| {
-        let of_law = |law: &FrictionLaw| law.magnitude(direction, 0.0).max(law.magnitude(direction, reach.speed));
-        joint.friction.map_or(0.0, |friction| of_law(&friction.law))
-    };
-    let friction = own(Direction::Positive).max(own(Direction::Negative)) + link.friction + link.damping * reach.speed;
+    let own = gear_friction(joint, 0.0).max(gear_friction(joint, reach.speed));
+    let friction = own + link.friction + link.damping * reach.speed;
     let rotor = joint.rotor_beside(reach.inertia);
     let gain = (BANDWIDTH * reach.inertia).max(friction / ALLOWED_ERROR).min(OF_ROTOR / period * rotor);
     let switching = MARGIN * friction + ALLOWED_ERROR * gain;
