@@ -6,7 +6,7 @@ use std::path::Path;
 use super::plan::{Plan, PlannedJoint, Source};
 use super::table::{Column, Table, list};
 use super::unit_words::{bare, unit_of};
-use super::{JointKinds, Note};
+use super::{JointKinds, Note, time_column};
 use crate::error::{Error, Place, Result};
 use crate::timeseries::Channel;
 use crate::units::{Dimension, JointKind, UNITS, unit};
@@ -97,7 +97,7 @@ pub(super) fn session_name(path: &Path) -> String {
 /// There is no time, or a channel that does not fit its joint.
 pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Option<Plan>> {
     let kinds: HashMap<&str, JointKind> = joints.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
-    let found = super::layout::find_time(table).filter(|time| time.guess.is_none());
+    let found = time_column::find(table).filter(|time| time.guess.is_none());
     let is_time = |name: &str| {
         let own = |at: usize| table.columns[at].name == name;
         name == "time" || found.as_ref().is_some_and(|time| own(time.column) || time.nanoseconds.is_some_and(own))

@@ -4,16 +4,15 @@
 //! it stands in a first manifest, marked, and is not read until a user has said so.
 
 mod joints;
-mod time;
 
 use std::collections::BTreeMap;
 
 pub(super) use self::joints::assign;
-pub(super) use self::time::{FoundTime, find as find_time};
 use super::columns::{EFFORT, channel_names, column_of, conversion, session_name};
 use super::names::{self, Named};
 use super::plan::{Plan, PlannedJoint, Source};
 use super::table::{Column, Table, list};
+use super::time_column::{self, FoundTime};
 use super::words::{Quantity, Role};
 use super::{JointKinds, Note};
 use crate::error::{Error, Place, Result};
@@ -65,7 +64,7 @@ pub(super) struct FoundChannel {
 impl Layout {
     /// Recognises the columns of a table.
     pub(super) fn of(table: &Table) -> Self {
-        let time = time::find(table);
+        let time = time_column::find(table);
         let is_time = |at: usize| time.as_ref().is_some_and(|time| time.column == at || time.nanoseconds == Some(at));
         let mut named: Vec<(usize, Named)> = Vec::new();
         for (at, column) in table.columns.iter().enumerate().filter(|(at, _)| !is_time(*at) && !table.nameless) {

@@ -33,6 +33,7 @@ mod source_file;
 mod survey;
 mod table;
 mod time_base;
+mod time_column;
 mod unit_words;
 mod words;
 

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::document::{Document, Section};
+use super::markup::escape;
 use super::svg;
 
 const STYLE: &str = "\
@@ -49,9 +50,4 @@ fn section(section: &Section) -> String {
         }
     }
     html + "</section>\n"
-}
-
-/// Text with the reserved characters of HTML and SVG written as references.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

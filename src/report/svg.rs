@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::html::escape;
+use super::markup::escape;
 use super::plot::{Frame, Layer, Mark, Plot, ticks};
 
 /// Width and height of a plot [px].

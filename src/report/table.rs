@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::html::escape;
+use super::markup::escape;
 
 /// A table of text cells. The first column and columns of words are aligned left, columns of numbers right.
 #[derive(Debug, Clone, PartialEq, Default)]

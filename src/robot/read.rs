@@ -7,10 +7,10 @@ use super::accuracy::Accuracy;
 use super::coupling::Coupling;
 use super::joint::read_joint;
 use super::model::{EffectEntry, JointModel, Load, Masses, Model};
-use super::ranges;
 use super::robot_file::RobotFile;
-use super::tree::Body;
-use super::urdf::{Built, STANDARD_GRAVITY, Urdf};
+use super::tree::{Body, STANDARD_GRAVITY};
+use super::urdf::{Built, Urdf};
+use super::{format, ranges};
 use crate::error::Result;
 use crate::files;
 use crate::gearhead::FrictionLaw;
@@ -93,7 +93,7 @@ impl Model {
             return Err(root.error("joints", format!("at most {MOST_JOINTS} joints that move, not {}", tables.len())));
         }
 
-        let robot_file = RobotFile::of(urdf_file, urdf_text)?;
+        let robot_file = format::robot_file(urdf_file, urdf_text)?;
         let urdf = Urdf::of(urdf_file, &robot_file)?;
         let movable = urdf.movable_joints();
         for name in table.keys() {
@@ -190,7 +190,7 @@ impl Model {
 /// # Errors
 /// It cannot be read.
 pub(super) fn read_robot_file(file: &Path) -> Result<RobotFile> {
-    RobotFile::of(file, &read_text(file, LONGEST_URDF)?)
+    format::robot_file(file, &read_text(file, LONGEST_URDF)?)
 }
 
 fn check_schema(root: &Table<'_>) -> Result<()> {

@@ -1,14 +1,10 @@
 //! A robot file as the reader takes it: the text of a URDF, with what a URDF has no element for.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 
 use super::drives::Drives;
-use super::mjcf;
 use super::remark::Remark;
-use super::urdf::STANDARD_GRAVITY;
-use crate::error::Result;
+use super::tree::STANDARD_GRAVITY;
 
 /// A robot file whose tree stands in the words of a URDF.
 pub(super) struct RobotFile {
@@ -25,15 +21,9 @@ pub(super) struct RobotFile {
 }
 
 impl RobotFile {
-    /// Of the text of a file. A URDF is taken as it is.
-    ///
-    /// # Errors
-    /// It is MJCF that cannot be read.
-    pub fn of(file: &Path, text: &str) -> Result<Self> {
-        if mjcf::is_mjcf(text) {
-            return mjcf::read(file, text);
-        }
+    /// Of the text of a URDF, which is taken as it is.
+    pub fn of_urdf(text: &str) -> Self {
         let (remarks, drives) = (Vec::new(), Drives::new());
-        Ok(Self { text: text.to_owned(), lines: None, remarks, drives, gravity: STANDARD_GRAVITY })
+        Self { text: text.to_owned(), lines: None, remarks, drives, gravity: STANDARD_GRAVITY }
     }
 }

@@ -7,6 +7,9 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use super::Coupling;
 use crate::units::JointKind;
 
+/// [m/s²] Gravity if the model file gives none.
+pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
 /// A robot on a fixed base. Joint `i` moves body `i`; parents come before their children.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {

@@ -7,7 +7,7 @@ use super::first::First;
 use super::model::{JointModel, Masses, Model};
 use super::placeholders::Placeholders;
 use super::read::SCHEMA;
-use super::urdf::STANDARD_GRAVITY;
+use super::tree::STANDARD_GRAVITY;
 use crate::drive::{Sensing, VelocitySensor};
 use crate::error::{Error, Place, Result};
 use crate::gearhead::{Friction, FrictionLaw};

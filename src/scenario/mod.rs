@@ -21,6 +21,7 @@ mod procedure;
 mod ranges;
 mod reach;
 mod read;
+mod read_added_mass;
 mod read_controller;
 mod read_obstacles;
 mod read_reference;

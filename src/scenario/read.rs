@@ -28,7 +28,7 @@ use std::path::Path;
 use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
 use super::{ContactExpectation, DiagnosisExpectation, Expectation, Procedure, SCHEMA, Scenario, Session, Truth};
-use super::{Limits, ranges, read_controller, read_obstacles, read_reference};
+use super::{Limits, ranges, read_added_mass, read_controller, read_obstacles, read_reference};
 use crate::error::Result;
 use crate::files;
 use crate::plant::{Engine, Evaluations, Options};
@@ -118,7 +118,7 @@ impl Scenario {
 /// The model that `robot` names, changed by the scenario's own assignments and then by those of the command line.
 fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -> Result<Model> {
     let file = root.file().parent().unwrap_or(Path::new("")).join(root.text("robot")?);
-    let added = read_added_mass(root, "")?;
+    let added = read_added_mass::read(root, "")?;
     let own = root.optional_texts("model")?.unwrap_or_default();
     let mut model = match at_hand {
         Some(model) => model.clone(),
@@ -135,14 +135,6 @@ fn read_model(root: &Table<'_>, assignments: &[&str], at_hand: Option<&Model>) -
         body.inertia = body.inertia.joined(&added.inertia());
     }
     Ok(model)
-}
-
-/// `[added_mass]`: a known mass at a point of the last body, in the machine and in its nominal model.
-pub(super) fn read_added_mass(parent: &Table<'_>, session: &str) -> Result<Option<Load>> {
-    let Some(table) = parent.optional_table("added_mass")? else { return Ok(None) };
-    let load = Load::read(&table, session)?;
-    table.finish()?;
-    Ok(Some(load))
 }
 
 fn read_options(root: &Table<'_>) -> Result<Options> {

@@ -2,8 +2,7 @@
 //!
 //! Angles and what derives from them may be given in SI (`speed`) or, for turning joints, in degrees (`speed_deg`).
 
-use super::read::read_added_mass;
-use super::{Session, ranges};
+use super::{Session, ranges, read_added_mass};
 use crate::control::{Excitation, Gentle, JointRange, Profile, Staircase, Steps, TooManyMoves};
 use crate::error::{Error, Place, Result};
 use crate::robot::{Load, Model};
@@ -64,7 +63,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
         Kind::Fast => whole,
         _ => table.number_or("duration", &ranges::LENGTH, whole)?,
     };
-    let load = read_added_mass(table, &name)?;
+    let load = read_added_mass::read(table, &name)?;
     table.finish()?;
     Ok((Session { name, profile, duration, place: own_place(table) }, load))
 }

@@ -4,16 +4,11 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
+use super::checksum::Summed;
 use super::interrupt;
-use super::written::Summed;
+use super::own_folder::{LIST, LOCK, NEW, OWN, clean, remove_empty};
 use crate::error::{Error, Place, Result};
 use crate::report::files::{self as report, Content};
-
-/// lostmotion's own folder in a results folder: `files.json`, `lock`, and `new` while files are written.
-const OWN: &str = ".lostmotion";
-const LIST: &str = "files.json";
-const LOCK: &str = "lock";
-const NEW: &str = "new";
 
 /// Number of attempts to lock, if another process removes the lock at the same time.
 const ATTEMPTS: usize = 100;
@@ -195,25 +190,6 @@ impl Drop for LockedFolder {
         } else {
             remove_empty(&self.made);
         }
-    }
-}
-
-/// Removes the staged files of a folder that were not moved into place; if no result was ever written, also the folders
-/// that were created. What cannot be removed is left to the next run.
-pub fn clean(folder: &Path, made: &[PathBuf]) {
-    let own = folder.join(OWN);
-    let _ = fs::remove_dir_all(own.join(NEW));
-    if !own.join(LIST).exists() {
-        let _ = fs::remove_file(own.join(LOCK));
-        let _ = fs::remove_dir(&own);
-    }
-    remove_empty(made);
-}
-
-/// Removes empty folders, the innermost first.
-fn remove_empty(folders: &[PathBuf]) {
-    for folder in folders.iter().rev() {
-        let _ = fs::remove_dir(folder);
     }
 }
 

@@ -11,8 +11,10 @@
 //! process that is interrupted by Ctrl-C finishes a write that has begun, and removes the folders that it created
 //! without a result.
 
+mod checksum;
 mod interrupt;
 mod locked;
+mod own_folder;
 mod written;
 
 use std::fs;
@@ -22,9 +24,10 @@ use crate::error::{Error, Place, Result};
 use crate::files::{FIT_NAME, is_fit_name};
 use crate::report::files::File;
 
+use checksum::sha256_of;
 use interrupt::uninterrupted;
 use locked::LockedFolder;
-use written::{Written, sha256_of};
+use written::Written;
 
 /// Files that a command is going to write, and files that it reads.
 #[derive(Debug, Default)]

@@ -1,12 +1,9 @@
 //! The list of files that lostmotion wrote in a folder.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::path::Path;
-use std::{fmt::Write as _, io};
+use std::io;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use super::locked::LockedFolder;
 use crate::error::{Error, Place, Result};
@@ -124,54 +121,4 @@ impl Written {
         rest.files.retain(|name, _| !names.contains(name));
         rest
     }
-}
-
-/// Passes on written bytes, and computes their checksum.
-#[derive(Debug)]
-pub struct Summed<W> {
-    out: W,
-    digest: Sha256,
-}
-
-impl<W> Summed<W> {
-    /// Starts without any bytes.
-    pub fn new(out: W) -> Self {
-        Self { out, digest: Sha256::new() }
-    }
-
-    /// The inner writer, and the SHA-256 of everything that was written.
-    pub fn finish(self) -> (W, String) {
-        (self.out, written(self.digest.finalize().as_slice()))
-    }
-}
-
-impl<W: io::Write> io::Write for Summed<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.out.write(bytes)?;
-        self.digest.update(&bytes[..count]);
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.out.flush()
-    }
-}
-
-/// SHA-256 of the content of a file, in hexadecimal digits.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn sha256_of(file: &Path) -> io::Result<String> {
-    let mut sum = Summed::new(io::sink());
-    io::copy(&mut File::open(file)?, &mut sum)?;
-    Ok(sum.finish().1)
-}
-
-fn written(digest: &[u8]) -> String {
-    let mut text = String::new();
-    for byte in digest {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-    }
-    text
 }

@@ -5,7 +5,7 @@ use rerun::RecordingStream;
 use rerun::components::FillMode;
 
 use super::Motion;
-use super::stream::{failed, log_static, times};
+use super::entities::{failed, log_static, single, times};
 use crate::dynamics::Dynamics;
 use crate::error::Result;
 use crate::robot::{Geometry, Robot, Shape};
@@ -121,11 +121,6 @@ fn ball(geometry: &Geometry) -> (Vector3<f64>, f64) {
             (centre, corners.iter().map(|corner| (corner - centre).norm()).fold(0.0, f64::max))
         }
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "the viewer works in single precision")]
-pub const fn single(value: f64) -> f32 {
-    value as f32
 }
 
 fn translation(pose: &Isometry3<f64>) -> [f32; 3] {

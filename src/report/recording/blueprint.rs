@@ -7,8 +7,8 @@ use rerun::external::re_sdk_types::blueprint::{archetypes as blueprint, componen
 use rerun::log::LogMsg;
 use rerun::{AsComponents, RecordingStream, RecordingStreamBuilder, datatypes};
 
-use super::stream::{APPLICATION, failed};
-use super::{CANVAS, arm};
+use super::CANVAS;
+use super::entities::{APPLICATION, failed, single};
 use crate::error::Result;
 
 /// Panels of a joint, in their order from the top.
@@ -193,8 +193,8 @@ impl Writer<'_> {
         let eye = centre + 1.6 * radius * Vector3::new(0.75, -0.75, 0.55);
         let eye = blueprint::EyeControls3D::new()
             .with_kind(components::Eye3DKind::Orbital)
-            .with_position(<[f32; 3]>::from(eye.map(arm::single)))
-            .with_look_target(<[f32; 3]>::from(centre.map(arm::single)))
+            .with_position(<[f32; 3]>::from(eye.map(single)))
+            .with_look_target(<[f32; 3]>::from(centre.map(single)))
             .with_eye_up([0.0, 0.0, 1.0]);
         let ground = blueprint::Background::new(components::BackgroundKind::SolidColor).with_color([24, 26, 30]);
         self.view("3D", "Arm", "arm", &[("EyeControls3D", &eye), ("Background", &ground)])

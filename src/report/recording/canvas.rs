@@ -3,9 +3,9 @@
 use rerun::RecordingStream;
 
 use super::canvas_frame;
-use super::stream::{colour, is_line, layers, log_static};
+use super::entities::{colour, log_static};
 use crate::error::Result;
-use crate::report::plot::{Frame, Layer, Plot, ticks};
+use crate::report::plot::{Frame, Layer, Mark, Plot, ticks};
 
 /// Largest number of points of a layer.
 const MOST_POINTS: usize = 1500;
@@ -78,7 +78,7 @@ fn log_layer(stream: &RecordingStream, path: &str, layer: &Layer, frame: &Frame)
         return log_static(stream, path, &strips(lines, colour, 1.0, 3.0));
     }
     let places = frame.points(&layer.points, MOST_POINTS).into_iter().map(single);
-    let radius = if layer.mark == crate::report::plot::Mark::Dots { 1.2 } else { 2.6 };
+    let radius = if layer.mark == Mark::Dots { 1.2 } else { 2.6 };
     let points = rerun::Points2D::new(places).with_colors([colour]).with_radii([radius]).with_draw_order(2.0);
     log_static(stream, path, &points)
 }
@@ -96,4 +96,14 @@ fn log_legend(stream: &RecordingStream, path: &str, plot: &Plot, frame: &Frame) 
         log_text(stream, &format!("{path}/legend/{index}"), texts, colour(layer.role))?;
     }
     Ok(())
+}
+
+/// Whether a plot's layer is a line.
+const fn is_line(mark: Mark) -> bool {
+    matches!(mark, Mark::Line | Mark::Dashed | Mark::Band)
+}
+
+/// Unused layers are not logged.
+fn layers(plot: &Plot) -> impl Iterator<Item = &Layer> {
+    plot.layers.iter().filter(|layer| !layer.points.is_empty())
 }

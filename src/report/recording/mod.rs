@@ -10,6 +10,8 @@ mod blueprint;
 #[cfg(feature = "rerun")]
 mod canvas;
 #[cfg(feature = "rerun")]
+mod entities;
+#[cfg(feature = "rerun")]
 mod stream;
 #[cfg(feature = "rerun")]
 mod traces;

@@ -1,20 +1,17 @@
 //! The whole recording: the path of every entity, and the encoding in memory.
 
 use rerun::sink::BinaryStreamStorage;
-use rerun::{RecordingStream, RecordingStreamBuilder, TimeColumn};
+use rerun::{RecordingStream, RecordingStreamBuilder};
 
 use super::blueprint::Layout;
+use super::entities::{APPLICATION, colour, failed, log_static, times};
 use super::{Motion, Trace, arm, canvas, traces};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::report::display::velocity_unit;
 use crate::report::document::Document;
-use crate::report::plot::{Mark, Plot, Role};
+use crate::report::plot::Plot;
 use crate::units::JointKind;
 
-/// Name by which the viewer groups recordings and layouts.
-pub const APPLICATION: &str = "lostmotion";
-/// Name of the time line.
-const TIME: &str = "time";
 /// [s] Pause between two motions.
 const PAUSE: f64 = 1.0;
 
@@ -84,27 +81,6 @@ fn path_of_plot(index: usize) -> String {
     format!("plots/{index}")
 }
 
-/// A value without a time.
-pub fn log_static(stream: &RecordingStream, path: &str, value: &impl rerun::AsComponents) -> Result<()> {
-    stream.log_static(path, value).map_err(|source| failed(path, source))
-}
-
-/// The time line's column, shifted by `start` [s].
-pub fn times(times: impl IntoIterator<Item = f64>, start: f64) -> TimeColumn {
-    TimeColumn::new_duration_secs(TIME, times.into_iter().map(|time| start + time))
-}
-
-/// Colours on the viewer's dark background.
-pub const fn colour(role: Role) -> [u8; 3] {
-    match role {
-        Role::Truth => [235, 235, 235],
-        Role::Fit => [90, 160, 255],
-        Role::Before => [240, 120, 40],
-        Role::After => [40, 200, 150],
-        other => other.colour(),
-    }
-}
-
 /// One curve over time below `joints/<joint>/<panel>/`.
 fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> {
     let path = format!("joints/{}/{}/{}", trace.joint, trace.panel, trace.label);
@@ -116,19 +92,4 @@ fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> 
         .columns_of_unit_batches()
         .map_err(|source| failed(&path, source))?;
     stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))
-}
-
-/// The error for an entity that the recorder refuses.
-pub fn failed(entity: &str, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
-    Error::Recording { entity: entity.to_owned(), source: source.into() }
-}
-
-/// Whether a plot's layer is a line.
-pub const fn is_line(mark: Mark) -> bool {
-    matches!(mark, Mark::Line | Mark::Dashed | Mark::Band)
-}
-
-/// Unused layers are not logged.
-pub fn layers(plot: &Plot) -> impl Iterator<Item = &crate::report::plot::Layer> {
-    plot.layers.iter().filter(|layer| !layer.points.is_empty())
 }

@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, Unit, Un
 use super::classes::{Classes, Item};
 use super::document::Node;
 use crate::error::Result;
-use crate::robot::STANDARD_GRAVITY;
 use crate::robot::remark::Remark;
+use crate::robot::tree::STANDARD_GRAVITY;
 use crate::units::DEG;
 
 /// [1] Shorter axes and quaternions have no direction.

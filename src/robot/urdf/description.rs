@@ -107,10 +107,13 @@ mod tests {
 
     use nalgebra::Quaternion;
 
+    use super::super::grammar;
     use super::*;
 
     fn robot(text: &str) -> Result<Robot> {
-        read(&UrdfText::scan(Path::new("a.urdf"), text, None)?)
+        let scanned = UrdfText::scan(Path::new("a.urdf"), text, None)?;
+        grammar::check(&scanned)?;
+        read(&scanned)
     }
 
     fn files_of(folder: &Path) -> Vec<PathBuf> {

@@ -18,8 +18,6 @@ mod tree;
 
 use std::path::Path;
 
-use nalgebra::Vector3;
-
 use self::description::kind_of;
 pub(super) use self::inertials::written as written_inertial;
 pub(super) use self::scan::{Element, elements};
@@ -29,9 +27,6 @@ use self::text::UrdfText;
 use super::remark::Remark;
 use super::robot_file::RobotFile;
 use crate::error::Result;
-
-/// [m/s²] Gravity if the model file gives none.
-pub const STANDARD_GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 /// A URDF with line numbers. Its numbers are checked, and its links and joints form a tree.
 pub(super) struct Urdf<'a> {
@@ -63,7 +58,7 @@ impl<'a> Urdf<'a> {
 
     fn of_text(text: UrdfText<'a>) -> Result<Self> {
         let file = text.file();
-        let mut remarks = text.remarks().to_vec();
+        let mut remarks = grammar::check(&text)?;
         let robot = checks::with_world(&text, description::read(&text)?, &mut remarks);
         let root = checks::root_of(&text, &robot, &mut remarks)?;
         let urdf = Self { file, text, robot, root, remarks };

@@ -1,39 +1,30 @@
-//! A checked URDF text: its elements, and the lines that errors and remarks name.
+//! A scanned URDF text: its elements, and the lines that errors and remarks name.
 
 use std::fmt::Display;
 use std::path::Path;
 
-use super::grammar;
 use super::scan::{Element, elements};
 use crate::error::{Error, Place, Result};
 use crate::robot::remark::Remark;
 
-/// A URDF text whose elements and numbers are checked.
+/// A URDF text, divided into its elements.
 pub(super) struct UrdfText<'a> {
     file: &'a Path,
     source: &'a str,
     elements: Vec<Element<'a>>,
-    remarks: Vec<Remark>,
 }
 
 impl<'a> UrdfText<'a> {
-    /// Scans and checks a text. `lines`: the line of the file for every line of the text, where the two differ.
+    /// Scans a text. `lines`: the line of the file for every line of the text, where the two differ.
     ///
     /// # Errors
-    /// It is no `<robot>`, a tag is not closed, an element or attribute is missing, or a value is not a number.
+    /// It is no XML, or its elements are nested too deep.
     pub(super) fn scan(file: &'a Path, text: &'a str, lines: Option<&[usize]>) -> Result<Self> {
         let of_file = |line: usize| lines.and_then(|lines| lines.get(line - 1)).copied().unwrap_or(line);
         let broken = |(line, expected)| Error::input(file, Place::Line(of_file(line)), "URDF", "", expected);
         let mut elements = elements(text).map_err(broken)?;
         elements.iter_mut().for_each(|element| element.line = of_file(element.line));
-        let mut scanned = Self { file, source: text, elements, remarks: Vec::new() };
-        scanned.remarks = grammar::check(&scanned)?;
-        Ok(scanned)
-    }
-
-    /// What the text has that is accepted, but taken otherwise.
-    pub(super) fn remarks(&self) -> &[Remark] {
-        &self.remarks
+        Ok(Self { file, source: text, elements })
     }
 
     /// The file, as errors name it.

@@ -10,10 +10,10 @@ use super::description::{
 };
 use super::masses::Part;
 use super::scan::Element;
-use super::{STANDARD_GRAVITY, Urdf, mend, mesh};
+use super::{Urdf, mend, mesh};
 use crate::error::Result;
 use crate::robot::remark::Remark;
-use crate::robot::tree::{self, Body, Geometry, Inertia, Robot, Shape, UnreadShape};
+use crate::robot::tree::{self, Body, Geometry, Inertia, Robot, STANDARD_GRAVITY, Shape, UnreadShape};
 use crate::units::JointKind;
 
 /// A tree, and what is to be said of it.

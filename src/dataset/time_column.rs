@@ -2,42 +2,42 @@
 
 use std::collections::HashMap;
 
-use super::super::names::{split_unit, words};
-use super::super::table::{Column, Table};
-use super::super::time_base::{epoch_unit, likely_units};
-use super::super::unit_words::{bare, unit_of};
-use super::super::words::{NANOSECONDS, SECONDS, TIME};
+use super::names::{split_unit, words};
+use super::table::{Column, Table};
+use super::time_base::{epoch_unit, likely_units};
+use super::unit_words::{bare, unit_of};
+use super::words::{NANOSECONDS, SECONDS, TIME};
 use crate::units::{Dimension, unit};
 
 /// The time of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct FoundTime {
+pub(super) struct FoundTime {
     /// Index of its column.
-    pub(in super::super) column: usize,
+    pub(super) column: usize,
     /// Index of the column of its nanoseconds, if the other holds whole seconds.
-    pub(in super::super) nanoseconds: Option<usize>,
+    pub(super) nanoseconds: Option<usize>,
     /// Its unit, if it is known and the type of the column does not say it.
-    pub(in super::super) unit: Option<&'static str>,
+    pub(super) unit: Option<&'static str>,
     /// Why it has to be confirmed.
-    pub(in super::super) guess: Option<String>,
+    pub(super) guess: Option<String>,
 }
 
 impl FoundTime {
     /// [s] Size of its unit, and the unit as a manifest gives it; none where a column without a unit is in seconds.
-    pub(in super::super) fn factor(&self) -> (f64, Option<String>) {
+    pub(super) fn factor(&self) -> (f64, Option<String>) {
         let known = self.unit.and_then(|name| Some((unit(name)?.1, name.to_owned())));
         known.map_or((1.0, None), |(factor, name)| (factor, Some(name)))
     }
 
     /// The unit in words.
-    pub(in super::super) fn said(&self) -> String {
+    pub(super) fn said(&self) -> String {
         self.unit.map_or(String::new(), |unit| format!(" in {unit}"))
     }
 }
 
 /// Finds the time: the column `time`, a pair of seconds and nanoseconds, a column whose name says so, a column of
 /// dates; else the first column that rises, as a guess.
-pub(in super::super) fn find(table: &Table) -> Option<FoundTime> {
+pub(super) fn find(table: &Table) -> Option<FoundTime> {
     if let Some(column) = table.columns.iter().position(|column| column.name == "time") {
         return Some(of_column(table, column));
     }
