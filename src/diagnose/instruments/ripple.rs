@@ -21,6 +21,7 @@ use crate::diagnose::result::{EffectGain, Findings};
 use crate::diagnose::rows::division::held_out_rows;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::observe;
+use crate::diagnose::rows::reversals::since_reversal;
 use crate::diagnose::select::confirm;
 use crate::diagnose::select::selection::{Selection, select};
 use crate::diagnose::select::substitutes;
@@ -133,16 +134,7 @@ fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
     let fastest = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let count = motion.model.joints[joint].encoder_step();
     let slow = |row: usize| v[row].abs() < (LEAST_SPEED * fastest).max(COUNTS * count / (2.0 * motion.half_width[row]));
-    let mut moving: Vec<bool> = (0..motion.rows()).map(|row| !slow(row)).collect();
-    for row in 1..motion.rows() {
-        let same = motion.part[row] == motion.part[row - 1];
-        if same && v[row].signum() != v[row - 1].signum() {
-            let near = |other: &usize| {
-                motion.part[*other] == motion.part[row] && (motion.time[*other] - motion.time[row]).abs() < REVERSAL
-            };
-            (0..row).rev().take_while(near).for_each(|other| moving[other] = false);
-            (row..motion.rows()).take_while(near).for_each(|other| moving[other] = false);
-        }
-    }
-    moving
+    let since = since_reversal(motion, joint);
+    let reverses = |row: usize| since[row].abs() < REVERSAL;
+    (0..motion.rows()).map(|row| !slow(row) && !reverses(row)).collect()
 }

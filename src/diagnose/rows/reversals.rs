@@ -9,26 +9,31 @@ pub const AFTER_REVERSAL: f64 = 2.0;
 /// [s] Time before a reversal at which its zone begins.
 pub const BEFORE_REVERSAL: f64 = 0.1;
 
-/// [s] Time since the last reversal of a joint, negative within [`BEFORE_REVERSAL`] of the next one; NaN elsewhere.
-pub fn since_reversal(motion: &Motion, joint: usize) -> Vec<f64> {
-    let m = &motion.joints[joint];
-    let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+/// Direction in which a joint moves in each row: −1 or +1; 0 at rest.
+pub fn heading(motion: &Motion, joint: usize) -> Vec<i8> {
+    let v = &motion.joints[joint].v;
+    let fastest = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let rest = rest_speed(motion.model, joint, fastest);
+    v.iter().map(|v| if v.abs() < rest { 0 } else { v.signum() as i8 }).collect()
+}
+
+/// [s] Time since the last reversal of a joint, negative within [`BEFORE_REVERSAL`] of the next one; NaN elsewhere. A reversal is the first
+/// row in which the joint moves in the other direction, with or without a rest before it.
+pub fn since_reversal(motion: &Motion, joint: usize) -> Vec<f64> {
+    let heading = heading(motion, joint);
     let mut since = vec![f64::NAN; motion.rows()];
-    let mut last: Option<(usize, f64)> = None;
+    let mut last: Option<usize> = None;
     let mut turned: Option<f64> = None;
     for row in 0..motion.rows() {
         if row > 0 && motion.part[row] != motion.part[row - 1] {
             (last, turned) = (None, None);
         }
-        let v = m.v[row];
-        if v.abs() >= rest {
-            if last.is_some_and(|(_, before)| before * v < 0.0) {
+        if heading[row] != 0 {
+            if let Some(last) = last.filter(|last| heading[*last] != heading[row]) {
                 turned = Some(motion.time[row]);
-                let first = last.map_or(row, |(at, _)| at + 1);
-                mark_before(&motion.time, first, motion.time[row], &mut since);
+                mark_before(&motion.time, last + 1, motion.time[row], &mut since);
             }
-            last = Some((row, v));
+            last = Some(row);
         }
         if let Some(turned) = turned {
             since[row] = motion.time[row] - turned;
@@ -47,18 +52,16 @@ fn mark_before(time: &[f64], end: usize, turned: f64, since: &mut [f64]) {
 
 /// [s] Duration of each rest of a joint's rotor before it starts to move.
 pub fn rests(motion: &Motion, joint: usize) -> Vec<f64> {
-    let m = &motion.joints[joint];
-    let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    let rest = rest_speed(motion.model, joint, fastest);
+    let heading = heading(motion, joint);
     let mut rests = Vec::new();
     let mut since: Option<usize> = None;
-    for row in 0..motion.rows() {
+    for (row, heading) in heading.into_iter().enumerate() {
         if since.is_some_and(|since| motion.part[since] != motion.part[row]) {
             since = None;
         }
-        match (m.v[row].abs() < rest, since) {
-            (true, None) => since = Some(row),
-            (false, Some(begin)) => {
+        match (heading, since) {
+            (0, None) => since = Some(row),
+            (1 | -1, Some(begin)) => {
                 rests.push(motion.time[row] - motion.time[begin]);
                 since = None;
             }

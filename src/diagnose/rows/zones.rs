@@ -14,7 +14,8 @@
 
 use nalgebra::DMatrix;
 
-use super::observe::{NOISE_SHARE, rest_speed, root_mean_square};
+use super::observe::{NOISE_SHARE, root_mean_square};
+use super::reversals::heading;
 use crate::dynamics::Dynamics;
 use crate::effects::Motion;
 use crate::units::JointKind;
@@ -167,25 +168,13 @@ fn load(motion: &Motion, joint: usize, coulomb: f64, left_over: Option<&[f64]>) 
 }
 
 fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64], doubt: [f64; 2]) -> Vec<State> {
-    let m = &motion.joints[joint];
-    let fastest = m.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    let rest = rest_speed(motion.model, joint, fastest);
-    (0..motion.rows())
-        .map(|row| {
-            let v = m.v[row];
-            if v.abs() < rest {
-                return State::Rest;
-            }
-            let load = load[row] * v.signum();
-            if load > doubt[1] * coulomb {
-                State::Carried(v > 0.0, true)
-            } else if load < doubt[0] * coulomb {
-                State::Carried(v > 0.0, false)
-            } else {
-                State::InDoubt(v > 0.0)
-            }
-        })
-        .collect()
+    let state = |(heading, load): (i8, &f64)| match load * f64::from(heading) {
+        _ if heading == 0 => State::Rest,
+        driven if driven > doubt[1] * coulomb => State::Carried(heading > 0, true),
+        driven if driven < doubt[0] * coulomb => State::Carried(heading > 0, false),
+        _ => State::InDoubt(heading > 0),
+    };
+    heading(motion, joint).into_iter().zip(load).map(state).collect()
 }
 
 /// Running mean, so that noise of the acceleration does not change flanks.
