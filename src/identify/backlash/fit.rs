@@ -64,7 +64,8 @@ pub(super) struct Fit {
 /// One reversal's likelihood over a range of gaps.
 struct Profile {
     best: Score,
-    at_edge: bool,
+    /// Whether the likeliest gap is the smallest, or the largest, of the range.
+    at: [bool; 2],
     mean: f64,
     deviation: f64,
     scores: Vec<f64>,
@@ -107,7 +108,8 @@ pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction,
     None
 }
 
-/// Where the gap is, what the link share is, and the size of a count: the range searched grows until a gap inside it is found.
+/// Where the gap is, what the link share is, and the size of a count: the range searched grows until a gap inside it is found. None where most
+/// reversals prefer a gap below any that is possible: no wider range would change that.
 fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Spread) -> Option<(f64, f64, f64)> {
     let mut counts = FIRST_RANGE;
     loop {
@@ -117,15 +119,18 @@ fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Sp
         few.sort_by_key(|site| site.window.position.len());
         few.truncate(COARSE_SITES);
         let gaps = grid(-4.0 * count, reach, (2.0 * count).max(reach / MOST_GAPS));
-        let asked = few.len();
+        let most = few.len() / 2;
         // Most gaps are found in the first range, where the likelihood shows at once which reversals are explained.
         if counts > FIRST_RANGE {
             few = few.into_par_iter().filter(|site| is_explained(site, &gaps, spread)).collect();
         }
         let profiles = scan(&few, &gaps, spread);
-        let inside = profiles.iter().filter(|one| one.usable()).count();
-        if 2 * inside > asked || reach >= largest {
+        let number = |is: fn(&Profile) -> bool| profiles.iter().filter(|one| is(one)).count();
+        if number(Profile::usable) > most || reach >= largest {
             return Some((gaps[pooled_best(&profiles)?], share(&profiles)?.0, count));
+        }
+        if number(Profile::is_below) > most {
+            return None;
         }
         counts *= 2.5;
     }
@@ -192,7 +197,7 @@ fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
     let mean = average(&|b| b);
     Profile {
         best: found[top],
-        at_edge: top == 0 || top + 1 == gaps.len(),
+        at: [top == 0, top + 1 == gaps.len()],
         mean,
         deviation: average(&|b| (b - mean).powi(2)).sqrt(),
         scores,
@@ -213,7 +218,12 @@ impl Profile {
 
     /// Whether its value can be used.
     fn usable(&self) -> bool {
-        self.explained() && self.tells() && !self.at_edge
+        self.explained() && self.tells() && self.at == [false; 2]
+    }
+
+    /// Whether it prefers the smallest gap of the range.
+    fn is_below(&self) -> bool {
+        self.explained() && self.tells() && self.at[0]
     }
 }
 
