@@ -294,6 +294,11 @@ impl Motion<'_> {
         let mut dynamics = Dynamics::new(robot);
         let rest = vec![0.0; dof];
         let mut y = DMatrix::zeros(dof, changes.nrows());
+        // Changes of one body alone are the common case.
+        let of_change = |row: &usize| changes.row(*row).iter().any(|change| *change != 0.0);
+        let first = (0..changes.nrows()).find(of_change).unwrap_or(0);
+        let count = (first..changes.nrows()).rfind(of_change).map_or(0, |last| last + 1 - first);
+        let changes = changes.rows(first, count);
         let mut product = DMatrix::zeros(dof, changes.ncols());
         for row in 0..self.rows() {
             let each =
@@ -303,7 +308,7 @@ impl Motion<'_> {
                 true => dynamics.regressor(&q, &rest, &rest, &mut y),
                 false => dynamics.regressor(&q, &each(|m| &m.v), &each(|m| &m.a), &mut y),
             }
-            y.mul_to(changes, &mut product);
+            y.columns(first, count).mul_to(&changes, &mut product);
             for (joint, torques) in torques.iter_mut().enumerate() {
                 torques.iter_mut().enumerate().for_each(|(k, torque)| torque.push(product[(joint, k)]));
             }

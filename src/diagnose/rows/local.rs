@@ -18,7 +18,7 @@
 //! References: A. Savitzky, M. J. E. Golay (1964); J. Fan, I. Gijbels (1996), Local Polynomial Modelling and Its Applications, ch. 3 (weights
 //! of uneven designs).
 
-use nalgebra::{Matrix4, Matrix4x3, Vector3};
+use nalgebra::{Matrix4, Matrix4x3};
 
 use super::kernel::{Averages, density, density_slope, share_before};
 
@@ -82,39 +82,45 @@ impl LocalWeights {
 
 /// The averages of a signal that is constant within each cell; the outermost cells reach to the ends of the kernel.
 fn of_cells(time: &[f64], t: f64, w: f64) -> Vec<[f64; 3]> {
-    let border = |k: usize| match k {
-        0 => -1.0,
-        k if k == time.len() => 1.0,
-        k => ((0.5 * (time[k - 1] + time[k]) - t) / w).clamp(-1.0, 1.0),
+    let up_to = |s: f64| [share_before(s), -density(s), density_slope(s)];
+    let middles = time.windows(2).map(|pair| ((0.5 * (pair[0] + pair[1]) - t) / w).clamp(-1.0, 1.0));
+    let mut left = up_to(-1.0);
+    let of_cell = |border: f64| {
+        let right = up_to(border);
+        let cell = std::array::from_fn(|kind| right[kind] - left[kind]);
+        left = right;
+        cell
     };
-    let of_cell = |k: usize| {
-        let (l, r) = (border(k), border(k + 1));
-        [share_before(r) - share_before(l), density(l) - density(r), density_slope(r) - density_slope(l)]
-    };
-    (0..time.len()).map(of_cell).collect()
+    middles.chain([1.0]).map(of_cell).collect()
 }
 
 /// Adds the least change that gives the kernel's moments.
 fn correct(weights: &mut [[f64; 3]], time: &[f64], t: f64, w: f64) {
-    let mut gram = Matrix4::zeros();
-    let mut lacking = Matrix4x3::from_fn(|power, kind| MOMENTS[kind][power]);
-    let powers: Vec<[f64; 4]> =
-        time.iter().map(|sample| (sample - t) / w).map(|s| [1.0, s, s * s, s * s * s]).collect();
-    for (weight, powers) in weights.iter().zip(&powers) {
-        for i in 0..4 {
-            for j in 0..4 {
-                gram[(i, j)] += weight[0] * powers[i] * powers[j];
+    // `Σ g s^n` up to twice the degree of the cubic, and up to its degree of the rate and the curvature.
+    let (mut of_value, mut of_others) = ([0.0; 7], [[0.0; 4]; 2]);
+    for ([g, rate, curvature], sample) in weights.iter().zip(time) {
+        let s = (sample - t) / w;
+        let mut power = 1.0;
+        for n in 0..of_value.len() {
+            of_value[n] += g * power;
+            if n < 4 {
+                of_others[0][n] += rate * power;
+                of_others[1][n] += curvature * power;
             }
-            for kind in 0..3 {
-                lacking[(i, kind)] -= weight[kind] * powers[i];
-            }
+            power *= s;
         }
     }
-    let Some(cubic) = gram.lu().solve(&lacking) else { return };
-    for (weight, powers) in weights.iter_mut().zip(&powers) {
-        let g = weight[0];
-        let p: Vector3<f64> = (0..4).map(|i| cubic.row(i).transpose() * powers[i]).sum();
-        (0..3).for_each(|kind| weight[kind] += g * p[kind]);
+    let gram = Matrix4::from_fn(|i, j| of_value[i + j]);
+    let lacking = Matrix4x3::from_fn(|n, kind| {
+        let sum = if kind == 0 { of_value[n] } else { of_others[kind - 1][n] };
+        MOMENTS[kind][n] - sum
+    });
+    let Some(p) = gram.lu().solve(&lacking) else { return };
+    for (weight, sample) in weights.iter_mut().zip(time) {
+        let (g, s) = (weight[0], (sample - t) / w);
+        for (kind, weight) in weight.iter_mut().enumerate() {
+            *weight += g * (p[(0, kind)] + s * (p[(1, kind)] + s * (p[(2, kind)] + s * p[(3, kind)])));
+        }
     }
 }
 

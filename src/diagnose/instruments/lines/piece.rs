@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use crate::diagnose::rows::observe::motor_torque;
-use crate::diagnose::rows::sampling::{Sampling, Window};
+use crate::diagnose::rows::sampling::Sampling;
 use crate::dynamics::Dynamics;
 use crate::effects::kernel_gain;
 use crate::robot::{Model, TorqueAt};
@@ -134,8 +134,16 @@ impl Piece {
         if inner.is_empty() {
             return None;
         }
-        let windows: Option<Vec<_>> = inner.clone().map(|k| sampling.around_time(time[k], WIDE)).collect();
-        let windows = windows?;
+        let fast = |k: usize| {
+            let window = sampling.around_time(time[k], WIDE)?;
+            let of = |x: &[f64]| {
+                let slow = window.averages(x);
+                x[k] - slow.value + window.half_width().powi(2) / 14.0 * slow.curvature
+            };
+            Some((of(q), of(&tau)))
+        };
+        let fast: Option<(Vec<f64>, Vec<f64>)> = inner.clone().map(fast).collect();
+        let (mut position, mut torque) = fast?;
         let speed = |k: usize| (q[k + reach] - q[k - reach]) / (time[k + reach] - time[k - reach]);
         let velocity: Vec<f64> = inner.clone().map(speed).collect();
         let mean = (time[inner.end - 1] - time[inner.start]) / inner.len() as f64;
@@ -143,14 +151,9 @@ impl Piece {
         let moving: Vec<usize> = inner.clone().zip(&weight).filter(|(_, w)| **w > 0.5).map(|(k, _)| k).collect();
         let stands_for = |k: usize| 0.5 * (time[k + 1] - time[k - 1]) / dt;
         inner.clone().zip(&mut weight).for_each(|(k, weight)| *weight *= stands_for(k));
-        let fast = |x: &[f64]| -> Vec<f64> {
-            let of_sample = |((k, window), weight): ((usize, &Window), &f64)| {
-                let slow = window.averages(x);
-                weight * (x[k] - slow.value + window.half_width().powi(2) / 14.0 * slow.curvature)
-            };
-            inner.clone().zip(&windows).zip(&weight).map(of_sample).collect()
-        };
-        let (position, torque) = (fast(q), fast(&tau));
+        for signal in [&mut position, &mut torque] {
+            signal.iter_mut().zip(&weight).for_each(|(x, weight)| *x *= weight);
+        }
         (!moving.is_empty()).then(|| Self {
             held_out,
             start: time[inner.start] - time[0],
