@@ -9,12 +9,16 @@ pub const AFTER_REVERSAL: f64 = 2.0;
 /// [s] Time before a reversal at which its zone begins.
 pub const BEFORE_REVERSAL: f64 = 0.1;
 
+/// [rad/s or m/s] Speed below which a joint counts as at rest.
+pub fn rest(motion: &Motion, joint: usize) -> f64 {
+    let fastest = motion.joints[joint].v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    rest_speed(motion.model, joint, fastest)
+}
+
 /// Direction in which a joint moves in each row: −1 or +1; 0 at rest.
 pub fn heading(motion: &Motion, joint: usize) -> Vec<i8> {
-    let v = &motion.joints[joint].v;
-    let fastest = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    let rest = rest_speed(motion.model, joint, fastest);
-    v.iter().map(|v| if v.abs() < rest { 0 } else { v.signum() as i8 }).collect()
+    let rest = rest(motion, joint);
+    motion.joints[joint].v.iter().map(|v| if v.abs() < rest { 0 } else { v.signum() as i8 }).collect()
 }
 
 /// [s] Time since the last reversal of a joint, negative within [`BEFORE_REVERSAL`] of the next one; NaN elsewhere. A reversal is the first

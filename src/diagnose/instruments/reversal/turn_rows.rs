@@ -3,7 +3,7 @@
 use super::path::{Path, Windows};
 use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::regression::{Block, NU, Solution, System};
-use crate::diagnose::rows::reversals::heading;
+use crate::diagnose::rows::reversals::{heading, rest};
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;
 
@@ -77,7 +77,7 @@ impl<'p, 'm> TurnRows<'p, 'm> {
 /// Rows of a joint around its reversals: from a short time before until some time and some travel after, without rows at rest.
 fn around_turns(motion: &Motion, joint: usize, travel: f64) -> Vec<usize> {
     let m = &motion.joints[joint];
-    let heading = heading(motion, joint);
+    let (heading, rest) = (heading(motion, joint), rest(motion, joint));
     let mut taken = vec![false; motion.rows()];
     for row in 1..motion.rows() {
         let turns = heading[row] != heading[row - 1] && motion.part[row] == motion.part[row - 1];
@@ -97,5 +97,5 @@ fn around_turns(motion: &Motion, joint: usize, travel: f64) -> Vec<usize> {
             taken[other] = true;
         }
     }
-    (0..motion.rows()).filter(|row| taken[*row] && heading[*row] != 0).collect()
+    (0..motion.rows()).filter(|row| taken[*row] && m.direction[*row] != 0.0 && m.v[*row].abs() > 0.5 * rest).collect()
 }
