@@ -11,7 +11,8 @@ use super::quantity;
 use super::robust::Estimates;
 use super::select::{Changes, Sides};
 use crate::diagnose::fit::cause::Cause;
-use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::rows::zones::{Margins, rigid_zone};
 use crate::effects::{Diagnosable, Effect};
 

@@ -4,7 +4,8 @@ use super::quantity;
 use super::robust::Estimates;
 use super::select::{Changes, SURE, Sides, resettle};
 use super::spread::between_sessions;
-use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 
 /// Prior probability that a quantity has changed.
 const PRIOR: f64 = 0.03;

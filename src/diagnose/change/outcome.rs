@@ -8,6 +8,7 @@ use super::select::{Changes, SURE};
 use crate::diagnose::conclude::extend::{self, Identified};
 use crate::diagnose::fit::cause::changed;
 use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::result::{Change, FoundEffect, Measured, Parts};
 use crate::effects::{Catalogue, Effect, Scope, SymmetricFriction};
 use crate::robot::{EffectEntry, Model};
@@ -28,7 +29,7 @@ struct ChangedTerm {
 
 fn found(changes: &Changes, standings: &[f64]) -> Vec<ChangedTerm> {
     let first = changes.shared.len();
-    let of_term = |(index, term): (usize, &&crate::diagnose::fit::problem::Term)| {
+    let of_term = |(index, term): (usize, &&Term)| {
         let quantity = quantity::find(term.effect.name())?;
         Some(ChangedTerm { quantity, joint: term.joints[0], term: first + index, standing: standings[index] })
     };
@@ -106,9 +107,7 @@ fn change(problem: &Problem, changes: &Changes, one: &ChangedTerm, all: &[Change
 
 /// Position of the shared term that fits a rotor's inertia on both sides.
 fn shared_inertia(changes: &Changes, joint: usize) -> Option<usize> {
-    let own = |term: &crate::diagnose::fit::problem::Term| {
-        term.joints == [joint] && quantity::find(term.effect.name()).is_some()
-    };
+    let own = |term: &Term| term.joints == [joint] && quantity::find(term.effect.name()).is_some();
     changes.shared.iter().position(own)
 }
 

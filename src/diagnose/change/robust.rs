@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::mean_slope;
 
 /// [s] Length of a block.

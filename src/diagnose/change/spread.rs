@@ -9,7 +9,8 @@ use crate::diagnose::fit::cause::Cause;
 use std::ops::Range;
 
 use super::robust::Estimates;
-use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 
 /// Sessions count if their standard error is at most this multiple of the smallest one. A slow staircase determines an inertia poorly,
 /// and mainly by errors of the friction law.

@@ -20,7 +20,8 @@ use std::collections::BTreeMap;
 
 use crate::diagnose::fit::estimate;
 use crate::diagnose::fit::pose::nothing_moves;
-use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::torque_scale::TorqueScale;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::instruments::two_encoders::Encoders;

@@ -6,8 +6,9 @@
 
 use crate::diagnose::evidence::pattern_search::{likeliest, with_term};
 use crate::diagnose::evidence::prediction::{Prediction, predict};
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::NU;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::options::Rules;
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::gains;

@@ -21,7 +21,8 @@ use std::f64::consts::TAU;
 
 use super::prediction::Evidence;
 use super::prewhitened::Prewhitened;
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
+use crate::diagnose::fit::term::Term;
 
 /// [2π/R] Distance of the nearest neighbour: further than the side lobe of a line in the same place.
 const NEAREST: f64 = 1.5;

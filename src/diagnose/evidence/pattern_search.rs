@@ -4,8 +4,9 @@ use crate::diagnose::fit::cause::Cause;
 use rayon::prelude::*;
 
 use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::Score;
+use crate::diagnose::fit::term::Term;
 
 /// Number of harmonics of a kind that are fitted in full after a scan of all orders.
 const SHORTLIST: usize = 2;

@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use crate::diagnose::fit::inertial::Treated;
-use crate::diagnose::fit::problem::{FOLDS, Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{FOLDS, Fitted, Part, Problem};
 use crate::diagnose::fit::regression::Solution;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::options::Rules;
 
 /// Log-likelihood of a model's predictions by joint [nats], as if rows were independent.

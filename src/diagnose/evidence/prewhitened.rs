@@ -12,8 +12,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::diagnose::fit::problem::{FOLDS, Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{FOLDS, Fitted, Part, Problem};
 use crate::diagnose::fit::regression::{Block, NU, Score, Solution, System};
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::mean_slope;
 use crate::linear::Equilibrated;
 

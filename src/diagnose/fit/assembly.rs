@@ -2,8 +2,9 @@
 
 use super::baseline::JointBaseline;
 use super::inertial::{Inertial, Treated};
-use super::problem::{Fitted, Part, Problem, Term};
+use super::problem::{Fitted, Part, Problem};
 use super::regression::{Block, NU, Solution, System, profile_likelihood};
+use super::term::Term;
 
 /// A system, and the positions of its coefficients.
 pub struct Assembled {

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use nalgebra::DVector;
 
 use super::baseline::{COULOMB, FALLING, Falling, VISCOUS};
-use super::problem::{Fitted, Problem, Term};
+use super::problem::{Fitted, Problem};
+use super::term::Term;
 use super::uncertainty::{SYSTEMATIC, Uncertainty};
 use crate::diagnose::result::Measured;
 use crate::effects::{Motion, SymmetricFriction};

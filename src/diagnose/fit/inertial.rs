@@ -6,17 +6,17 @@
 //! What the motion shows of `u` are the directions `z = Vᵀ u` with the largest torque: `V` are eigenvectors of the Gram matrix of the
 //! torques, each divided by the RMS torque of its joint. Their prior is `N(0, 1)` again; all other directions are left out.
 //!
-//! A fit of all joints has the columns of all directions, a fit of one joint those of its [view](super::views).
+//! A fit of all joints has the columns of all directions, a fit of one joint those of its [view](super::view).
 //! References: M. Gautier (1997), Dynamic identification of robots with power model; G. A. F. Seber, A. J. Lee (2003), Linear Regression
 //! Analysis, ch. 12 (priors as ridges).
 
 use nalgebra::{DMatrix, DVector};
 
-use super::problem::{Fitted, Problem, Term};
-use super::views::View;
+use super::term::Term;
+use super::view::{View, combined};
 use crate::diagnose::rows::observe::root_mean_square;
-use crate::effects::{JointMotion, Kind, Motion};
-use crate::robot::{Accuracy, Model};
+use crate::effects::Motion;
+use crate::robot::Accuracy;
 
 /// [1] Torque of one standard deviation, as a share of the RMS torque, below which a direction is left out: no friction law is as accurate.
 const LEAST_TORQUE: f64 = 1e-3;
@@ -27,25 +27,26 @@ const ROWS: usize = 2000;
 #[derive(Debug, Clone)]
 pub struct Inertial {
     /// `V`: one row per nominal value (ten a body, then rotors, then torque constants), one column per direction.
-    directions: DMatrix<f64>,
+    pub directions: DMatrix<f64>,
     /// `columns[joint][direction][row]` [N·m or N]: torque of one standard deviation.
     pub columns: Vec<Vec<Vec<f64>>>,
     /// Whether the columns contain what deviations do to the torque of effects.
-    altered: bool,
+    pub altered: bool,
     /// What each joint can still decide; `None` before the first fit.
     pub views: Vec<Option<View>>,
     /// The deviations of the last fit that was held.
-    last: Option<Deviations>,
+    pub last: Option<Deviations>,
     /// Whether they are no longer fitted.
-    fixed: bool,
+    pub fixed: bool,
 }
 
 /// Deviations `z` and their torque.
 #[derive(Debug, Clone)]
-struct Deviations {
-    z: DVector<f64>,
+pub struct Deviations {
+    /// `z`
+    pub z: DVector<f64>,
     /// `torque[joint][row]`
-    torque: Vec<Vec<f64>>,
+    pub torque: Vec<Vec<f64>>,
 }
 
 /// How a fit treats the deviations.
@@ -118,29 +119,30 @@ impl Inertial {
     }
 
     /// `u`: deviations of the nominal values, in standard deviations.
-    fn values(&self, z: &DVector<f64>) -> DVector<f64> {
+    pub fn values(&self, z: &DVector<f64>) -> DVector<f64> {
         &self.directions * z
     }
 
-    fn held(&self) -> Option<&Deviations> {
+    /// The deviations that are held, where they are not fitted.
+    pub fn held(&self) -> Option<&Deviations> {
         self.last.as_ref().filter(|_| self.fixed)
     }
 
-    fn torque_of(&self, joint: usize, z: &DVector<f64>) -> Vec<f64> {
+    /// Torque of deviations on a joint.
+    pub fn torque_of(&self, joint: usize, z: &DVector<f64>) -> Vec<f64> {
         combined(&self.columns[joint], z)
     }
 
-    /// `z` of a fit; for the fit of one joint, what its rows and those of the other joints say together.
-    fn estimate(&self, fitted: &Fitted) -> DVector<f64> {
-        let own =
-            |treated: Treated| DVector::from_column_slice(&fitted.solution.coefficients.as_slice()[treated.range()]);
-        match (fitted.inertial, self.held()) {
+    /// `z` of the coefficients of a fit; for the fit of one joint, what its rows and those of the other joints say together.
+    pub fn estimate(&self, treated: Treated, coefficients: &DVector<f64>) -> DVector<f64> {
+        let own = || DVector::from_column_slice(&coefficients.as_slice()[treated.range()]);
+        match (treated, self.held()) {
             (Treated::Fixed, Some(held)) => held.z.clone(),
             (Treated::Fixed, None) => DVector::zeros(self.count()),
-            (treated @ Treated::Shared { .. }, _) => own(treated),
-            (treated @ Treated::Seen { joint, .. }, _) => match &self.views[joint] {
-                Some(view) => view.deviations(&own(treated), self.count()),
-                None => own(treated),
+            (Treated::Shared { .. }, _) => own(),
+            (Treated::Seen { joint, .. }, _) => match &self.views[joint] {
+                Some(view) => view.deviations(&own(), self.count()),
+                None => own(),
             },
         }
     }
@@ -149,15 +151,6 @@ impl Inertial {
     pub fn view(&self, joint: usize, terms: &[&Term]) -> Option<&View> {
         self.views[joint].as_ref().filter(|view| view.is_beside(terms))
     }
-}
-
-/// `Σ c_k column_k`.
-pub fn combined<'c>(columns: &[Vec<f64>], coefficients: impl IntoIterator<Item = &'c f64>) -> Vec<f64> {
-    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
-    for (column, c) in columns.iter().zip(coefficients) {
-        sum.iter_mut().zip(column).for_each(|(sum, x)| *sum += c * x);
-    }
-    sum
 }
 
 /// Gram matrix of the torques of all directions, `torques[joint][direction][row]`, each divided by the RMS torque of its joint and averaged. Joints
@@ -181,7 +174,7 @@ fn gram(motion: &Motion, torques: &[Vec<Vec<f64>>]) -> DMatrix<f64> {
 }
 
 /// Torque of each direction on each joint.
-fn torques(
+pub fn torques(
     motion: &Motion,
     accuracy: &Accuracy,
     deviations: &DMatrix<f64>,
@@ -201,159 +194,4 @@ fn torques(
         }
     }
     torques
-}
-
-/// What the torque constants in each direction do to the torque of an effect of the machine.
-fn rescaled(
-    motion: &Motion,
-    accuracy: &Accuracy,
-    directions: &DMatrix<f64>,
-    term: &Term,
-    coefficients: &[f64],
-) -> Vec<Vec<Vec<f64>>> {
-    let first = directions.nrows() - motion.joints.len();
-    let of_joint = |(joint, m): (usize, &JointMotion)| -> Vec<Vec<f64>> {
-        let place = term.joints.iter().position(|own| *own == joint).filter(|_| m.has_current);
-        let torque =
-            place.map_or_else(|| vec![0.0; motion.rows()], |place| combined(&term.columns[place], coefficients));
-        let scale = |u: &f64| torque.iter().map(|torque| -accuracy.torque_constants * u * torque).collect();
-        directions.row(first + joint).iter().map(scale).collect()
-    };
-    motion.joints.iter().enumerate().map(of_joint).collect()
-}
-
-impl Problem<'_> {
-    /// From now on the nominal model may deviate within its stated accuracy.
-    pub fn deviate(&mut self) {
-        self.inertial = Inertial::new(&self.motion);
-    }
-
-    /// The joints that a fit of some joints has to include: all, where deviations of the model couple several.
-    pub fn within(&self, joints: Vec<usize>) -> Vec<usize> {
-        if self.is_deviating() && joints.len() > 1 { self.joints() } else { joints }
-    }
-
-    /// Whether deviations are fitted.
-    fn is_deviating(&self) -> bool {
-        self.inertial.as_ref().is_some_and(|inertial| inertial.held().is_none())
-    }
-
-    /// Whether a joint can be fitted alone beside these terms, because it is known what the other joints say of all that they share.
-    pub fn stands_alone(&self, joints: &[usize], terms: &[&Term]) -> bool {
-        let [joint] = joints else { return false };
-        let own: Vec<&Term> = terms.iter().copied().filter(|term| term.joints != *joints).collect();
-        self.is_deviating() && self.inertial.as_ref().is_some_and(|inertial| inertial.view(*joint, &own).is_some())
-    }
-
-    /// How a fit of these joints and terms treats the deviations, with the first coefficient that is free.
-    pub fn treated(&self, joints: &[usize], terms: &[&Term], at: usize) -> Treated {
-        match (self.inertial.as_ref().filter(|inertial| !inertial.fixed), joints) {
-            (None, _) => Treated::Fixed,
-            (Some(inertial), [joint]) if inertial.columns.len() > 1 => {
-                let view = inertial.view(*joint, terms);
-                let count = view.map_or(inertial.count(), |view| view.columns.len());
-                Treated::Seen { joint: *joint, at, count, with_machine: view.is_some() }
-            }
-            (Some(inertial), _) => Treated::Shared { at, count: inertial.count() },
-        }
-    }
-
-    /// Columns of the deviations for a joint, and the torque that is known of them.
-    pub fn deviations(&self, joint: usize, terms: &[&Term], treated: Treated) -> (&[Vec<f64>], Option<&[f64]>) {
-        let Some(inertial) = &self.inertial else { return (&[], None) };
-        match (treated, inertial.held()) {
-            (Treated::Fixed, Some(held)) => (&[], Some(&held.torque[joint])),
-            (Treated::Fixed, None) => (&[], None),
-            (Treated::Shared { .. }, _) => (&inertial.columns[joint], None),
-            (Treated::Seen { .. }, _) => match inertial.view(joint, terms) {
-                Some(view) => (&view.columns, Some(&view.shift)),
-                None => (&inertial.columns[joint], None),
-            },
-        }
-    }
-
-    /// Torque of the deviations of a fit on a joint in all rows; `None` where there are none.
-    pub fn deviating_torque(&self, fitted: &Fitted, joint: usize) -> Option<Vec<f64>> {
-        let inertial = self.inertial.as_ref()?;
-        match (fitted.inertial, inertial.held()) {
-            (Treated::Fixed, Some(held)) => Some(held.torque[joint].clone()),
-            (Treated::Fixed, None) => None,
-            (Treated::Seen { joint: own, .. }, _) if own == joint => match &inertial.views[joint] {
-                Some(view) => Some(view.torque(&fitted.solution.coefficients.as_slice()[fitted.inertial.range()])),
-                None => Some(inertial.torque_of(joint, &inertial.estimate(fitted))),
-            },
-            _ => Some(inertial.torque_of(joint, &inertial.estimate(fitted))),
-        }
-    }
-
-    /// Deviations alter the torque of physical effects of the machine: of bodies where it is proportional to masses, of torque constants where it is
-    /// computed from a current, as that of the links. From now on as at this fit, if it has such effects.
-    pub fn deviate_beside(&mut self, terms: &[&Term], fitted: &Fitted) {
-        let Some(inertial) = &mut self.inertial else { return };
-        let accuracy = self.motion.model.accuracy;
-        let deviations = accuracy.inertial_deviations(&self.motion.model.robot);
-        let changes = &deviations * inertial.directions.rows(0, deviations.ncols());
-        let (motion, directions) = (&self.motion, &inertial.directions);
-        let of_term = |(term, at): (&&Term, &usize)| {
-            let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
-            let by_scale = rescaled(motion, &accuracy, directions, term, own);
-            term.effect.on_changed_bodies(motion, &changes, own).into_iter().chain([by_scale])
-        };
-        let physical = |term: &&Term| term.is_machine() && term.effect.about().kind == Kind::Physics;
-        let found = terms.iter().zip(&fitted.term_at).filter(|(term, _)| physical(term));
-        let altered: Vec<_> = found.flat_map(of_term).collect();
-        if altered.is_empty() && !inertial.altered {
-            return;
-        }
-        inertial.altered = !altered.is_empty();
-        inertial.columns = torques(&self.motion, &accuracy, &deviations, &inertial.directions);
-        inertial.views.fill(None);
-        for torque in &altered {
-            for (column, torque) in inertial.columns.iter_mut().flatten().zip(torque.iter().flatten()) {
-                column.iter_mut().zip(torque).for_each(|(sum, x)| *sum += x);
-            }
-        }
-    }
-
-    /// From now on the deviations have the values of this fit.
-    pub fn hold(&mut self, fitted: &Fitted) {
-        if let Some(inertial) = &mut self.inertial {
-            let z = inertial.estimate(fitted);
-            let torque = (0..inertial.columns.len()).map(|joint| inertial.torque_of(joint, &z)).collect();
-            (inertial.last, inertial.fixed) = (Some(Deviations { z, torque }), true);
-        }
-    }
-
-    /// From now on the deviations are fitted.
-    pub fn free(&mut self) {
-        if let Some(inertial) = &mut self.inertial {
-            inertial.fixed = false;
-        }
-    }
-
-    /// From now on the deviations have the values that were held before.
-    pub fn hold_again(&mut self) {
-        if let Some(inertial) = &mut self.inertial {
-            inertial.fixed = inertial.last.is_some();
-        }
-    }
-
-    /// The nominal model with the deviations that are held; and the true torque of
-    /// each joint relative to that of the nominal model.
-    pub fn deviating_model(&self) -> (Model, Vec<f64>) {
-        let (model, dof) = (self.motion.model, self.baseline.len());
-        let held = self.inertial.as_ref().and_then(|inertial| Some((inertial, inertial.values(&inertial.held()?.z))));
-        let Some((_, u)) = held else { return (model.clone(), vec![1.0; dof]) };
-        let factor = |joint: usize| model.accuracy.torque_factor(u[u.len() - dof + joint]);
-        (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
-    }
-
-    /// Row of a joint's torque constant in the directions, and its deviation `u` where deviations are held.
-    pub fn constant(&self, joint: usize) -> Option<(Vec<f64>, f64)> {
-        let inertial = self.inertial.as_ref()?;
-        let at = inertial.directions.nrows() - self.baseline.len() + joint;
-        let row: Vec<f64> = inertial.directions.row(at).iter().copied().collect();
-        let u = inertial.held()?.z.iter().zip(&row).map(|(z, v)| z * v).sum();
-        Some((row, u))
-    }
 }

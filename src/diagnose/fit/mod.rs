@@ -2,12 +2,13 @@
 //!
 //! Takes rows and the terms of a model. Gives coefficients, shapes and Stribeck velocities with standard errors.
 //! - `pose`: from sessions to the regression problem
-//! - `problem`: rows, zones, parts of the data, terms
+//! - `problem`: rows, zones, parts of the data; `term`: a cause in a fit
 //! - `assembly`: the system of equations of a fit, and its solution
 //! - `stribeck`: the Stribeck velocities that suit the terms
 //! - `new_sessions`: what is freed in held-out sessions without training rows
 //! - `baseline`: the free parameters of the nominal model
-//! - `inertial`: deviations of the nominal model within its stated accuracy; `views`: what one joint's rows can decide of them
+//! - `inertial`: deviations of the nominal model within its stated accuracy; `view`: what one joint's rows can decide of them; `deviations`: fits
+//!   with them
 //! - `cause`: the cause of a term, an effect or the change of an effect
 //! - `regression`: linear regression with a heavy-tailed error
 //! - `uncertainty`: standard errors by a jackknife over blocks of time
@@ -19,6 +20,7 @@
 pub mod assembly;
 pub mod baseline;
 pub mod cause;
+mod deviations;
 pub mod estimate;
 pub mod golden;
 pub mod inertial;
@@ -27,7 +29,8 @@ pub mod pose;
 pub mod problem;
 pub mod regression;
 mod stribeck;
+pub mod term;
 pub mod torque_scale;
 pub mod typical;
 pub mod uncertainty;
-mod views;
+mod view;

@@ -2,8 +2,9 @@
 
 use nalgebra::DVector;
 
-use super::problem::{Part, Problem, Term};
+use super::problem::{Part, Problem};
 use super::regression::{Block, NU, System};
+use super::term::Term;
 
 impl Problem<'_> {
     /// On held-out rows, frees what may differ in sessions without training rows: the Coulomb level (with a prior of 5 %), the offset of a torque,

@@ -1,49 +1,13 @@
-//! The regression problem of a diagnosis: rows, zones, splits, and the terms of the model.
+//! The regression problem of a diagnosis: rows, zones, and parts of the data.
 
 use super::baseline::JointBaseline;
 use super::cause::Cause;
 use super::inertial::{Inertial, Treated};
 use super::regression::Solution;
+use super::term::Term;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
-use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion, Scope};
-
-/// An effect on certain joints, which share its coefficients.
-#[derive(Clone)]
-pub struct Term {
-    /// The effect.
-    pub effect: Cause,
-    /// One joint, or all of them for an effect of the machine. After a joint whose link is loaded come the other axes that move it.
-    pub joints: Vec<usize>,
-    /// Its shape.
-    pub shape: Vec<f64>,
-    /// `columns[position in joints][coefficient][row]`.
-    pub columns: Vec<Vec<Vec<f64>>>,
-}
-
-impl Term {
-    /// Evaluates an effect along the motion.
-    pub fn new(motion: &Motion, effect: impl Into<Cause>, joints: &[usize], shape: Vec<f64>) -> Self {
-        let effect = effect.into();
-        let columns = effect.columns_of(motion, joints, &shape);
-        Self { effect, joints: joints.to_vec(), shape, columns }
-    }
-
-    /// Number of linear coefficients.
-    pub fn coefficients(&self) -> usize {
-        self.columns.first().map_or(0, Vec::len)
-    }
-
-    /// Joints that it is an effect of: all, or one.
-    pub fn own_joints(&self) -> &[usize] {
-        if self.is_machine() { &self.joints } else { &self.joints[..1] }
-    }
-
-    /// Whether one set of parameters applies to the whole machine.
-    pub fn is_machine(&self) -> bool {
-        self.effect.about().scope == Scope::Machine
-    }
-}
+use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion};
 
 /// A part of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::assembly::Assembled;
 use super::baseline::{FALLING, Falling, JointBaseline, stribeck_grid};
 use super::golden::golden_section;
-use super::problem::{Fitted, Part, Problem, Term};
+use super::problem::{Fitted, Part, Problem};
 use super::regression::NU;
+use super::term::Term;
 use crate::effects::falling;
 
 /// Least amount of the falling part of friction in the data, in equivalent independent rows, for which the Stribeck velocity is fitted.

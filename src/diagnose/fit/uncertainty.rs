@@ -25,8 +25,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::baseline::FALLING;
-use super::problem::{Fitted, Part, Problem, Term};
+use super::problem::{Fitted, Part, Problem};
 use super::regression::{Block, NU, Solution, System};
+use super::term::Term;
 use crate::distributions::{NORMAL_975, student_975};
 use crate::linear::{Equilibrated, scale};
 

@@ -10,8 +10,9 @@
 use std::f64::consts::TAU;
 
 use crate::diagnose::fit::pose::needs_narrow_rows;
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::{Block, Score};
+use crate::diagnose::fit::term::Term;
 use crate::effects::{Columns, Diagnosable, Motion};
 
 /// Probability by chance of a line for a joint and an effect.

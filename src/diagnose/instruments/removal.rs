@@ -1,6 +1,7 @@
 //! Recordings without the torque of named effects, so that later stages do not see it.
 
-use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::select::selection::Selection;
 use crate::drive::Sensing;
 use crate::effects::Motion;

@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use crate::diagnose::fit::golden::golden_section;
 use crate::diagnose::fit::inertial::Treated;
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::{Block, Score};
+use crate::diagnose::fit::term::Term;
 use crate::effects::Scope;
 
 /// Number of shapes that are fitted in full after a scan.

@@ -6,7 +6,8 @@
 
 use super::own_gains;
 use super::selection::{Selection, evidence_beside, resettle};
-use crate::diagnose::fit::problem::{Problem, Term};
+use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
 use crate::effects::{About, Catalogue};

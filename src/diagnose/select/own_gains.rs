@@ -1,8 +1,9 @@
 //! The gain of each effect of a selection on held-out data, see [`gains`](crate::diagnose::residuals::gains).
 
 use super::selection::Selection;
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::NU;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::residuals::gains::{Judge, Residuals, TORQUE};
 use crate::diagnose::result::EffectGain;
 use crate::replay::Gain;

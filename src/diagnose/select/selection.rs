@@ -10,7 +10,8 @@ use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weighed};
 use crate::diagnose::fit::baseline::JointBaseline;
 use crate::diagnose::fit::inertial::Treated;
-use crate::diagnose::fit::problem::{Fitted, Part, Problem, Term};
+use crate::diagnose::fit::problem::{Fitted, Part, Problem};
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::options::Rules;
 use crate::effects::{Kind, SymmetricFriction};
 

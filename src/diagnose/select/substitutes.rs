@@ -9,7 +9,8 @@
 use super::selection::{Selection, Taken, terms_of};
 use crate::diagnose::evidence::pattern_search::likeliest;
 use crate::diagnose::evidence::prediction::{Prediction, predict};
-use crate::diagnose::fit::problem::{Part, Problem, Term};
+use crate::diagnose::fit::problem::{Part, Problem};
+use crate::diagnose::fit::term::Term;
 
 /// [1] Logarithm by which a pattern has to lower the error scale on one joint of the effect: more than the inaccuracy of an effect's law.
 /// Patterns in the place of a true effect lowered it by at most 0.04, where they gained evidence at all (30 tuning machines, seeds 1404 to

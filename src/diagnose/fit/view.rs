@@ -10,15 +10,12 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::cause::Cause;
-use super::inertial::{Treated, combined};
-use super::problem::{Fitted, Part, Problem, Term};
 use super::regression::Block;
+use super::term::Term;
 use crate::linear::Equilibrated;
 
 /// [1] Information of a joint's own rows, relative to what is known without them, below which a direction stays where it is.
 const LEAST_INFORMATION: f64 = 0.01;
-/// [1] Precision of what has no prior, as a share of what all rows say of it: half of the digits.
-const FLAT: f64 = 1e-8;
 
 /// The shared coefficients as the rows of one joint see them.
 #[derive(Debug, Clone)]
@@ -34,6 +31,36 @@ pub struct View {
 }
 
 impl View {
+    /// What a joint can decide of the coefficients of these `columns`, where the others say what they know; `beside` are the effects among them.
+    pub fn new(
+        beside: Vec<(Cause, Vec<f64>)>,
+        columns: &[&Vec<f64>],
+        prior: &DVector<f64>,
+        known: &[Information],
+        joint: usize,
+    ) -> Option<Self> {
+        let n = prior.len();
+        let (mut precision, mut b) = (DMatrix::from_diagonal(prior), DVector::zeros(n));
+        for (_, other) in known.iter().enumerate().filter(|(other, _)| *other != joint) {
+            precision += &other.q;
+            b += &other.b;
+        }
+        // Rounding may leave the sum a little unsymmetric.
+        let precision = (&precision + precision.transpose()) * 0.5;
+        let factor = precision.cholesky()?;
+        let offset = factor.solve(&b);
+        // C = L⁻ᵀ, with L Lᵀ the precision.
+        let root = factor.l().transpose().solve_upper_triangular(&DMatrix::identity(n, n))?;
+        let own = root.transpose() * &known[joint].q * &root;
+        let eigen = ((&own + own.transpose()) * 0.5).symmetric_eigen();
+        let shown: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > LEAST_INFORMATION).collect();
+        let basis = root * eigen.eigenvectors.select_columns(&shown);
+        let owned: Vec<Vec<f64>> = columns.iter().map(|column| (*column).clone()).collect();
+        let shift = combined(&owned, offset.iter());
+        let columns = basis.column_iter().map(|c| combined(&owned, c.iter())).collect();
+        Some(Self { beside, offset, basis, shift, columns })
+    }
+
     /// Whether exactly these effects of the machine are shared.
     pub fn is_beside(&self, terms: &[&Term]) -> bool {
         let mut machine = terms.iter().filter(|term| term.is_machine());
@@ -57,56 +84,16 @@ impl View {
     }
 }
 
-impl Problem<'_> {
-    /// Updates what each joint can decide, from a loose fit of all joints with these terms.
-    pub fn look(&mut self, terms: &[&Term], fitted: &Fitted) {
-        let (Some(inertial), Treated::Shared { at, count }) = (&self.inertial, fitted.inertial) else { return };
-        if self.baseline.len() < 2 {
-            return;
-        }
-        let system = self.system(terms, Part::Train, true).system;
-        let machine: Vec<(&Term, usize)> =
-            terms.iter().copied().zip(fitted.term_at.iter().copied()).filter(|(term, _)| term.is_machine()).collect();
-        let mut shared: Vec<usize> = (at..at + count).collect();
-        shared.extend(machine.iter().flat_map(|(term, at)| *at..at + term.coefficients()));
-        let x = DVector::from_iterator(shared.len(), shared.iter().map(|at| fitted.solution.coefficients[*at]));
-        let of_joint = |joint: usize| {
-            let solution = &fitted.solution;
-            let trust = self.independence[joint] / solution.scale[joint].powi(2);
-            let weights: Vec<f64> = solution.weights[joint].iter().map(|w| w * trust).collect();
-            Information::new(&system.blocks[joint], &weights, &solution.residual[joint], &shared, &x)
-        };
-        let known: Vec<Information> = (0..self.baseline.len()).map(of_joint).collect();
-        let mut prior = DVector::zeros(shared.len());
-        for (k, at) in shared.iter().enumerate() {
-            let stated = system.priors.iter().filter(|(of, _)| of == at).map(|(_, precision)| precision).sum::<f64>();
-            let shown: f64 = known.iter().map(|known| known.q[(k, k)]).sum();
-            prior[k] = stated + if shown > 0.0 { FLAT * shown } else { 1.0 };
-        }
-        let beside: Vec<(Cause, Vec<f64>)> =
-            machine.iter().map(|(term, _)| (term.effect, term.shape.clone())).collect();
-        let columns = |joint: usize| -> Vec<&Vec<f64>> {
-            let place = |term: &Term| term.joints.iter().position(|own| *own == joint).unwrap_or(0);
-            let of_terms = machine.iter().flat_map(|(term, _)| &term.columns[place(term)]);
-            inertial.columns[joint].iter().chain(of_terms).collect()
-        };
-        let seen = |joint| Some(View { beside: beside.clone(), ..view(&columns(joint), &prior, &known, joint)? });
-        let views = (0..known.len()).map(seen).collect();
-        if let Some(inertial) = &mut self.inertial {
-            inertial.views = views;
-        }
-    }
-}
-
 /// What one joint's rows say about the shared coefficients: `−½ xᵀ Q x + bᵀ x`.
-struct Information {
-    q: DMatrix<f64>,
+pub struct Information {
+    /// `Q`
+    pub q: DMatrix<f64>,
     b: DVector<f64>,
 }
 
 impl Information {
     /// From the columns of a joint at the coefficients `x`; all columns that are not shared are fitted beside them.
-    fn new(block: &Block, weights: &[f64], residual: &[f64], shared: &[usize], x: &DVector<f64>) -> Self {
+    pub fn new(block: &Block, weights: &[f64], residual: &[f64], shared: &[usize], x: &DVector<f64>) -> Self {
         let of = |index: &usize| block.columns.iter().find(|(own, _)| own == index).map(|(_, column)| column);
         let ours: Vec<Option<&Vec<f64>>> = shared.iter().map(of).collect();
         let others: Vec<Option<&Vec<f64>>> =
@@ -135,26 +122,11 @@ impl Information {
     }
 }
 
-/// What a joint can decide, where the others say what they know; `beside` is left empty.
-fn view(columns: &[&Vec<f64>], prior: &DVector<f64>, known: &[Information], joint: usize) -> Option<View> {
-    let n = prior.len();
-    let (mut precision, mut b) = (DMatrix::from_diagonal(prior), DVector::zeros(n));
-    for (_, other) in known.iter().enumerate().filter(|(other, _)| *other != joint) {
-        precision += &other.q;
-        b += &other.b;
+/// `Σ c_k column_k`.
+pub fn combined<'c>(columns: &[Vec<f64>], coefficients: impl IntoIterator<Item = &'c f64>) -> Vec<f64> {
+    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
+    for (column, c) in columns.iter().zip(coefficients) {
+        sum.iter_mut().zip(column).for_each(|(sum, x)| *sum += c * x);
     }
-    // Rounding may leave the sum a little unsymmetric.
-    let precision = (&precision + precision.transpose()) * 0.5;
-    let factor = precision.cholesky()?;
-    let offset = factor.solve(&b);
-    // C = L⁻ᵀ, with L Lᵀ the precision.
-    let root = factor.l().transpose().solve_upper_triangular(&DMatrix::identity(n, n))?;
-    let own = root.transpose() * &known[joint].q * &root;
-    let eigen = ((&own + own.transpose()) * 0.5).symmetric_eigen();
-    let shown: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > LEAST_INFORMATION).collect();
-    let basis = root * eigen.eigenvectors.select_columns(&shown);
-    let owned: Vec<Vec<f64>> = columns.iter().map(|column| (*column).clone()).collect();
-    let shift = combined(&owned, offset.iter());
-    let columns = basis.column_iter().map(|c| combined(&owned, c.iter())).collect();
-    Some(View { beside: Vec::new(), offset, basis, shift, columns })
+    sum
 }

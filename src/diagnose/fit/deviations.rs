@@ -1,0 +1,210 @@
+//! A fit whose nominal model deviates within its stated accuracy: what is free in it, what is held, and what one joint's rows can decide.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::cause::Cause;
+use super::inertial::{Deviations, Inertial, Treated, torques};
+use super::problem::{Fitted, Part, Problem};
+use super::term::Term;
+use super::view::{Information, View, combined};
+use crate::effects::{JointMotion, Kind, Motion};
+use crate::robot::{Accuracy, Model};
+
+/// [1] Precision of what has no prior, as a share of what all rows say of it: half of the digits.
+const FLAT: f64 = 1e-8;
+
+impl Problem<'_> {
+    /// From now on the nominal model may deviate within its stated accuracy.
+    pub fn deviate(&mut self) {
+        self.inertial = Inertial::new(&self.motion);
+    }
+
+    /// The joints that a fit of some joints has to include: all, where deviations of the model couple several.
+    pub fn within(&self, joints: Vec<usize>) -> Vec<usize> {
+        if self.is_deviating() && joints.len() > 1 { self.joints() } else { joints }
+    }
+
+    /// Whether deviations are fitted.
+    fn is_deviating(&self) -> bool {
+        self.inertial.as_ref().is_some_and(|inertial| inertial.held().is_none())
+    }
+
+    /// Whether a joint can be fitted alone beside these terms, because it is known what the other joints say of all that they share.
+    pub fn stands_alone(&self, joints: &[usize], terms: &[&Term]) -> bool {
+        let [joint] = joints else { return false };
+        let own: Vec<&Term> = terms.iter().copied().filter(|term| term.joints != *joints).collect();
+        self.is_deviating() && self.inertial.as_ref().is_some_and(|inertial| inertial.view(*joint, &own).is_some())
+    }
+
+    /// How a fit of these joints and terms treats the deviations, with the first coefficient that is free.
+    pub fn treated(&self, joints: &[usize], terms: &[&Term], at: usize) -> Treated {
+        match (self.inertial.as_ref().filter(|inertial| !inertial.fixed), joints) {
+            (None, _) => Treated::Fixed,
+            (Some(inertial), [joint]) if inertial.columns.len() > 1 => {
+                let view = inertial.view(*joint, terms);
+                let count = view.map_or(inertial.count(), |view| view.columns.len());
+                Treated::Seen { joint: *joint, at, count, with_machine: view.is_some() }
+            }
+            (Some(inertial), _) => Treated::Shared { at, count: inertial.count() },
+        }
+    }
+
+    /// Columns of the deviations for a joint, and the torque that is known of them.
+    pub fn deviations(&self, joint: usize, terms: &[&Term], treated: Treated) -> (&[Vec<f64>], Option<&[f64]>) {
+        let Some(inertial) = &self.inertial else { return (&[], None) };
+        match (treated, inertial.held()) {
+            (Treated::Fixed, Some(held)) => (&[], Some(&held.torque[joint])),
+            (Treated::Fixed, None) => (&[], None),
+            (Treated::Shared { .. }, _) => (&inertial.columns[joint], None),
+            (Treated::Seen { .. }, _) => match inertial.view(joint, terms) {
+                Some(view) => (&view.columns, Some(&view.shift)),
+                None => (&inertial.columns[joint], None),
+            },
+        }
+    }
+
+    /// Torque of the deviations of a fit on a joint in all rows; `None` where there are none.
+    pub fn deviating_torque(&self, fitted: &Fitted, joint: usize) -> Option<Vec<f64>> {
+        let inertial = self.inertial.as_ref()?;
+        match (fitted.inertial, inertial.held()) {
+            (Treated::Fixed, Some(held)) => Some(held.torque[joint].clone()),
+            (Treated::Fixed, None) => None,
+            (Treated::Seen { joint: own, .. }, _) if own == joint => match &inertial.views[joint] {
+                Some(view) => Some(view.torque(&fitted.solution.coefficients.as_slice()[fitted.inertial.range()])),
+                None => {
+                    Some(inertial.torque_of(joint, &inertial.estimate(fitted.inertial, &fitted.solution.coefficients)))
+                }
+            },
+            _ => Some(inertial.torque_of(joint, &inertial.estimate(fitted.inertial, &fitted.solution.coefficients))),
+        }
+    }
+
+    /// Deviations alter the torque of physical effects of the machine: of bodies where it is proportional to masses, of torque constants where it is
+    /// computed from a current, as that of the links. From now on as at this fit, if it has such effects.
+    pub fn deviate_beside(&mut self, terms: &[&Term], fitted: &Fitted) {
+        let Some(inertial) = &mut self.inertial else { return };
+        let accuracy = self.motion.model.accuracy;
+        let deviations = accuracy.inertial_deviations(&self.motion.model.robot);
+        let changes = &deviations * inertial.directions.rows(0, deviations.ncols());
+        let (motion, directions) = (&self.motion, &inertial.directions);
+        let of_term = |(term, at): (&&Term, &usize)| {
+            let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
+            let by_scale = rescaled(motion, &accuracy, directions, term, own);
+            term.effect.on_changed_bodies(motion, &changes, own).into_iter().chain([by_scale])
+        };
+        let physical = |term: &&Term| term.is_machine() && term.effect.about().kind == Kind::Physics;
+        let found = terms.iter().zip(&fitted.term_at).filter(|(term, _)| physical(term));
+        let altered: Vec<_> = found.flat_map(of_term).collect();
+        if altered.is_empty() && !inertial.altered {
+            return;
+        }
+        inertial.altered = !altered.is_empty();
+        inertial.columns = torques(&self.motion, &accuracy, &deviations, &inertial.directions);
+        inertial.views.fill(None);
+        for torque in &altered {
+            for (column, torque) in inertial.columns.iter_mut().flatten().zip(torque.iter().flatten()) {
+                column.iter_mut().zip(torque).for_each(|(sum, x)| *sum += x);
+            }
+        }
+    }
+
+    /// From now on the deviations have the values of this fit.
+    pub fn hold(&mut self, fitted: &Fitted) {
+        if let Some(inertial) = &mut self.inertial {
+            let z = inertial.estimate(fitted.inertial, &fitted.solution.coefficients);
+            let torque = (0..inertial.columns.len()).map(|joint| inertial.torque_of(joint, &z)).collect();
+            (inertial.last, inertial.fixed) = (Some(Deviations { z, torque }), true);
+        }
+    }
+
+    /// From now on the deviations are fitted.
+    pub fn free(&mut self) {
+        if let Some(inertial) = &mut self.inertial {
+            inertial.fixed = false;
+        }
+    }
+
+    /// From now on the deviations have the values that were held before.
+    pub fn hold_again(&mut self) {
+        if let Some(inertial) = &mut self.inertial {
+            inertial.fixed = inertial.last.is_some();
+        }
+    }
+
+    /// The nominal model with the deviations that are held; and the true torque of
+    /// each joint relative to that of the nominal model.
+    pub fn deviating_model(&self) -> (Model, Vec<f64>) {
+        let (model, dof) = (self.motion.model, self.baseline.len());
+        let held = self.inertial.as_ref().and_then(|inertial| Some((inertial, inertial.values(&inertial.held()?.z))));
+        let Some((_, u)) = held else { return (model.clone(), vec![1.0; dof]) };
+        let factor = |joint: usize| model.accuracy.torque_factor(u[u.len() - dof + joint]);
+        (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
+    }
+
+    /// Row of a joint's torque constant in the directions, and its deviation `u` where deviations are held.
+    pub fn constant(&self, joint: usize) -> Option<(Vec<f64>, f64)> {
+        let inertial = self.inertial.as_ref()?;
+        let at = inertial.directions.nrows() - self.baseline.len() + joint;
+        let row: Vec<f64> = inertial.directions.row(at).iter().copied().collect();
+        let u = inertial.held()?.z.iter().zip(&row).map(|(z, v)| z * v).sum();
+        Some((row, u))
+    }
+
+    /// Updates what each joint can decide, from a loose fit of all joints with these terms.
+    pub fn look(&mut self, terms: &[&Term], fitted: &Fitted) {
+        let (Some(inertial), Treated::Shared { at, count }) = (&self.inertial, fitted.inertial) else { return };
+        if self.baseline.len() < 2 {
+            return;
+        }
+        let system = self.system(terms, Part::Train, true).system;
+        let machine: Vec<(&Term, usize)> =
+            terms.iter().copied().zip(fitted.term_at.iter().copied()).filter(|(term, _)| term.is_machine()).collect();
+        let mut shared: Vec<usize> = (at..at + count).collect();
+        shared.extend(machine.iter().flat_map(|(term, at)| *at..at + term.coefficients()));
+        let x = DVector::from_iterator(shared.len(), shared.iter().map(|at| fitted.solution.coefficients[*at]));
+        let of_joint = |joint: usize| {
+            let solution = &fitted.solution;
+            let trust = self.independence[joint] / solution.scale[joint].powi(2);
+            let weights: Vec<f64> = solution.weights[joint].iter().map(|w| w * trust).collect();
+            Information::new(&system.blocks[joint], &weights, &solution.residual[joint], &shared, &x)
+        };
+        let known: Vec<Information> = (0..self.baseline.len()).map(of_joint).collect();
+        let mut prior = DVector::zeros(shared.len());
+        for (k, at) in shared.iter().enumerate() {
+            let stated = system.priors.iter().filter(|(of, _)| of == at).map(|(_, precision)| precision).sum::<f64>();
+            let shown: f64 = known.iter().map(|known| known.q[(k, k)]).sum();
+            prior[k] = stated + if shown > 0.0 { FLAT * shown } else { 1.0 };
+        }
+        let beside: Vec<(Cause, Vec<f64>)> =
+            machine.iter().map(|(term, _)| (term.effect, term.shape.clone())).collect();
+        let columns = |joint: usize| -> Vec<&Vec<f64>> {
+            let place = |term: &Term| term.joints.iter().position(|own| *own == joint).unwrap_or(0);
+            let of_terms = machine.iter().flat_map(|(term, _)| &term.columns[place(term)]);
+            inertial.columns[joint].iter().chain(of_terms).collect()
+        };
+        let seen = |joint| View::new(beside.clone(), &columns(joint), &prior, &known, joint);
+        let views = (0..known.len()).map(seen).collect();
+        if let Some(inertial) = &mut self.inertial {
+            inertial.views = views;
+        }
+    }
+}
+
+/// What the torque constants in each direction do to the torque of an effect of the machine.
+fn rescaled(
+    motion: &Motion,
+    accuracy: &Accuracy,
+    directions: &DMatrix<f64>,
+    term: &Term,
+    coefficients: &[f64],
+) -> Vec<Vec<Vec<f64>>> {
+    let first = directions.nrows() - motion.joints.len();
+    let of_joint = |(joint, m): (usize, &JointMotion)| -> Vec<Vec<f64>> {
+        let place = term.joints.iter().position(|own| *own == joint).filter(|_| m.has_current);
+        let torque =
+            place.map_or_else(|| vec![0.0; motion.rows()], |place| combined(&term.columns[place], coefficients));
+        let scale = |u: &f64| torque.iter().map(|torque| -accuracy.torque_constants * u * torque).collect();
+        directions.row(first + joint).iter().map(scale).collect()
+    };
+    motion.joints.iter().enumerate().map(of_joint).collect()
+}
