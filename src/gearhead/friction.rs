@@ -59,7 +59,12 @@ pub struct Exponential {
 impl Exponential {
     /// Dry part `F_C + (F_S − F_C) e^{−|v|/v_S}` [N·m or N] at a speed `|v|`.
     pub fn dry(&self, speed: f64) -> f64 {
-        self.coulomb + (self.breakaway - self.coulomb) * (-speed / self.stribeck_velocity).exp()
+        self.coulomb + self.fall(speed)
+    }
+
+    /// `(F_S − F_C) e^{−|v|/v_S}`.
+    fn fall(&self, speed: f64) -> f64 {
+        (self.breakaway - self.coulomb) * (-speed / self.stribeck_velocity).exp()
     }
 }
 
@@ -167,9 +172,9 @@ impl FrictionLaw {
     pub fn magnitude_and_slope(&self, direction: Direction, speed: f64) -> (f64, f64) {
         match self {
             Self::Exponential(law) => {
-                let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = law[direction.index()];
-                let fall = (breakaway - coulomb) * (-speed / stribeck_velocity).exp();
-                (coulomb + fall + viscous * speed, viscous - fall / stribeck_velocity)
+                let law = &law[direction.index()];
+                let fall = law.fall(speed);
+                (law.coulomb + fall + law.viscous * speed, law.viscous - fall / law.stribeck_velocity)
             }
             Self::TwoLines(law) => {
                 let Lines { a1, b1, a2, b2 } = law[direction.index()];

@@ -138,3 +138,33 @@ impl Grip {
         at_kink.then(|| Slip::of(direction, !slip.is_fast()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One law in two forms: with `1/v_S` and branches for the integrator, and as equations 6 and 9 state it.
+    #[test]
+    fn property_a_grip_has_the_friction_of_its_law() {
+        let exponential = |scale: f64| Exponential {
+            coulomb: 0.4 * scale,
+            breakaway: 0.7 * scale,
+            stribeck_velocity: 0.013,
+            viscous: 0.21 * scale,
+        };
+        let line = |scale: f64| Lines { a1: 0.7 * scale, b1: -8.0, a2: 0.4 * scale, b2: 0.2 * scale };
+        let laws = [
+            FrictionLaw::Exponential([exponential(1.0), exponential(1.3)]),
+            FrictionLaw::TwoLines([line(1.0), line(1.3)]),
+        ];
+        for law in laws {
+            let grip = Grip::new(Some(&Friction { law, link_share: 0.3 }), 1.0, 0.0);
+            for velocity in (-400..=400).filter(|k| *k != 0).map(|k| 1e-6 * f64::from(k).powi(3)) {
+                let found = grip.level(grip.slip(velocity), velocity.abs());
+                let asked = law.kinetic(velocity).abs();
+                // The exponent, up to 5000, is rounded once more: its error counts where e^{−x} x is largest, at x = 1. Beyond 40, e⁻⁴⁰ is left out.
+                assert!((found - asked).abs() < 1e-14 * asked.abs().max(1.0), "{velocity}: {found} of {asked}");
+            }
+        }
+    }
+}
