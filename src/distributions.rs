@@ -13,9 +13,9 @@ pub fn normal_upper_tail(x: f64) -> f64 {
     0.5 * erfc(x * FRAC_1_SQRT_2)
 }
 
-/// `t_{0.975}(f)`: 97.5 % quantile of Student's t with `f` degrees of freedom; less than one, and NaN, count as one.
-/// From 1e5 on the quantile of the normal distribution is used, which differs by 2.4e-5 there: the inverse loses digits
-/// as the degrees of freedom grow, 1e-6 at that place.
+/// `t_{0.975}(f)`: 97.5 % quantile of Student's t with `f` degrees of freedom; an `f` below one, and NaN, count as one.
+/// From `f` = 1e5 on, the quantile of the normal distribution is used, which differs by 2.4e-5 there. The reason: the
+/// numerical inverse loses digits as `f` grows, 1e-6 at `f` = 1e5.
 pub fn student_975(freedom: f64) -> f64 {
     const NORMAL: f64 = 1e5;
     if freedom >= NORMAL {

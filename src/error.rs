@@ -44,7 +44,7 @@ pub enum Error {
     },
     /// A simulated machine has left the range in which its laws are valid.
     #[error(
-        "simulation diverged: at t = {time:.6} s {quantity} of {joint} is {value:e}, and at most {limit:e} can be meant; \
+        "simulation diverged: at t = {time:.6} s {quantity} of {joint} is {value:e}, beyond the limit of {limit:e}; \
              a controller that is too stiff for the machine or too slow for its gears may be the cause"
     )]
     Diverged {
@@ -61,7 +61,7 @@ pub enum Error {
     },
     /// A simulation takes more steps than allowed.
     #[error(
-        "simulation given up at t = {time:.6} s: it has taken {steps} steps, and at most {limit} are allowed; \
+        "simulation stopped at t = {time:.6} s: it has taken {steps} steps, and at most {limit} are allowed; \
              contacts or effects that are very fast may be the cause, or --max-time allows more"
     )]
     TooManySteps {
@@ -82,7 +82,7 @@ pub enum Error {
     },
     /// No friction law fits the measured friction of a joint.
     #[error(
-        "friction of {joint}: no law fits the {windows} steady windows, in which the torque may even drive the joint; \
+        "friction of {joint}: no law fits the {windows} steady windows, where friction may even seem to drive the joint; \
              compare gravity, base tilt, torque constant and signs with the model"
     )]
     NoFrictionLaw {
@@ -98,7 +98,7 @@ pub enum Error {
 pub struct InputError {
     /// The file.
     pub file: PathBuf,
-    /// Where in it.
+    /// Position in the file.
     pub place: Place,
     /// Key, column or attribute: `joints.joint1.gear_ratio`.
     pub key: String,

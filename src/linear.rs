@@ -5,12 +5,13 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 /// Ratio of the smallest to the largest diagonal of `R` below which columns count as dependent: half of the digits.
 const DEPENDENT: f64 = 1e-8;
 
-/// `ρ`: ten digits of the sixteen are left to what the columns say.
+/// `ρ`: so small that the columns determine the first ten of sixteen digits.
 pub const RIDGE: f64 = 1e-10;
 
-/// The Cholesky factor of `S A S + ρ 1`, `S = diag(A)^(−1/2)`: unknowns of any unit keep their digits.
+/// The Cholesky factor of `S A S + ρ 1`, `S = diag(A)^(−1/2)`: the scaling keeps precision where unknowns have very different units.
 ///
-/// `A` is symmetric and positive. An unknown that the data do not show, or that others make up to ten digits, stays where it is: `ρ` is [`RIDGE`].
+/// `A` is symmetric and positive. The ridge `ρ`, [`RIDGE`], leaves an unknown unchanged if the data do not determine it, or if a
+/// combination of others equals it to ten digits.
 pub struct Equilibrated {
     cholesky: Cholesky<f64, Dyn>,
     size: DVector<f64>,
@@ -51,8 +52,8 @@ pub fn scale(a: &DMatrix<f64>, size: &DVector<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] * size[i] * size[j])
 }
 
-/// Parameters and covariance of `min |X θ − y|²` by a QR decomposition, rows already divided by their errors; `None` where columns depend on
-/// each other.
+/// Parameters and covariance of `min |X θ − y|²` by a QR decomposition. Rows are already divided by their errors. `None` if the columns
+/// are linearly dependent.
 ///
 /// `X S = Q R`, `θ = S R⁻¹ Qᵀ y`, covariance `S R⁻¹ R⁻ᵀ S`, `S` the inverse lengths of the columns.
 pub fn least_squares(x: &DMatrix<f64>, y: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
@@ -71,8 +72,8 @@ pub fn least_squares(x: &DMatrix<f64>, y: &DVector<f64>) -> Option<(DVector<f64>
     Some((theta, scale(&(&inverse * inverse.transpose()), &size)))
 }
 
-/// Covariance `A⁻¹ (Σ g gᵀ) A⁻¹ m/(m − k)` of errors that belong together within `m` clusters; `scores` are the `g`, one a cluster, and `k` is how
-/// many of them are not free.
+/// Covariance `A⁻¹ (Σ g gᵀ) A⁻¹ m/(m − k)` for errors that are correlated within each of `m` clusters. `scores` are the `g`, one per
+/// cluster; `taken` is `k`, the number of them that are not free.
 ///
 /// Reference: K.-Y. Liang, S. L. Zeger (1986), Longitudinal data analysis using generalized linear models.
 pub fn sandwich<'g>(
@@ -91,7 +92,7 @@ pub fn sandwich<'g>(
 mod tests {
     use super::*;
 
-    /// Columns of units that are twelve orders apart.
+    /// Columns whose units differ by twelve orders of magnitude.
     fn columns() -> DMatrix<f64> {
         DMatrix::from_fn(50, 3, |row, k| (0.1 * row as f64).powi(k as i32) * [1e-6, 1.0, 1e6][k])
     }
@@ -127,7 +128,7 @@ mod tests {
         assert!((&one - other).component_div(&one).amax() < 1e-12);
     }
 
-    /// One row a cluster, unit weights: the sandwich of White, `A⁻¹ (Σ e² x xᵀ) A⁻¹`.
+    /// One row per cluster, unit weights: the sandwich of White, `A⁻¹ (Σ e² x xᵀ) A⁻¹`.
     #[test]
     fn closed_form_sandwich_of_a_mean() {
         let errors = [1.0, -2.0, 3.0, -2.0];

@@ -43,6 +43,7 @@ fn robot() -> Robot {
     Robot {
         name: "two_links".into(),
         gravity: Vector3::new(0.0, 0.0, -9.81),
+        drawn: Vec::new(),
         base_shapes: vec![pedestal],
         unread_shapes: Vec::new(),
         bodies: vec![body("shoulder", None, 0.0), body("elbow", Some(0), 0.4)],

@@ -45,5 +45,5 @@ fn property_an_effort_limit_that_lifts_nothing_ends_a_check_with_3() {
     let checked = Command::new(env!("CARGO_BIN_EXE_lostmotion")).arg("check").arg(&file).output().unwrap();
     let said = String::from_utf8_lossy(&checked.stdout);
     assert_eq!(checked.status.code(), Some(3), "{said}");
-    assert!(said.contains("joint shoulder: ") && said.contains(" rad off after a way of "), "{said}");
+    assert!(said.contains("joint shoulder: ") && said.contains(" rad off after a move of "), "{said}");
 }

@@ -71,7 +71,7 @@ fn check(file: &Path) -> Result<Checked> {
     }
 }
 
-/// A model, and what a second of motion of all its joints shows.
+/// A model, and the result of simulating all its joints for a second of motion.
 fn tried(model: &Model) -> Result<Checked> {
     let Trial { duration, joints, faults } = trial(model)?;
     let moved = if faults.is_empty() {

@@ -16,7 +16,7 @@ use crate::report::Report;
 /// Options that every command that computes shares.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct OutputOptions {
-    /// Folder for the results; of its files only those that lostmotion wrote are replaced [default: out/NAME]
+    /// Folder for the results; only files that lostmotion wrote are replaced there [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<std::path::PathBuf>,
     /// No progress and no result on the terminal; errors and warnings only
@@ -41,7 +41,7 @@ pub fn print(text: &str) -> Result<()> {
     }
 }
 
-/// Prints to standard error what of a model's files is taken otherwise than it stands there.
+/// Prints to standard error which values of a model's files are not taken as written.
 pub fn remark(remarks: &[Remark]) {
     remarks.iter().for_each(|remark| eprintln!("note: {remark}"));
 }

@@ -11,7 +11,7 @@ use crate::toml_input::write_atomically;
 
 use super::{Outcome, console, input};
 
-/// Show what files of data hold and what is taken for what, with a first manifest where one is needed
+/// Show what data files hold and how their columns are read, with a first manifest where one is needed
 #[derive(Debug, Args)]
 pub struct Data {
     /// Recordings in any format that is read, or manifests
@@ -92,7 +92,7 @@ fn describe(table: Table, joints: Option<&JointKinds>, target: Option<&Path>) ->
     Ok(text)
 }
 
-/// How a manifest at `target` names a file: by its name where it stands beside it, else by its whole path.
+/// How a manifest at `target` refers to a file: by its name if both are in one folder, else by its full path.
 fn named_from(file: &Path, target: Option<&Path>) -> String {
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let folder = |path: &Path| {

@@ -93,9 +93,9 @@ fn document(name: &str, question: &Question, found: &Designed) -> Document {
     }
     let mut section = Section::new("What was simulated");
     section.text.push(
-        "Each cause was put into the simulated machine, a tenth of the torque strong, and the recording diagnosed; where that \
-         decided, into two further machines, one weaker and one stronger. `named with` is the probability with which the \
-         diagnosis names it and not the other, 0 where it does not and at most 0.5 where it cannot rule the other out."
+        "Each cause was simulated with a strength of a tenth of the torque, and the recording was diagnosed; where this decided \
+         the question, also with a weaker and a stronger one. `named with` is the probability with which the diagnosis names \
+         this cause and not the other: 0 where it does not name it, and at most 0.5 where it cannot rule the other out."
             .to_owned(),
     );
     section.text.push(
@@ -105,7 +105,7 @@ fn document(name: &str, question: &Question, found: &Designed) -> Document {
             .to_owned(),
     );
     if !found.decides {
-        section.text.push(format!("What would tell: {}.", found.told_apart_by.join("; ")));
+        section.text.push(format!("What would decide the question: {}.", found.told_apart_by.join("; ")));
         if let Some(least) = found.beyond_budget {
             section.text.push(format!("The next experiment takes {least:.0} s: try a longer --budget."));
         }

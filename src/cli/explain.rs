@@ -37,7 +37,7 @@ fn render(effect: &dyn Effect) -> String {
     let about = effect.about();
     let kind = match about.kind {
         Kind::Physics => "the machine moves differently",
-        Kind::Measurement => "the machine moves alike, its sensors tell otherwise",
+        Kind::Measurement => "the machine moves in the same way, but its sensors read differently",
     };
     let scope = match about.scope {
         Scope::Joint => "one joint",
@@ -45,8 +45,8 @@ fn render(effect: &dyn Effect) -> String {
     };
     let diagnosed = match (effect.can_be_told(), effect.needs_link_encoder()) {
         (true, false) => "yes",
-        (true, true) => "by a second encoder behind the gear",
-        (false, _) => "not yet: it can be simulated",
+        (true, true) => "only with a second encoder behind the gear",
+        (false, _) => "not yet: it can only be simulated",
     };
     let mut text = format!("{}: {}\n\n  {}\n\n", about.name, about.summary, about.equation);
     let mut table = Table::new("", &["parameter", "symbol", "unit", "range", "meaning"]);

@@ -8,8 +8,8 @@ use crate::dataset::Session;
 use crate::error::{Error, Place, Result};
 use crate::timeseries::{Channel, JointSeries};
 
-/// Number of equal rows by which a recording counts as part of another, and the share of them with different positions:
-/// at rest, the counts of an encoder repeat anyway.
+/// Number of consecutive equal rows that prove that two recordings overlap, and the least share of different positions
+/// among them: at rest, the counts of an encoder repeat anyway.
 const WINDOW: usize = 256;
 const MOVING: f64 = 0.25;
 
@@ -32,7 +32,7 @@ pub fn of_files(given: [Given<'_, PathBuf>; 3]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses two recordings of one name, because results are distinguished by it.
+/// Refuses two recordings with the same name, because results are distinguished by it.
 ///
 /// # Errors
 /// As stated.
@@ -99,7 +99,7 @@ fn same_samples(part: &JointSeries, whole: &JointSeries) -> bool {
         let positions: HashSet<u64> = (*first..first + length).map(|at| part[0][at].to_bits()).collect();
         positions.len() as f64 >= (MOVING * length as f64).max(2.0)
     };
-    // Starting in the middle: sessions of one procedure may begin alike.
+    // The search starts in the middle: sessions of one procedure may begin alike.
     let (last, step) = (part[0].len() - length, (length / 2).max(1));
     let Some(first) = (last / 2..=last).step_by(step).chain((0..last / 2).step_by(step)).find(moves) else {
         return false;

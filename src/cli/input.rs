@@ -25,11 +25,11 @@ pub fn model(given: &Path) -> Result<Model> {
 pub struct Recordings {
     /// The model as it is used with them ([`dataset::meet`]).
     pub model: Model,
-    /// Of `--data`.
+    /// Recordings of `--data`.
     pub data: Vec<Session>,
-    /// Of `--hold-out`.
+    /// Recordings of `--hold-out`.
     pub hold_out: Vec<Session>,
-    /// Of `--reference`.
+    /// Recordings of `--reference`.
     pub reference: Vec<Session>,
     /// `--data` and `--hold-out`, reduced for display.
     pub drawn: Vec<Drawn>,
@@ -41,8 +41,8 @@ impl Recordings {
     /// Reads them for the joints of a model, and keeps the `wanted` channels.
     ///
     /// # Errors
-    /// A file cannot be read or used, is given twice, has samples of another one, or has the name of another one; the model lacks
-    /// what these recordings need.
+    /// A file cannot be read or used, is given twice, or has the samples or the name of another one; or the model lacks a value
+    /// that these recordings need.
     pub fn read(
         data: &[PathBuf],
         hold_out: &[PathBuf],

@@ -33,7 +33,7 @@ impl List {
                 .map(|effect| {
                     let note = match (effect.can_be_told(), effect.needs_link_encoder()) {
                         (true, false) => "",
-                        (true, true) => " (told by a second encoder behind the gear)",
+                        (true, true) => " (diagnosed only with a second encoder behind the gear)",
                         (false, _) => " (simulated, not yet diagnosed)",
                     };
                     (effect.name().to_owned(), format!("{}{note}", effect.about().summary))

@@ -15,7 +15,7 @@ use super::{Outcome, console};
 /// Write a first model.toml for a robot file, to be completed with the machine's own numbers
 #[derive(Debug, Args)]
 pub struct New {
-    /// The URDF
+    /// The robot file: URDF or MJCF
     #[arg(value_name = "ROBOT.urdf")]
     robot: PathBuf,
     /// Where to write the model [default: model.toml beside the robot file]

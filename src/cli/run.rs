@@ -41,7 +41,7 @@ struct Common {
     /// Seed of the sensors' noise [default: the scenario's]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Write what the sensors recorded as well, one CSV a session
+    /// Also write what the sensors recorded, one CSV file per session
     #[arg(long)]
     csv: bool,
     #[command(flatten)]

@@ -1,11 +1,11 @@
-//! Feedback of each joint by itself, with the torque of the planned motion and of the weight fed forward: what most arms have.
+//! Independent feedback of each joint, with feedforward of gravity and of the planned motion's torque: the controller of most arms.
 //!
 //! ```text
 //!   S = ė + λ ∫ė dt,    ė = q̇ − q̇_d,  ∫ė dt = q − q_d
 //!   τ = H(q) q̈_d + G(q) − K_S sat(S/Φ)
 //! ```
-//! It is [`SlidingMode`](super::SlidingMode) without the coupling of errors, `H Λ ė` and `C Λ ∫ė dt`: where gears yield, the torque that a heavy link's
-//! error asks of a light one reaches its rotor before the link moves, and throws it off.
+//! It is [`SlidingMode`](super::SlidingMode) without the coupling of errors, `H Λ ė` and `C Λ ∫ė dt`. With elastic gears, this coupling
+//! is harmful: an error of a heavy link commands torque at a light joint, which drives away that joint's rotor before its link moves.
 //! Within `|S| < Φ` it is linear: velocity gain `K_S/Φ`, position gain `λ K_S/Φ`. Coriolis torques and friction are disturbances.
 
 use super::{Controller, Motion, SlidingGains, Target, Terms, sat};

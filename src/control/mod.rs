@@ -22,7 +22,7 @@ pub use staircase::{Gentle, Staircase, Steps};
 
 use nalgebra::DMatrix;
 
-/// The measured motion that a machine is controlled by.
+/// The measured motion that a controller uses.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion<'a> {
     /// `q` [rad or m].

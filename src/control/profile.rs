@@ -91,7 +91,7 @@ impl Track {
         self.pieces[self.pieces.len() - 1].0
     }
 
-    /// Position at the end of the track.
+    /// Target at the end of the track.
     pub fn end(&self) -> Target {
         self.pieces[self.pieces.len() - 1].1
     }

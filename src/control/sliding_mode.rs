@@ -7,8 +7,8 @@
 //!
 //! With `H q̈ + C q̇ + G + d = τ` (17) the error obeys `H Ṡ = −C S − K_S sat(S/Φ) − d`, and since `Ḣ − 2 C` is skew-symmetric
 //! `V = ½ Sᵀ H S` (19) falls outside the boundary layer `|S_i| > Φ_i` while `|d_i| ≤ D_i < K_Si` (23).
-//! Inside the layer it is linear: velocity gain `K_S/Φ + H Λ`, position gain `Λ K_S/Φ`. Where friction falls with speed, at
-//! `−dF/dv`, the layer holds the velocity only while `K_S/Φ > −dF/dv`.
+//! Inside the layer it is linear: velocity gain `K_S/Φ + H Λ`, position gain `Λ K_S/Φ`. Where friction falls with speed
+//! (`dF/dv < 0`), the layer stabilises the velocity only while `K_S/Φ > −dF/dv`.
 //!
 //! The integral of the velocity error is computed as a difference of positions, `∫ė dt = q − q_d`: it is exact if the
 //! motion starts on its reference, and has no drift from errors of a measured velocity.

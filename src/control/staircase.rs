@@ -3,7 +3,7 @@
 //! ```text
 //!   q̇_d                 ____
 //!          __          /    \               speeds v_1 < v_2 < ..., each in both directions
-//!     ____/  \        /      \        /     steady for T + s/v: s is the way that the joint lags behind
+//!     ____/  \        /      \        /     steady for T + s/v: s is the distance by which the joint lags
 //!             \__/            \______/      when it reverses against friction that the controller does not know
 //! ```
 //!

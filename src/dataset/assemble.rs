@@ -88,7 +88,7 @@ fn time(table: &Table, plan: &Plan) -> Result<(Vec<f64>, TimeUnit)> {
         (Some(seconds), None) => (seconds, TimeUnit::Typed),
         (Some(seconds), Some(unit)) if unit == "s" => (seconds, TimeUnit::Typed),
         (Some(_), Some(unit)) => {
-            let expected = "no unit: the column holds time stamps, and the file itself says of which unit";
+            let expected = "no unit: the column holds time stamps, whose unit the file itself defines";
             let (file, place) =
                 source.named_at.as_ref().map_or((&table.file, Place::File), |(file, place, _)| (file, *place));
             return Err(Error::input(file, place, "time.unit", unit, expected));

@@ -1,4 +1,4 @@
-//! Checks for numbers without physical sense, and for positions outside the limits of a joint.
+//! Checks for physically impossible numbers, and for positions outside the limits of a joint.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub(super) fn physical(file: &Path, name: &str, channel: Channel, kind: JointKin
     match values.iter().position(|value| !(low..=high).contains(value)) {
         None => Ok(()),
         Some(row) => {
-            let expected = format!("a number from {low:e} to {high:e} [{unit}], beyond which no machine goes");
+            let expected = format!("a number from {low:e} to {high:e} [{unit}]; no machine exceeds this range");
             Err(Error::input(file, Place::Row(row + 1), name, format!("{:e}", values[row]), expected))
         }
     }
@@ -75,7 +75,7 @@ pub(super) fn continuous(
         by > far && by > fast * (time[*row] - time[row - 1])
     };
     let Some(row) = (1..values.len()).find(jumps) else { return Ok(()) };
-    // Of the two samples, the one that is farther from the median of all is the absurd one.
+    // Of the two samples, the one farther from the median of all is reported.
     let mut sorted = values.to_vec();
     let middle = sorted.len() / 2;
     let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;

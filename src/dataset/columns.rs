@@ -139,7 +139,7 @@ pub(super) fn canonical_plan(table: &Table, joints: &JointKinds) -> Result<Optio
         notes.push(Note { file: table.file.clone(), place: Place::File, column: String::new(), text });
     }
     if !unknown.is_empty() {
-        let text = format!("columns of no joint of the model left out: {}", list(&unknown));
+        let text = format!("columns left out because they belong to no joint of the model: {}", list(&unknown));
         notes.push(Note { file: table.file.clone(), place: Place::Line(1), column: String::new(), text });
     }
     let name = |at: usize| table.columns[at].name.as_str();

@@ -48,13 +48,13 @@ pub(super) fn read(text: Text<'_>) -> Result<Table> {
     Ok(table)
 }
 
-/// Reads the next record; whether there was one.
+/// Reads the next record; returns whether there was one.
 fn next(path: &Path, reader: &mut Records<'_>, record: &mut ByteRecord) -> Result<bool> {
     reader.get_mut().allow(MAX_RECORD + BUFFER);
     reader.read_byte_record(record).map_err(|error| unreadable(path, reader, &error))
 }
 
-/// Reads what stands before the rows: an empty table with the names of the columns.
+/// Reads the lines before the rows; returns an empty table with the names of the columns.
 fn header(path: &Path, reader: &mut Records<'_>, dialect: &Dialect) -> Result<Table> {
     let mut record = ByteRecord::new();
     for _ in 0..dialect.skipped {

@@ -6,11 +6,11 @@ const SECOND: i64 = 1_000_000_000;
 /// [s] in a day.
 const DAY: i64 = 86_400;
 
-/// [ns] since 1970, or since midnight where there is no date; `None` where the text is no time.
+/// [ns] since 1970, or since midnight where there is no date; `None` if the text is not a time.
 ///
 /// Years from 1678 to 2261 fit into 64 bits.
 pub(super) fn nanoseconds(text: &str) -> Option<i64> {
-    // Any number is shorter to look at than a time.
+    // Most cells are numbers, which this rejects quickly.
     if !text.contains(':') || !text.is_ascii() {
         return None;
     }

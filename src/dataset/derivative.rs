@@ -1,15 +1,15 @@
-//! Which columns are each other's derivative.
+//! Finds pairs of columns of which one is the derivative of the other.
 
-/// Rows that are looked at, from the middle of the recording.
+/// Number of rows that are compared, from the middle of the recording.
 const ROWS: usize = 5000;
-/// Most columns that are compared with each other: ten joints with six channels.
+/// Largest number of columns that are compared with each other: ten joints with six channels.
 const COLUMNS: usize = 64;
-/// Half of the rows over which a difference is taken: encoders are coarse at the steps of a log.
+/// Half of the rows over which a difference is taken: encoders are too coarse for the difference of neighbouring rows.
 const SPAN: usize = 10;
 /// Least correlation of a velocity with the differences of its position: a velocity filtered by 20 ms has 0.95 and more in
 /// motions of a second.
 const ALIKE: f64 = 0.9;
-/// Bounds of the ratio of the two: other units differ by 9.5 (rpm) and 57 (degrees).
+/// Bounds of the ratio of the velocity to the differences: other units differ by factors of 9.5 (rpm) and 57 (degrees).
 const RATIO: std::ops::Range<f64> = 0.8..1.25;
 
 /// Positions and their velocities among signals of equal length: pairs of their names, each name once.
@@ -43,13 +43,13 @@ pub(super) fn pairs(time: &[f64], signals: &[(usize, &[f64])]) -> Vec<(usize, us
     pairs
 }
 
-/// Differences over `2 SPAN` rows, by time.
+/// Differences over `2 SPAN` rows, divided by their time.
 fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
     let slope = |k: usize| (values[k + SPAN] - values[k - SPAN]) / (time[k + SPAN] - time[k - SPAN]);
     (SPAN..values.len() - SPAN).map(slope).collect()
 }
 
-/// Correlation of two signals, and how much larger the second is.
+/// Correlation of two signals, and ratio of the second's standard deviation to the first's.
 pub(super) fn compared(a: &[f64], b: &[f64]) -> (f64, f64) {
     let count = a.len() as f64;
     let (mean_a, mean_b) = (a.iter().sum::<f64>() / count, b.iter().sum::<f64>() / count);

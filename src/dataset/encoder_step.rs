@@ -5,8 +5,8 @@
 //! ```
 //! `R` is 1 if all differences are whole multiples of `δ`, and near 0 if they are spread over many parts of it. The step is the largest `δ` that
 //! makes most of them whole. A difference of one step is found among the smaller differences, wherever the motion is slow.
-//! A position of constant speeds, recorded exactly, has whole multiples as well; but there neighbouring differences are alike, while
-//! a quantised position advances by changing numbers of steps.
+//! The differences of an exact position at constant speeds are whole multiples of one value as well. But there neighbouring differences
+//! are equal, while a quantised position advances by different numbers of steps.
 //! Steps that come from the decimals of a file are found as well: they limit a position as an encoder does.
 //! Left out: encoders whose recorded positions were filtered or interpolated; no step is found there.
 
@@ -22,7 +22,7 @@ const WHOLE: f64 = 0.8;
 /// Ranks, as shares of the ordered differences, at which a difference of one step is looked for; the first differences may come from
 /// decimals, the last are of several steps.
 const RANKS: [f64; 8] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5];
-/// Least share of neighbouring differences of different numbers of steps. Constant speeds differ at their changes alone.
+/// Least share of neighbouring differences of different numbers of steps. At constant speeds they differ only where the speed changes.
 const CHANGING: f64 = 0.1;
 /// Differences below this part of the position's size come from the digits of a number, not from an encoder. Single precision has 6e-8.
 const DIGITS: f64 = 2e-7;
@@ -42,7 +42,7 @@ pub fn encoder_step(sessions: &[&[f64]]) -> Option<f64> {
     (largest > 0.0 && changes(largest, &moves)).then_some(largest)
 }
 
-/// Sizes of the differences of neighbouring samples, those of mere digits as zero.
+/// Sizes of the differences of neighbouring samples; differences that come only from digits count as zero.
 fn differences(position: &[f64]) -> Vec<f64> {
     let size = position.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
     let size_of = |pair: &[f64]| (pair[1] - pair[0]).abs();

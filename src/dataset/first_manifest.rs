@@ -1,4 +1,4 @@
-//! A first manifest for a file: what its names and numbers tell, with units; guesses are marked.
+//! Writes a first manifest for a file from its column names and numbers, with units; guesses are marked.
 
 use std::fmt::Write as _;
 
@@ -10,8 +10,8 @@ use super::table::{Column, Table, list};
 use crate::toml_input::{written_key, written_text};
 use crate::units::JointKind;
 
-/// A manifest that loads wherever the file has a column of time and one of numbers. `file`: how it names the file of data;
-/// joints get the names of a model if one is given and they are its.
+/// A manifest that can be loaded if the file has a column of time and one of numbers. `file` is the name by which it refers to
+/// the data file. If a model is given and the joints fit it, they get its names.
 pub fn first_manifest(table: &Table, file: &str, model: Option<&JointKinds>) -> String {
     let layout = Layout::of(table);
     let mut text = String::from("schema = \"lostmotion/dataset/1\"\n");
@@ -29,7 +29,7 @@ pub fn first_manifest(table: &Table, file: &str, model: Option<&JointKinds>) -> 
     if !left.is_empty() {
         let names: Vec<&str> = left.iter().map(|at| table.columns[*at].name.as_str()).collect();
         let channels: Vec<&str> = CHANNEL_COLUMNS.iter().map(|entry| entry.0).collect();
-        let _ = writeln!(text, "\n# columns left: {}", comment(&list(&names)));
+        let _ = writeln!(text, "\n# columns that are not used: {}", comment(&list(&names)));
         let _ = writeln!(text, "# channels: {}", channels.join(", "));
         text += "# as `position = { column = \"NAME\", unit = \"deg\", scale = 1.0 }`; a column may be given by its number, from 1\n";
     }
@@ -62,7 +62,7 @@ fn time(table: &Table, layout: &Layout) -> String {
 
 /// The section of a joint.
 fn section(table: &Table, joint: &FoundJoint, name: &str, of_file: bool) -> String {
-    let said = if of_file { "  # the name of the file: use the model's" } else { "" };
+    let said = if of_file { "  # this is the name in the file: use the name in the model" } else { "" };
     let mut text = format!("\n[joints.{}]{said}\n", written_key(name));
     let kind = joint.kind();
     let mut seen: Vec<&str> = Vec::new();
@@ -120,7 +120,7 @@ fn unit_of(channel: &FoundChannel, kind: JointKind) -> Option<&'static str> {
     })
 }
 
-/// Joints of a file whose names tell none: columns that are each other's derivative, else the first column of numbers.
+/// Joints of a file whose column names show none: from columns that are each other's derivative, else the first column of numbers.
 fn guessed_joints(table: &Table, layout: &Layout, left: &mut Vec<usize>) -> String {
     let rows = table.rows();
     let numbers: Vec<usize> = left.iter().copied().filter(|at| is_signal(&table.columns[*at], rows)).collect();
@@ -146,13 +146,13 @@ fn guessed_joints(table: &Table, layout: &Layout, left: &mut Vec<usize>) -> Stri
         );
         left.retain(|at| at != position && at != velocity);
     }
-    // What always rises is a count.
+    // A column that always rises is a counter.
     let rises = |at: &&usize| table.columns[**at].values.windows(2).all(|pair| pair[1] > pair[0]);
     if let Some(first) = numbers.iter().find(|at| !rises(at)).or(numbers.first()).filter(|_| pairs.is_empty()) {
         let name = written_text(&table.columns[*first].name);
         let _ = write!(
             text,
-            "\n[joints.joint1]  # guess: nothing tells what the columns hold\nposition = {{ column = {name}, unit = \"rad\" }}\n"
+            "\n[joints.joint1]  # guess: the file does not tell what its columns hold\nposition = {{ column = {name}, unit = \"rad\" }}\n"
         );
         left.retain(|at| at != first);
     }

@@ -1,5 +1,5 @@
 //! The format of a file of data, recognised by its first bytes; its name does not matter. A format that is not read is
-//! refused with the way out.
+//! refused, with advice on how to convert the file.
 
 use std::path::Path;
 
@@ -34,7 +34,7 @@ const READ: [(&[u8], Format); 5] = [
     (b"\x89MCAP0", Format::Mcap),
 ];
 
-/// First bytes of formats that are not read; what they are; the way out, in which `STEM` is the file's name without its
+/// First bytes of formats that are not read; name of the format; advice on the conversion, in which `STEM` is the file's name without its
 /// ending and `FILE` its whole name.
 const REFUSED: [(&[u8], &str, &str); 15] = [
     (b"\x89HDF\r\n\x1a\n", "HDF5", HDF5),
@@ -72,7 +72,7 @@ const SPREADSHEET: &str = "the sheet saved as CSV";
 /// Recognises the format of a file.
 ///
 /// # Errors
-/// It cannot be opened, or it has a format that is not read; the message says what it is and the way out.
+/// It cannot be opened, or it has a format that is not read; the message names the format and the conversion.
 pub(super) fn of(text: Text<'_>) -> Result<Format> {
     let head = text.raw_head()?;
     if let Some((_, format)) = READ.iter().find(|(magic, _)| head.starts_with(magic)) {
@@ -104,7 +104,7 @@ fn has_arrays(head: &[u8]) -> bool {
 fn refuse<T>(path: &Path, what: &str, way: &str) -> Result<T> {
     let plain = |name: Option<&std::ffi::OsStr>, other: &str| {
         let name = name.unwrap_or_default().to_string_lossy();
-        // Nothing that a shell or a program takes otherwise than as part of a name.
+        // Only characters that every shell and program takes as part of a name.
         let harmless = |c: char| c.is_alphanumeric() || matches!(c, '.' | '_' | '-' | '+');
         if !name.is_empty() && name.chars().all(harmless) { name.into_owned() } else { other.to_owned() }
     };

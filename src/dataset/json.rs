@@ -1,7 +1,7 @@
 //! JSON: an object of columns `{"time": [...], "joint1.position": [...]}`, an object of objects by row as pandas writes it
 //! `{"time": {"0": 0.0, "1": 0.1}}`, or a list of rows `[{"time": 0.0, ...}, ...]`.
 //!
-//! A list of numbers in a cell becomes the columns `name.0`, `name.1` ...; what is neither a number nor a time is no number.
+//! A list of numbers in a cell becomes the columns `name.0`, `name.1` ...; any value but a number or a time counts as not a number.
 
 use std::collections::HashMap;
 use std::io::Read as _;
@@ -101,7 +101,7 @@ impl Columns<'_> {
     fn put(&mut self, name: &str, row: usize, value: &Value) -> Result<()> {
         if let Value::Array(list) = value {
             return list.iter().enumerate().try_for_each(|(at, value)| match value {
-                // One level of lists: a deeper one is no vector.
+                // Only one level of lists is read: a deeper list is not a vector.
                 Value::Array(_) => self.put_single(&format!("{name}.{at}"), row, &Value::Null),
                 value => self.put_single(&format!("{name}.{at}"), row, value),
             });

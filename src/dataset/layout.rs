@@ -1,7 +1,7 @@
 //! What the columns of a file without canonical names hold: the time, and the channels of joints.
 //!
-//! What the names tell without doubt is read as it is, with notes on what was taken for what. Anything else is a guess:
-//! it stands in a first manifest, marked, and is not read until a user has said so.
+//! Columns whose names are clear are read, with notes on what each column was taken for. Anything else is a guess: it is
+//! marked in a first manifest, and is not read until a user confirms it.
 
 mod joints;
 
@@ -18,8 +18,8 @@ use super::{JointKinds, Note};
 use crate::error::{Error, Place, Result};
 use crate::units::{Dimension, JointKind};
 
-/// [rad] Positions of a joint beyond this, two turns to either side, are likely degrees: the axes of arms turn less, but
-/// for the last one of some.
+/// [rad] Positions of a joint beyond this, two turns to either side, are likely degrees: the axes of arms turn less,
+/// except the last axis of some arms.
 const MANY_TURNS: f64 = 4.0 * std::f64::consts::PI;
 /// [A] Currents beyond this are likely milliamperes: the drives of arms take less.
 const MUCH_CURRENT: f64 = 500.0;
@@ -40,7 +40,7 @@ pub(super) struct Layout {
 pub(super) struct FoundJoint {
     /// Its name, as far as the file tells.
     pub(super) name: String,
-    /// Its number, if it has one and nothing else tells it from the others.
+    /// Its number, if it has one and nothing else distinguishes it from the others.
     pub(super) number: Option<u64>,
     /// Its channels.
     pub(super) channels: Vec<FoundChannel>,
@@ -57,7 +57,7 @@ pub(super) struct FoundChannel {
     pub(super) unit: Option<(&'static str, f64)>,
     /// Why it has to be confirmed.
     pub(super) guess: Option<String>,
-    /// What a user should know although it is no guess.
+    /// A remark for the user, although it is not a guess.
     pub(super) remark: Option<&'static str>,
 }
 
@@ -98,10 +98,10 @@ impl Layout {
         doubts
     }
 
-    /// The columns of a session, for these joints; for the file's own without a model.
+    /// The columns of a session, for the joints of the model; without a model, for those of the file.
     ///
     /// # Errors
-    /// A doubt is left, or the joints of the file are not those of the model.
+    /// A doubt remains, or the joints of the file are not those of the model.
     pub(super) fn plan(self, table: &Table, model: Option<&JointKinds>) -> Result<Plan> {
         let Some(time) = self.time.as_ref().filter(|_| self.doubts(table).is_empty()) else {
             return Err(self.unclear(table, model));
@@ -138,7 +138,7 @@ impl Layout {
         })
     }
 
-    /// What was taken for what, in one line.
+    /// Which column was taken for which channel, in one line.
     fn summary(&self, table: &Table, places: &[Option<usize>], known: &JointKinds) -> String {
         let name = |at: usize| table.columns[at].name.as_str();
         let time = self.time.as_ref().map_or(String::new(), |time| {
@@ -166,7 +166,7 @@ impl Layout {
         text
     }
 
-    /// What a user should know about what was taken.
+    /// Remarks for the user on the columns that were taken.
     fn remarks(&self, table: &Table, places: &[Option<usize>]) -> Vec<Note> {
         let mut said: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         let taken = self.joints.iter().zip(places).filter(|(_, place)| place.is_some());
@@ -240,8 +240,8 @@ impl FoundJoint {
     }
 }
 
-/// The channel of a quantity in a role, with what has to be confirmed and what should be known; `None` if no channel
-/// holds it.
+/// The channel of a quantity in a role, with the guess to be confirmed and the remark for the user; `None` if no channel
+/// fits.
 fn channel_of(column: &Column, named: &Named) -> Option<(&'static str, Option<String>, Option<&'static str>)> {
     const SHAFT: &str = "at the motor: on the joint side already, or to be scaled by the gear ratio?";
     let amperes = named.unit.and_then(super::unit_words::FileUnit::si).is_some_and(|unit| unit.0 == Dimension::Current);
@@ -265,7 +265,7 @@ fn channel_of(column: &Column, named: &Named) -> Option<(&'static str, Option<St
     let shaft = named.role == Role::Motor && !matches!(channel, "current" | "temperature");
     let most = column.values.iter().fold(0.0_f64, |most, value| most.max((value + column.origin as f64).abs()));
     let guess = if let Some(unit) = &named.strange_unit {
-        Some(format!("[{unit}] is no unit that is known: give `scale`, SI per count"))
+        Some(format!("[{unit}] is not a known unit: give `scale`, SI per count"))
     } else if let Some(guess) = named.guess {
         Some(guess.to_owned())
     } else if shaft {

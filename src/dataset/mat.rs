@@ -1,6 +1,6 @@
-//! MATLAB 5 files: every numeric vector is a column, every numeric matrix a column `name.1`, `name.2` ... for each of its
-//! shorter side. The fields of a structure are read likewise, as `name.field`. Arrays of one element are parameters of the
-//! experiment and are skipped. Left out: arrays of structures, cells, text, sparse arrays, objects.
+//! MATLAB 5 files: every numeric vector is a column, every numeric matrix gives columns `name.1`, `name.2` ..., one for
+//! each entry of its shorter side. The fields of a structure are read likewise, as `name.field`. Arrays of one element are parameters
+//! of the experiment and are skipped. Left out: arrays of structures, cells, text, sparse arrays, objects.
 //!
 //! ```text
 //!   128 bytes of header, the last two `IM` (least byte first) or `MI`; then elements, each a tag (type u32, length u32) and that many bytes:

@@ -1,4 +1,4 @@
-//! Where a model meets its recordings: what the model file leaves out and the recordings tell.
+//! Completes a model with values that the model file omits and the recordings show.
 
 use super::Session;
 use super::encoder_step::encoder_step;
@@ -11,7 +11,7 @@ use crate::timeseries::{Channel, JointSeries};
 /// positions show, or is exact where they show none.
 ///
 /// # Errors
-/// A joint without a motor was recorded with a current and no torque. On the line of the model file, where it has one.
+/// A joint without a motor was recorded with a current and no torque. The error gives the line in the model file, if there is one.
 pub fn meet(model: &Model, sessions: &[&Session]) -> Result<Model> {
     let mut met = model.clone();
     for joint in &mut met.joints {
@@ -35,7 +35,8 @@ fn has_current_alone(series: &JointSeries) -> bool {
     (has(Channel::Current) || has(Channel::CommandCurrent)) && !has(Channel::Torque)
 }
 
-/// The encoder on the motor shaft with this step at the joint; `None` where a step is more than a turn, which no model file may say.
+/// The encoder on the motor shaft with this step at the joint; `None` if a step is more than a turn, which a model file
+/// may not state.
 fn encoder(joint: &JointModel, step: f64) -> Option<Encoder> {
     let counts_per_turn = std::f64::consts::TAU / (step * joint.gear_ratio);
     (counts_per_turn >= 1.0).then_some(Encoder { counts_per_turn })

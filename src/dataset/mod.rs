@@ -1,7 +1,7 @@
 //! Measured data: converts files to sampled signals, and reports or refuses what is wrong with them.
 //!
 //! A file with canonical columns needs no manifest: `time`, then `<joint>.position` and so on ([`CHANNEL_COLUMNS`]).
-//! Where the names of other columns are clear (`names`, `words`, `layout`), they are taken, and a note says as what. Any
+//! Where the names of other columns are clear (`names`, `words`, `layout`), they are read, and a note lists them. Any
 //! other layout gets a manifest (`schema = "lostmotion/dataset/1"`) beside it. One file is one session.
 //! Unusable data are refused with file, row and column. Faults that can be repaired without inventing data are repaired
 //! and reported as a [`Note`].
@@ -70,9 +70,9 @@ type JointLimits = HashMap<String, Limits>;
 
 /// [rad or m] Lower and upper limit of the two positions of a joint.
 struct Limits {
-    /// Of its motor's axis.
+    /// For the axis of its motor.
     axis: [f64; 2],
-    /// Of its link.
+    /// For its link.
     link: [f64; 2],
 }
 
@@ -94,7 +94,7 @@ pub struct Session {
 pub struct Note {
     /// The file.
     pub file: PathBuf,
-    /// Where in it.
+    /// Place in the file.
     pub place: Place,
     /// The column; empty if the note is about all columns.
     pub column: String,
@@ -122,7 +122,7 @@ pub fn joints_of(model: &Model) -> Vec<(String, JointKind)> {
     model.joints.iter().map(|joint| (joint.name.clone(), joint.kind)).collect()
 }
 
-/// Reads a recording: a manifest (`.toml`), or a file of data with canonical columns or ones whose names are clear.
+/// Reads a recording: a manifest (`.toml`), or a file of data whose columns have canonical or clear names.
 ///
 /// # Errors
 /// The file is not a regular file of bounded size, its format is unknown, or its content cannot be used: the error
@@ -168,11 +168,11 @@ fn load_with(path: &Path, model: Option<&JointKinds>, limits: &JointLimits) -> R
     assemble::assemble(table, plan, limits)
 }
 
-/// The columns of a file without a manifest: canonical ones, or what their names tell without doubt. Without a model, the
+/// The columns of a file without a manifest: canonical ones, or ones whose names are clear. Without a model, the
 /// joints are those of the file.
 ///
 /// # Errors
-/// A doubt is left; the message says which, and that a manifest settles it.
+/// A doubt remains; the message states it and asks for a manifest.
 fn plan_of(table: &Table, model: Option<&JointKinds>) -> Result<Plan> {
     check_content(table)?;
     let own = model.is_none().then(|| guess::joints_of_table(table));
@@ -182,7 +182,7 @@ fn plan_of(table: &Table, model: Option<&JointKinds>) -> Result<Plan> {
     Layout::of(table).plan(table, model)
 }
 
-/// Refuses a table that holds nothing to look at.
+/// Refuses a table that holds no data.
 ///
 /// # Errors
 /// It has no columns of numbers, or fewer than two rows.

@@ -1,13 +1,13 @@
-//! What the name of a column says: quantity, role, joint, unit.
+//! Interprets the name of a column: quantity, role, joint, unit.
 //!
 //! ```text
 //!   /joint_states/joint1/position   joint1, position            A1_motor_position_deg   A1, position at the motor, deg
 //!   actual_q_0                      number 0, position          joint1 position [deg]   joint1, position, deg
 //!   joint_positions[0]              number 0, position          target_qd_2             number 2, reference velocity
 //! ```
-//! A name is cut into segments at `/ . :`, and these into words at other signs, at changes between letters and digits, and
-//! at capitals. The last word of a quantity counts; words of roles count beside it, or as a segment of their own. What is
-//! left is the joint.
+//! A name is cut into segments at `/ . :`, and these into words at other characters, at changes between letters and digits,
+//! and at capitals. The last word for a quantity counts; words for roles count next to it, or as a segment of their own. The
+//! remaining words name the joint.
 
 use super::table::Column;
 use super::unit_words::{FileUnit, bare, unit_of};
@@ -17,13 +17,13 @@ use crate::units::Dimension;
 /// A word of a name.
 #[derive(Debug, Clone, PartialEq)]
 struct Token {
-    /// In lower case.
+    /// The word in lower case.
     word: String,
     /// Place in the name [bytes].
     start: usize,
     end: usize,
     segment: usize,
-    /// Whether no sign stands before it.
+    /// Whether no character separates it from the word before.
     glued: bool,
 }
 
@@ -33,16 +33,16 @@ impl Token {
     }
 }
 
-/// What a name says.
+/// The meaning of a column's name.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Named {
     /// What the column holds.
     pub(super) quantity: Quantity,
-    /// Of which side.
+    /// Which signal of this quantity: measured, reference, at the motor or at the link.
     pub(super) role: Role,
     /// The unit that the name or the row of units states.
     pub(super) unit: Option<FileUnit>,
-    /// A unit that is stated and not known.
+    /// A unit that is stated but unknown.
     pub(super) strange_unit: Option<String>,
     /// Parts of the joint's name, from the left; empty if it has a number alone, or nothing.
     pub(super) joint: Vec<String>,
@@ -52,7 +52,7 @@ pub(super) struct Named {
     pub(super) guess: Option<&'static str>,
 }
 
-/// Words that have a meaning together only: the words, quantity, role, doubt.
+/// Words that have a meaning only together: the words, quantity, role, doubt.
 const PHRASES: [(&[&str], Quantity, Role, &str); 8] = [
     (&["q", "dot"], Quantity::Velocity, Role::Actual, ""),
     (&["q", "ddot"], Quantity::Other, Role::Actual, ""),
@@ -64,7 +64,7 @@ const PHRASES: [(&[&str], Quantity, Role, &str); 8] = [
     (&["tau", "ext"], Quantity::Other, Role::Link, ""),
 ];
 
-/// What the name of a column says; `None` if it names no quantity of a joint.
+/// Interprets the name of a column; `None` if it names no quantity of a joint.
 pub(super) fn read(column: &Column) -> Option<Named> {
     let (name, bracket) = split_unit(&column.name);
     let stated = bracket.map(str::to_owned).or_else(|| column.unit.as_deref().map(|unit| bare(unit).to_owned()));
@@ -166,7 +166,7 @@ fn quantity(tokens: &[Token], used: &mut [bool]) -> Option<(Quantity, Role, Opti
         Some(Word::Guess(quantity, role, doubt)) => Some((quantity, role, Some(doubt), at)),
         _ => None,
     });
-    // A single letter is too little without a number.
+    // A single letter counts only with a number after it.
     let numbered = |(at, token): (usize, &Token)| {
         (token.word == "i" && tokens.get(at + 1).is_some_and(|next| next.number().is_some())).then_some(at)
     };
@@ -188,7 +188,7 @@ fn unit_at_end(tokens: &[Token], used: &[bool], quantity: Quantity) -> Option<(F
     })
 }
 
-/// Whether a unit measures that quantity; volts measure what drives.
+/// Whether a unit fits this quantity; volts fit a current, a torque, a force or an effort.
 pub(super) fn fits(unit: FileUnit, quantity: Quantity) -> bool {
     let Some((dimension, _)) = unit.si() else { return false };
     match quantity {
@@ -203,7 +203,7 @@ pub(super) fn fits(unit: FileUnit, quantity: Quantity) -> bool {
     }
 }
 
-/// Roles beside the quantity, and of segments that consist of roles and fillers; marks their words as used.
+/// Roles next to the quantity, and roles in segments that consist only of roles and fillers; marks their words as used.
 fn roles(tokens: &[Token], used: &mut [bool], place: usize) -> Vec<Role> {
     let mut roles = Vec::new();
     let role_of = |token: &Token| match meaning(&token.word) {
@@ -237,8 +237,7 @@ fn roles(tokens: &[Token], used: &mut [bool], place: usize) -> Vec<Role> {
     roles
 }
 
-/// The parts of the joint's name, as the name spells them. Segments of fillers alone say nothing, nor do fillers without
-/// a number.
+/// The parts of the joint's name, as the name spells them. Segments that consist only of fillers are left out.
 fn joint(name: &str, tokens: &[Token]) -> Vec<String> {
     let filler = |token: &Token| meaning(&token.word) == Some(Word::Filler);
     let segments = tokens.chunk_by(|a, b| a.segment == b.segment);
@@ -246,7 +245,7 @@ fn joint(name: &str, tokens: &[Token]) -> Vec<String> {
         let mut text = String::new();
         for (at, token) in segment.iter().enumerate() {
             let between = at.checked_sub(1).map_or("", |last| &name[segment[last].end..token.start]);
-            // What was used stood between the two.
+            // Words that were used otherwise stood between the two.
             let between = if between.chars().any(char::is_alphanumeric) { "_" } else { between };
             text += if between.is_empty() || between == "-" { between } else { "_" };
             text += &name[token.start..token.end];

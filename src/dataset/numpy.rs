@@ -1,7 +1,7 @@
 //! Arrays of numpy: `.npy` (one array) and `.npz` (a ZIP archive of arrays).
 //!
-//! A vector is a column, a matrix has a column for each of its shorter side, `name.0`, `name.1` ...; a structured array has
-//! a column for each field. In a `.npy` without fields the columns have no names.
+//! A vector is a column; a matrix gives columns `name.0`, `name.1` ..., one for each entry of its shorter side; a structured
+//! array gives a column for each field. In a `.npy` without fields the columns have no names.
 //! Left out: text, objects, complex numbers, arrays of more than two dimensions, single numbers.
 //! Reference: numpy, "NEP 1: a simple file format for NumPy arrays".
 
@@ -76,7 +76,7 @@ fn array_columns(path: &Path, name: &str, input: &mut dyn Read, cells: u64) -> R
         Ok(array) => array,
         Err(Fault::Damaged) => return Err(damaged()),
         Err(Fault::Unfit(what)) => {
-            // Beside other arrays it is left out, as a column without numbers.
+            // Among other arrays it counts as a column without numbers, and is left out.
             let fault = Some((1, format!("({what})")));
             return Ok(vec![Column { fault, ..Column::new(name) }]);
         }

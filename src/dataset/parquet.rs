@@ -50,7 +50,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Table> {
 fn decode<R: ChunkReader + 'static>(path: &Path, size: u64, source: R, probe: &R) -> Result<Table> {
     let footer_size = footer::check(path, size, probe)?;
     // The decoders assert properties that a damaged page may violate, in many places that a check beforehand cannot
-    // cover. Only files that are read are shared with the caller.
+    // cover. The closure shares only the open files with the caller.
     quiet::catch(AssertUnwindSafe(|| columns(path, size - footer_size, source, probe)))
         .unwrap_or_else(|| Err(damaged(path, "broken pages")))
 }
@@ -118,7 +118,8 @@ fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R
     Table::new(path, Place::File, columns, Vec::new())
 }
 
-/// Columns of durations, with the size of their unit [s]: Parquet has no such type, and pandas says so beside the schema.
+/// Columns of durations, with the size of their unit [s]: Parquet has no such type; pandas lists them in its own
+/// metadata.
 fn durations(metadata: &FileMetaData) -> Vec<(String, f64)> {
     let entries = metadata.key_value_metadata().into_iter().flatten();
     let said = entries.filter(|entry| entry.key == "pandas").find_map(|entry| entry.value.as_deref());
@@ -131,7 +132,7 @@ fn durations(metadata: &FileMetaData) -> Vec<(String, f64)> {
     said["columns"].as_array().into_iter().flatten().filter_map(duration).collect()
 }
 
-/// Count of cells so far, with those of more rows of some columns.
+/// Count of cells so far, plus `rows` rows of `columns` columns.
 ///
 /// # Errors
 /// They are too many.

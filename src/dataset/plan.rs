@@ -1,4 +1,4 @@
-//! Which columns of a file make up a session: what a manifest and canonical columns both come to.
+//! Which columns of a file make up a session. A manifest and canonical columns both lead to such a plan.
 
 use std::path::PathBuf;
 
@@ -59,7 +59,7 @@ pub(super) struct PlannedJoint {
     pub(super) kind: JointKind,
     /// Its channels.
     pub(super) channels: Vec<(Channel, Source)>,
-    /// The machine's own controller of it.
+    /// The machine's own controller of this joint.
     pub(super) controller: Option<Controller>,
 }
 

@@ -16,9 +16,9 @@ use crate::timeseries::{Channel, JointSeries, pauses};
 pub enum Readable {
     /// It has canonical columns.
     Canonical,
-    /// Its names tell all that is needed.
+    /// Its column names are clear.
     ByNames,
-    /// It needs a manifest; why.
+    /// It needs a manifest, for this reason.
     Manifest(String),
 }
 

@@ -51,7 +51,7 @@ pub(super) fn likely_units(step: f64) -> Vec<&'static str> {
     UNITS.iter().filter(|(_, size)| fits(step * size)).map(|&(unit, _)| unit).collect()
 }
 
-/// The unit in which a time is one since 1970, from 2001 to 2096; a number of this size is of one unit alone.
+/// The unit in which a number is a time since 1970, from 2001 to 2096. The ranges of the units do not overlap.
 pub(super) fn epoch_unit(first: f64) -> Option<&'static str> {
     [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)]
         .into_iter()
@@ -111,10 +111,10 @@ fn advice(likely: &[&str], unit: &TimeUnit) -> String {
     match lines.as_slice() {
         [] => format!(": if these are seconds, say so in {place} with {}", line("s")),
         [one] => format!(
-            ": the time is likely in {}, to be said in {place} with {one}; if these are seconds, with {}",
+            ": the time is likely in {}; state that in {place} with {one} or, if these are seconds, with {}",
             likely[0],
             line("s")
         ),
-        _ => format!(": the unit of the time has to be said in {place} with {}, or {}", lines.join(" or "), line("s")),
+        _ => format!(": state the unit of the time in {place} with {}, or {}", lines.join(" or "), line("s")),
     }
 }

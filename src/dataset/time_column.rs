@@ -16,7 +16,7 @@ pub(super) struct FoundTime {
     pub(super) column: usize,
     /// Index of the column of its nanoseconds, if the other holds whole seconds.
     pub(super) nanoseconds: Option<usize>,
-    /// Its unit, if it is known and the type of the column does not say it.
+    /// Its unit, if it is known and the type of the column does not define it.
     pub(super) unit: Option<&'static str>,
     /// Why it has to be confirmed.
     pub(super) guess: Option<String>,
@@ -65,7 +65,7 @@ fn is_named(column: &Column) -> bool {
     if words.len() > 1 && words.last().is_some_and(|last| time_unit(last).is_some() && !TIME.contains(&last.as_str())) {
         words.pop();
     }
-    // A single letter is too little beside other words, but not as a part of its own: `log.t`.
+    // A single letter among other words is not enough, except as a segment of its own: `log.t`.
     let own = |last: &str| last.len() > 1 || words.len() == 1 || name.ends_with(".t") || name.ends_with("/t");
     !column.is_foreign() && words.last().is_some_and(|last| TIME.contains(&last.as_str()) && own(last))
 }
@@ -87,7 +87,7 @@ fn pair(table: &Table) -> Option<(usize, usize)> {
     };
     let named = table.columns.iter().enumerate().filter_map(|(at, column)| Some((at, parts(column)?)));
     let named: Vec<(usize, (Vec<String>, String))> = named.collect();
-    // Less than a second, or they are a time of their own.
+    // Values of a second or more mean that the column is a time of its own.
     let is_part =
         |column: &Column| column.origin == 0 && column.values.iter().all(|value| !(*value < 0.0 || *value >= 1e9));
     let rests =
@@ -97,13 +97,13 @@ fn pair(table: &Table) -> Option<(usize, usize)> {
     seconds.find_map(|(at, (prefix, _))| Some((*at, *rests.get(prefix.as_slice())?)))
 }
 
-/// The unit of time that is spelled so.
+/// The unit of time with this spelling.
 fn time_unit(text: &str) -> Option<&'static str> {
     let found = unit_of(text)?;
     found.si().filter(|(dimension, _)| *dimension == Dimension::Time).map(|_| found.name)
 }
 
-/// The unit that name or row of units state.
+/// The unit that the name or the row of units states.
 fn stated_unit(column: &Column) -> Option<&'static str> {
     let (name, bracket) = split_unit(&column.name);
     let last = || words(name).last().and_then(|last| time_unit(last).filter(|_| last != "d"));

@@ -2,7 +2,7 @@
 
 use crate::units;
 
-/// A unit of a file: a unit of manifests, and how many of them it is.
+/// A unit of a file, as a multiple of a unit of manifests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FileUnit {
     /// Name in manifests, see [`units::UNITS`].
@@ -53,7 +53,7 @@ const SPELLINGS: [(&[&str], &str, f64); 31] = [
     (&["d", "day", "days"], "d", 1.0),
 ];
 
-/// The unit that is spelled so.
+/// The unit with this spelling.
 pub(super) fn unit_of(text: &str) -> Option<FileUnit> {
     let folded: String = text.chars().filter(|c| !c.is_whitespace()).flat_map(char::to_lowercase).collect();
     let known = SPELLINGS.iter().find(|(spellings, ..)| spellings.contains(&folded.as_str()));

@@ -1,11 +1,11 @@
 //! The words that names of columns are made of.
 //!
-//! One table for all formats. A word stands here in lower case; names are cut into words at signs, at changes from
+//! One table for all formats. A word stands here in lower case; names are cut into words at punctuation, at changes from
 //! letters to digits and at capitals (`names`). Sources: `sensor_msgs/JointState` and PlotJuggler (`position`, `effort`),
 //! RTDE of Universal Robots (`actual_q`, `target_qd`, `actual_current`), libfranka (`q_d`, `dq`, `tau_J`), Drake, Pinocchio
 //! and MuJoCo (`q`, `v`, `qpos`, `qvel`), LeRobot (`observation.state`, `action`), Dynamixel (`present_position`).
 
-/// What a channel measures, before it is known of which side.
+/// What a channel measures, whatever its role.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     Position,
@@ -17,16 +17,16 @@ pub(super) enum Quantity {
     /// A torque or a force; many drivers put a current there.
     Effort,
     Temperature,
-    /// Known and of no use here: acceleration, voltage, poses.
+    /// Known but not used here: acceleration, voltage, poses.
     Other,
 }
 
 /// Which one of the signals of a quantity it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
-    /// What was measured; also where nothing is said.
+    /// What was measured; also if the name states no role.
     Actual,
-    /// What was asked for.
+    /// What was commanded.
     Reference,
     /// Behind the gear.
     Link,
@@ -39,9 +39,9 @@ pub(super) enum Role {
 pub(super) enum Word {
     Quantity(Quantity),
     Role(Role),
-    /// A part of a name that says nothing: a topic, a list.
+    /// A word without a meaning here: a topic, a list.
     Filler,
-    /// A quantity that has to be confirmed; why.
+    /// A quantity that has to be confirmed, and the reason.
     Guess(Quantity, Role, &'static str),
 }
 
@@ -83,7 +83,7 @@ pub(super) fn meaning(word: &str) -> Option<Word> {
     WORDS.iter().find(|(words, _)| words.contains(&word)).map(|&(_, meaning)| meaning)
 }
 
-/// Words of which a column of time is named.
+/// Words that name a column of time.
 pub(super) const TIME: [&str; 14] = [
     "time",
     "t",

@@ -26,8 +26,8 @@ impl Default for Options {
 pub struct Rules {
     /// [nats] Evidence that an effect needs on a joint.
     pub nats: f64,
-    /// [nats] Evidence that an effect needs where it lowers the error only slightly, by no more than the laws of the catalogue are wrong
-    /// themselves (0.12 in the logarithm of the error).
+    /// [nats] Evidence that an effect needs where it lowers the error only slightly, by no more than the inaccuracy of the catalogue's laws
+    /// (0.12 in the logarithm of the error).
     pub slight: f64,
     /// [nats] As `slight`, where another effect is already named or already removed from the recording. A law that is only approximately
     /// right leaves a residue, and other effects can fit it: their evidence reached 12 to 25 nats (tuning seeds 1403, 1410, 3600, 4602, 6802).
@@ -75,7 +75,7 @@ impl Rules {
     }
 }
 
-/// [1] Logarithm of the error scale by which the laws of the catalogue are wrong themselves. A rival whose error is larger by less than this
+/// [1] Inaccuracy of the catalogue's laws, as a logarithm of the error scale. A rival whose error is larger by less than this
 /// on every joint of the effect cannot be rejected. On 85 tuning machines (seeds 2000 to 7101 of `benches/blind`) the error of the true
 /// effect was never more than 0.10 above that of the named one.
 pub const MODEL_ERROR: f64 = 0.12;

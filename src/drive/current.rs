@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   a = i + n,  n ~ N(0, σ²)        the amplifier's noise adds to the voltage of the shunt
-//!   a = |a|     sensing = absolute  the bridge's lower legs carry the current in one direction only, noise and all
+//!   a = |a|     sensing = absolute  the bridge's lower legs carry the current in one direction only; noise is rectified too
 //!   reading = r round(a/r)          the converter comes last: what is stored is a multiple of r
 //! ```
 //!

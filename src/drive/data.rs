@@ -36,12 +36,12 @@ pub struct LinkEncoder {
     pub resolution: f64,
 }
 
-/// How the velocity channel is made.
+/// How the velocity channel is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VelocitySensor {
     /// Encoder differences through a first-order low-pass of this time constant [s].
     LowPass(f64),
-    /// Pulse-frequency measurement: one count over the time between the last two edges of equal direction, stale between edges.
+    /// Pulse-frequency measurement: one count over the time between the last two edges of equal direction, outdated between edges.
     PulsePeriod,
 }
 

@@ -1,6 +1,6 @@
 //! Reading of an incremental encoder: quantised position, and velocity from its counts.
 //!
-//! With the size of a count at the joint `δ = 2π/(counts · ratio)` and a phase `φ ∈ [0, 1)` that the mounting decides,
+//! With the size of a count at the joint `δ = 2π/(counts · ratio)` and a phase `φ ∈ [0, 1)` that depends on the mounting,
 //!
 //! ```text
 //!   c = ⌊θ/δ + φ⌋        position = (c + ½ − φ) δ          |position − θ| ≤ δ/2, zero on average
@@ -33,7 +33,7 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// An encoder behind a gear of this ratio.
+    /// An encoder on the motor shaft of a gear of this ratio.
     pub fn new(encoder: &Encoder, gear_ratio: f64, phase: f64) -> Self {
         Self { step: 2.0 * std::f64::consts::PI / (encoder.counts_per_turn * gear_ratio), phase }
     }
@@ -127,7 +127,7 @@ impl VelocityMeter {
         }
     }
 
-    /// Forgets the past.
+    /// Clears the memory of past motion.
     pub fn restart(&mut self) {
         match self {
             Self::LowPass { last, velocity, .. } => (*last, *velocity) = (None, 0.0),

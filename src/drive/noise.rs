@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 pub struct Noise(ChaCha8Rng);
 
 impl Noise {
-    /// The stream of that number under a seed; the streams are independent.
+    /// Stream number `stream` of a seed; the streams are independent.
     pub fn new(seed: u64, stream: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream);

@@ -128,7 +128,7 @@ impl PowerStage {
         }
     }
 
-    /// `di/dt` [A/s]; 0 where the current is no state.
+    /// `di/dt` [A/s]; 0 where the current is not a state.
     pub fn rate(&self, command: f64, current: f64, velocity: f64, saturation: i8) -> f64 {
         match self.winding {
             Winding::Inductive { time_constant, .. } if saturation == 0 => (command - current) / time_constant,

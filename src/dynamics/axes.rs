@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, Isometry3};
 use super::Dynamics;
 use crate::robot::Coupling;
 
-/// The coupling, with room for the joints' side.
+/// The coupling, with working memory for quantities of the joints.
 #[derive(Debug, Clone)]
 pub(super) struct Axes {
     coupling: Coupling,
@@ -26,7 +26,7 @@ impl Axes {
         Self { coupling: coupling.clone(), q: zero.clone(), v: zero.clone(), a: zero.clone(), tau: zero }
     }
 
-    /// Takes over position and velocity of the axes.
+    /// Stores the position and velocity of the joints, computed from those of the axes.
     fn take(&mut self, q: &[f64], v: &[f64]) {
         self.coupling.joints(q, &mut self.q);
         self.coupling.joints(v, &mut self.v);
@@ -34,7 +34,7 @@ impl Axes {
 }
 
 impl Dynamics {
-    /// Works on the joints' side: what `work` asks of this robot there is not coupled.
+    /// Calls `work` in joint coordinates: while it runs, this robot has no coupling.
     fn on_joints<T: Default>(&mut self, work: impl FnOnce(&mut Self, &mut Axes) -> T) -> T {
         let Some(mut axes) = self.axes.take() else { return T::default() };
         let result = work(self, &mut axes);

@@ -17,7 +17,7 @@ impl Dynamics {
         (0..self.dof()).map(energy).sum()
     }
 
-    /// `−Σ m g · c` [J], zero where all centres of mass lie in the base's origin.
+    /// `−Σ m g · c` [J], zero if all centres of mass are at the base's origin.
     pub fn potential_energy(&mut self, q: &[f64]) -> f64 {
         let gravity = self.gravity;
         let poses = self.poses(q);

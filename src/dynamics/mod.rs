@@ -11,8 +11,8 @@
 //! acceleration of the origin `p̈` (gravity is an acceleration of the base by `−g`); mass `m`, first moment `h = m c` and
 //! tensor `I` about the origin. `R`, `p`: pose of a body in its parent. The joint's axis is `s`.
 //!
-//! Where motor axes are [coupled](crate::robot::Coupling), `q v a τ` are those of the axes, `C q` and `C⁻ᵀ τ`: the generalized coordinates in which
-//! drives and encoders act. Everything that asks for torques or masses then has them where the motors are (`axes`).
+//! Where motor axes are [coupled](crate::robot::Coupling), `q v a τ` are those of the axes, `C q` and `C⁻ᵀ τ`: the generalized
+//! coordinates in which drives and encoders act. Torques and masses are then those at the motors (`axes`).
 //!
 //! After a [`Dynamics`] is built, only `poses` and `potential_energy` allocate memory. Reference: R. Featherstone
 //! (2008), Rigid Body Dynamics Algorithms.
@@ -36,7 +36,7 @@ use crate::robot::Robot;
 use crate::units::JointKind;
 
 pub use collision::{MotionCheck, STEP};
-pub use solid::{closest, solid};
+pub use solid::{closest, convex_hull, solid};
 
 /// A robot prepared for computation, with working memory for its algorithms.
 #[derive(Debug, Clone)]
@@ -207,13 +207,13 @@ impl Link {
 }
 
 impl Frame {
-    /// A wrench on the body as one on its parent.
+    /// A wrench on the body, expressed as a wrench on its parent.
     fn wrench_in_parent(&self, wrench: &Wrench) -> Wrench {
         let force = self.r * wrench.force;
         Wrench { torque: self.r * wrench.torque + self.p.cross(&force), force }
     }
 
-    /// A motion of the parent as one of a body fixed to it here.
+    /// A motion of the parent, expressed as the motion of a body that is fixed to it at this pose.
     fn twist_in_child(&self, twist: &Twist) -> Twist {
         Twist { omega: self.r.tr_mul(&twist.omega), v: self.r.tr_mul(&(twist.v + twist.omega.cross(&self.p))) }
     }
@@ -233,7 +233,7 @@ impl Wrench {
 }
 
 impl Moments {
-    /// `[N; F] = M [ω̇; v̇]`: what accelerates the body from rest; momentum, where a velocity is given instead.
+    /// `[N; F] = M [ω̇; v̇]`: the wrench that accelerates the body from rest. For a velocity instead, the result is the momentum.
     fn times(&self, twist: &Twist) -> Wrench {
         Wrench {
             torque: self.i * twist.omega + self.h.cross(&twist.v),

@@ -1,4 +1,4 @@
-//! The equations of motion as a product: `τ = Y(q, v, a) π`, `π` ten numbers a body.
+//! The equations of motion as a product: `τ = Y(q, v, a) π`, where `π` has ten numbers per body.
 //!
 //! With the column `J = [w; l]` of a joint in a body's motion, `J · [N; F]` of the Newton-Euler equations is
 //!

@@ -41,8 +41,8 @@ pub struct ParameterSpec {
     pub default: Option<f64>,
     /// Its meaning, with its sign.
     pub meaning: &'static str,
-    /// Whether the effect is another one, or none, where this is zero, whatever its other parameters are: the cause of a constant torque is no
-    /// spring.
+    /// Whether the effect vanishes, or is another one, where this parameter is zero, whatever its other parameters are: the cause of a
+    /// constant torque is no spring.
     pub is_size: bool,
 }
 
@@ -62,7 +62,7 @@ impl ParameterSpec {
         Self { min, ..self }
     }
 
-    /// Without which there is no such effect, see [`is_size`](Self::is_size).
+    /// As a parameter without which there is no such effect, see [`is_size`](Self::is_size).
     pub const fn as_size(self) -> Self {
         Self { is_size: true, ..self }
     }

@@ -13,7 +13,7 @@ pub struct JointState {
     pub motor_velocity: f64,
     /// `q` [rad or m] Link position; where axes are coupled, that of the gear's output, `(C q)_i`.
     pub link_position: f64,
-    /// `q̇` [rad/s or m/s] alike.
+    /// `q̇` [rad/s or m/s] Velocity of the same.
     pub link_velocity: f64,
     /// `T` [N·m or N] Torque through the gear; positive drives the link in positive direction.
     pub gear_torque: f64,

@@ -29,7 +29,7 @@ static ABOUT: About = About {
     ],
     signature: "a ripple at a whole order of the motor angle, in both directions alike, also at low current",
     look_alikes: &["position_dependent_friction", "cable_spring"],
-    separate_by: "pass the same angles slowly in both directions and with another load: cogging turns its sign with neither",
+    separate_by: "pass the same angles slowly in both directions and with another load: cogging changes its sign in neither case",
     reference: "D. Hanselman (2006), Brushless Permanent Magnet Motor Design, ch. 10",
 };
 

@@ -25,9 +25,9 @@ static ABOUT: About = About {
     parameters: &[
         ParameterSpec::new("jump", "δ", "rad (joint)", "angle by which the link is ahead of the rotor afterwards")
             .between(-10.0, 10.0),
-        ParameterSpec::new("time", "t0", "s", "when it begins to slip, since the start of the session")
+        ParameterSpec::new("time", "t0", "s", "time at which the slip begins, since the start of the session")
             .between(0.0, 1e7),
-        ParameterSpec::new("duration", "D", "s", "how long it slips").between(1e-3, 10.0).or(0.01),
+        ParameterSpec::new("duration", "D", "s", "duration of the slip").between(1e-3, 10.0).or(0.01),
     ],
     signature: "a transient of the current at one time; from then on a known contact or gravity is met at another motor angle",
     look_alikes: &["position_dependent_backlash", "external_contact"],

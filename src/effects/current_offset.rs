@@ -16,11 +16,11 @@ use crate::robot::Model;
 
 static ABOUT: About = About {
     name: "current_offset",
-    summary: "The zero of the current sensor is off.",
+    summary: "The current sensor has an offset.",
     equation: "i → i + i0",
     kind: Kind::Measurement,
     scope: Scope::Joint,
-    parameters: &[ParameterSpec::new("offset", "i0", "A", "what the sensor reads at zero current").between(-1e5, 1e5)],
+    parameters: &[ParameterSpec::new("offset", "i0", "A", "reading of the sensor at zero current").between(-1e5, 1e5)],
     signature: "a constant in amperes, also at rest",
     look_alikes: &["coulomb_asymmetry", "cable_spring", "base_tilt"],
     separate_by: "record the current with the drive off: an offset stays",

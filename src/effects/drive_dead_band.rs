@@ -14,12 +14,12 @@ use crate::robot::Model;
 
 static ABOUT: About = About {
     name: "drive_dead_band",
-    summary: "The power stage makes no current of a small command.",
+    summary: "The power stage gives no current for a small command.",
     equation: "i_cmd → 0 for |i_cmd| < u0",
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[ParameterSpec::new("width", "u0", "A", "command below which no current flows").between(0.0, 1e5)],
-    signature: "current is missing near zero, against what the controller has commanded",
+    signature: "no current flows while the controller commands a small one",
     look_alikes: &["coulomb_asymmetry", "dwell_stiction", "current_offset"],
     separate_by: "record the command beside the current, and hold small commands of either sign",
     reference: "J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation",

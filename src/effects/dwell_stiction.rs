@@ -63,10 +63,11 @@ impl Effect for DwellStiction {
 
 /// [s] Times at rest that are tried.
 const TIMES: [f64; 4] = [0.03, 0.2, 1.0, 5.0];
-/// [rad or m] Distances over which sliding renews contacts that are tried, in counts of the encoder.
+/// [1] Distances over which sliding renews the contacts, in counts of the encoder: the values that are tried.
 const DISTANCES: [f64; 3] = [2.0, 6.0, 18.0];
-/// Largest distance over which sliding may renew contacts, in gaps and in counts; the larger of the two applies. With a longer distance it is no
-/// breakaway, but friction that is a little higher in slow motion than its law. Clean machines show that with up to 67 nats over 3 to 10 gaps
+/// Largest distance over which sliding may renew contacts, in gaps and in counts; the larger of the two applies. A longer distance
+/// describes no breakaway, but friction that is a little higher in slow motion than its law. Clean machines show that with up to 67 nats
+/// over 3 to 10 gaps
 /// (tuning seeds 20001, 20006, 20015, 20017, 20022), and machines with hidden growth no more often.
 const FARTHEST: [f64; 2] = [2.0, 24.0];
 /// Growth that is tried, relative to Coulomb friction.

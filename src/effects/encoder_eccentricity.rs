@@ -21,7 +21,7 @@ use crate::robot::Model;
 
 static ABOUT: About = About {
     name: "encoder_eccentricity",
-    summary: "The encoder's disc runs out: it sees the shaft lead and lag once a turn.",
+    summary: "The encoder's disc has runout: its reading leads and lags the shaft once per turn.",
     equation: "θ → θ + e sin(θ_m + φ), read by the controller too",
     kind: Kind::Measurement,
     scope: Scope::Joint,
@@ -35,9 +35,9 @@ static ABOUT: About = About {
         .between(0.0, 1.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at θ_m = 0").between(-TAU, TAU).or(0.0),
     ],
-    signature: "a ripple of velocity once a motor turn, in proportion to speed, and no torque of its own",
+    signature: "a ripple of velocity once per motor turn, in proportion to speed, and no torque of its own",
     look_alikes: &["cogging", "transmission_error", "torque_ripple"],
-    separate_by: "several speeds: the angle by which position runs out stays, the torque of cogging stays",
+    separate_by: "several speeds: runout keeps the amplitude of its angle error, cogging keeps the amplitude of its torque",
     reference: "R. C. Kavanagh (2001), Performance analysis and compensation of M/T-type digital tachometers",
 };
 

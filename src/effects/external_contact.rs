@@ -19,7 +19,7 @@ use crate::robot::Model;
 
 static ABOUT: About = About {
     name: "external_contact",
-    summary: "The link runs up against something in one range of its angle.",
+    summary: "The link touches something in a part of its range.",
     equation: "τ = −(k p + c ṗ) on the link, p = q − q_c > 0, never pulling",
     kind: Kind::Physics,
     scope: Scope::Joint,
@@ -34,7 +34,7 @@ static ABOUT: About = About {
     ],
     signature: "torque rises beyond an angle of one joint, in both directions of motion, on one side only",
     look_alikes: &["cable_spring", "coupling_slip", "position_dependent_friction"],
-    separate_by: "pass the angle from both sides, with other joints elsewhere: what stands in the room moves against the joint's angle",
+    separate_by: "pass the angle from both sides, and with other joints in other positions: an obstacle that stands in the room is then touched at another angle",
     reference: "S. Haddadin, A. De Luca, A. Albu-Schäffer (2017), Robot collisions: a survey on detection, isolation, and identification",
 };
 

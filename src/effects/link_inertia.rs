@@ -17,13 +17,13 @@ use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, Parame
 use crate::error::Result;
 use crate::robot::{Inertia, Masses, Model};
 
-/// [1] Standard deviations by which a value may be off that is less accurate than stated.
+/// [1] Number of standard deviations by which a value that is less accurate than stated may be wrong.
 const LOOSE: f64 = 10.0;
 /// Parameters of a body, see [`Inertia::parameters`].
 const NUMBERS: usize = 10;
 
 const fn difference(name: &'static str, symbol: &'static str, unit: &'static str) -> ParameterSpec {
-    ParameterSpec::new(name, symbol, unit, "true less nominal value").between(-1e6, 1e6).or(0.0)
+    ParameterSpec::new(name, symbol, unit, "true value minus nominal value").between(-1e6, 1e6).or(0.0)
 }
 
 static ABOUT: About = About {
@@ -49,7 +49,7 @@ static ABOUT: About = About {
     ],
     signature: "torque of one link's weight and acceleration, on its own joint and on those below it",
     look_alikes: &["payload", "rotor_inertia", "torque_constant_error"],
-    separate_by: "weigh the link, or repeat the motion with a known mass on it: what it adds is measured as it is",
+    separate_by: "weigh the link, or repeat the motion with a known mass on it: the torque that the mass adds is measured correctly",
     reference: "M. Gautier, W. Khalil (1990), Direct calculation of minimum set of inertial parameters of serial robots",
 };
 
@@ -98,7 +98,7 @@ impl Diagnosable for LinkInertia {
         true
     }
 
-    /// What a link weighs by itself stays; what is put on it is a payload.
+    /// The mass of the link itself does not change; a mass that is put on it is a payload.
     fn can_change(&self) -> bool {
         false
     }

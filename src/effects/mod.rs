@@ -192,14 +192,15 @@ pub trait Diagnosable: Effect {
         self.harmonic().is_some_and(|harmonic| harmonic.several)
     }
 
-    /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear. An effect of one joint that does acts on the joint, not on
+    /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear. An effect of one joint that does so acts on the
+    /// joint, not on
     /// the axis of its motor: where axes are coupled, its [`columns`](Self::columns) are torques on the joint, and [`Motion::link`] is its position.
     fn loads_link(&self) -> bool {
         false
     }
 
-    /// Whether a torque that is measured behind the gear shows it, as it shows a load on the link. A delay is not sought there: an elastic gear
-    /// between the motor's encoder and the sensor looks like one of some tenths of a millisecond.
+    /// Whether a torque that is measured behind the gear shows it, as it shows a load on the link. A delay is not sought there: an elastic
+    /// gear between the motor's encoder and the sensor looks like a delay of some tenths of a millisecond.
     fn shows_behind_gear(&self) -> bool {
         self.loads_link()
     }
@@ -208,7 +209,7 @@ pub trait Diagnosable: Effect {
     /// motor must add to the baseline. For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 
-    /// A better shape, from the coefficients that were fitted with this one, where the coefficients tell.
+    /// A better shape, where the coefficients that were fitted with this one give it.
     fn improved(&self, _motion: &Motion, _shape: &[f64], _coefficients: &[f64]) -> Option<Vec<f64>> {
         None
     }
@@ -218,7 +219,7 @@ pub trait Diagnosable: Effect {
         Vec::new()
     }
 
-    /// The columns of all joints, for an effect that gets them in one pass: `columns[joint][coefficient][row]`.
+    /// The columns of all joints, for an effect that computes them in one pass: `columns[joint][coefficient][row]`.
     fn columns_of_all(&self, _motion: &Motion, _shape: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
         None
     }
@@ -245,7 +246,7 @@ pub trait Diagnosable: Effect {
         1.0
     }
 
-    /// Whether an effect of this strength deserves its name, beyond the ranges of its parameters.
+    /// Whether these values are those of such an effect, beyond the ranges of its parameters.
     fn is_itself(&self, _motion: &Motion, _joint: usize, _shape: &[f64], _coefficients: &[f64]) -> bool {
         true
     }

@@ -216,8 +216,8 @@ impl Motion<'_> {
         }
     }
 
-    /// Adds the torque that the URDF's damping of joints takes from axes that do not move these joints alone: `(C⁻ᵀ c C⁻¹ − diag) θ̇`. What an axis
-    /// damps its own motion with is viscous friction of the baseline.
+    /// Adds the torque that the URDF's damping of joints takes from axes that do not move these joints alone: `(C⁻ᵀ c C⁻¹ − diag) θ̇`. The
+    /// part by which an axis damps its own motion is viscous friction of the baseline.
     pub fn damp(&mut self) {
         let robot = &self.model.robot;
         let Some(coupling) = &robot.coupling else { return };

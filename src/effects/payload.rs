@@ -19,7 +19,7 @@ use crate::units::JointKind;
 
 static ABOUT: About = About {
     name: "payload",
-    summary: "A mass that the model does not know of rides on a link, by default the last one.",
+    summary: "A link, by default the last one, carries a mass that the model does not contain.",
     equation: "τ = m · Y(q, q̇, q̈, r), a point mass at r = (x, y, z) of the body",
     kind: Kind::Physics,
     scope: Scope::Machine,
@@ -36,7 +36,7 @@ static ABOUT: About = About {
     ],
     signature: "torque in proportion to acceleration and to the Coriolis terms of all joints at once",
     look_alikes: &["load_dependent_friction", "sensor_delay", "base_tilt"],
-    separate_by: "accelerate one joint while another rests: a payload couples them, a wrong rotor inertia or torque constant does not; or add a known mass: what it adds is measured as it is",
+    separate_by: "accelerate one joint while another rests: a payload couples them, a wrong rotor inertia or torque constant does not; or add a known mass: the torque that it adds is measured correctly",
     reference: "W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters",
 };
 
@@ -83,7 +83,7 @@ fn line(motion: &Motion) -> Option<(Vector3<f64>, f64)> {
         .then(|| (body.inertia.com / distance, distance))
 }
 
-/// The place of a load on that line, for a shape that says how far out.
+/// The place of a load on that line, for a shape that gives its distance.
 fn on_line(motion: &Motion, shape: &[f64]) -> Option<Vector3<f64>> {
     let [radius] = shape else { return None };
     line(motion).map(|(direction, _)| direction * *radius)
@@ -135,7 +135,7 @@ impl Effect for Payload {
         if let Some(body) = model.robot.bodies.get_mut(index) {
             body.inertia = body.inertia.joined(&point(given.get("mass"), position));
             if let Some(fault) = body.inertia.fault() {
-                let expected = format!("a mass that leaves {} a body that can exist, not with {fault}", body.name);
+                let expected = format!("a mass with which {} can exist as a body, not one with {fault}", body.name);
                 let place = crate::error::Place::File;
                 return Err(Error::input(&model.source, place, "effects.payload.mass", given.get("mass"), expected));
             }
@@ -171,7 +171,7 @@ impl Diagnosable for Payload {
         bodies.iter().enumerate().rev().map(on).collect()
     }
 
-    /// A link is not lighter than its nominal mass by a load; a change may be.
+    /// A load does not make a link lighter than its nominal mass; between two recordings a load may be removed.
     fn is_itself(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> bool {
         coefficients[0] > 0.0
     }

@@ -25,9 +25,9 @@ static ABOUT: About = About {
         ParameterSpec::new("frequency", "f", "Hz", "frequency").between(0.0, 500.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at the start of the session").between(-TAU, TAU).or(0.0),
     ],
-    signature: "a line at one frequency, at every speed the same and at rest as well",
+    signature: "a line at one frequency, the same at every speed and at rest",
     look_alikes: &["cogging", "torque_ripple"],
-    separate_by: "several constant speeds: what belongs to an angle changes its frequency, this does not",
+    separate_by: "several constant speeds: a torque that depends on an angle changes its frequency, this one does not",
     reference: "G. F. Franklin, J. D. Powell, M. Workman (1998), Digital Control of Dynamic Systems, ch. 8",
 };
 

@@ -18,7 +18,7 @@ pub enum Phenomenon {
         /// [s]
         lag: Estimate,
     },
-    /// The velocity channel of a joint follows the derivative of its position late; both lags are given if the data do not tell which it is.
+    /// The velocity channel of a joint follows the derivative of its position late; both lags are given if the data do not separate them.
     VelocityLag {
         /// `T` [s] a delay.
         delay: Option<Estimate>,

@@ -30,7 +30,7 @@ static ABOUT: About = About {
         ParameterSpec::new("order", "n", "1", "periods per turn of the joint").between(0.0, 1000.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at θ = 0").between(-TAU, TAU).or(0.0),
     ],
-    signature: "the way that the rotor takes through the gap at a reversal depends on where it reverses",
+    signature: "the distance that the rotor moves through the gap at a reversal depends on where it reverses",
     look_alikes: &["coupling_slip", "position_dependent_friction", "joint_compliance"],
     separate_by: "a second encoder behind the gear, and reversals at many angles, each several times",
     reference: "M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey",

@@ -29,7 +29,7 @@ static ABOUT: About = About {
         ParameterSpec::new("order", "n", "1/rad", "periods in 2π of joint position").between(0.0, 1e5),
         ParameterSpec::new("phase", "φ", "rad", "phase at q = 0").between(-TAU, TAU).or(0.0),
     ],
-    signature: "a torque that varies with the position and turns its sign with the direction of motion",
+    signature: "a torque that varies with the position and changes its sign with the direction of motion",
     look_alikes: &["cogging", "load_dependent_friction", "cable_spring"],
     separate_by: "pass the same positions slowly in both directions: half the difference of the torques is friction, half the sum is not",
     reference: "R. Waiboer, R. Aarts, B. Jonker (2005), Velocity dependence of joint friction in robotic manipulators with gear transmissions",

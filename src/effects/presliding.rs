@@ -125,8 +125,8 @@ impl AtTurns for Presliding {
     }
 }
 
-/// Whether bristles of stiffness `σ0` that carry `F_C` bend so far that neither the encoder's counts [rad or m] nor the gear of stiffness `k`
-/// can be what is seen. A gear of unknown stiffness may be as soft as the bristles.
+/// Whether bristles of stiffness `σ0` that carry `F_C` bend so far that neither the encoder's counts [rad or m] nor the gear of stiffness
+/// `k` can explain the bend. A gear of unknown stiffness may be as soft as the bristles.
 fn shows(stiffness: f64, dry: f64, count: f64, gear: Option<f64>) -> bool {
     let bend = dry / stiffness;
     bend > LEAST_BEND * count && gear.is_some_and(|k| bend > LEAST_WIND_UPS * dry / k)

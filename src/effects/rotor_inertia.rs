@@ -20,9 +20,9 @@ static ABOUT: About = About {
     scope: Scope::Joint,
     parameters: &[ParameterSpec::new("error", "a", "1", "relative error, positive where the rotor is heavier")
         .between(-0.9, 10.0)],
-    signature: "torque in proportion to the joint's own acceleration, in no pose and of no other joint different",
+    signature: "torque in proportion to the joint's own acceleration, the same in every pose and for any motion of the other joints",
     look_alikes: &["payload", "torque_constant_error", "sensor_delay"],
-    separate_by: "accelerate one joint while another rests: a payload couples them, a rotor does not; friction tells the torque constant",
+    separate_by: "accelerate one joint while another rests: a payload couples them, a rotor does not; a wrong torque constant scales friction too",
     reference: "M. Gautier, P. Poignet (2001), Extended Kalman filtering and weighted least squares dynamic identification of robot",
 };
 

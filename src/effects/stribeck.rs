@@ -59,7 +59,7 @@ impl Effect for Stribeck {
                 Place::File,
                 "effects.stribeck",
                 "two lines",
-                "the friction law of equation 6: two lines hold the falling part already",
+                "the friction law of equation 6: two lines contain the falling part already",
             )),
         }
     }

@@ -24,7 +24,7 @@ static ABOUT: About = About {
         .between(-0.9, 10.0)],
     signature: "all torque of the joint is scaled: friction, inertia and gravity by one factor",
     look_alikes: &["payload", "rotor_inertia", "load_dependent_friction"],
-    separate_by: "add a known mass or lift a known weight: what it adds is scaled as well; or measure the back-EMF",
+    separate_by: "add a known mass or lift a known weight: the torque that it adds is scaled too; or measure the back-EMF",
     reference: "M. Gautier, S. Briot (2014), Global identification of joint drive gains and dynamic parameters of robots",
 };
 

@@ -22,7 +22,7 @@ use crate::robot::Model;
 
 static ABOUT: About = About {
     name: "transmission_error",
-    summary: "The link leads and lags the rotor periodically: teeth are not in their place.",
+    summary: "The link leads and lags the rotor periodically: the teeth have position errors.",
     equation: "q = θ + e sin(z θ + φ) without torque",
     kind: Kind::Physics,
     scope: Scope::Joint,

@@ -6,7 +6,7 @@
 //!   F_l = s F(q̇) + F_b         link side, F_b: friction of the link's own bearing
 //! ```
 //! Sign: a side's friction opposes its velocity; `T` positive drives the link positively.
-//! State: which way each side slips or that it sticks ([`Slip`](super::Slip)), which flank touches, and what friction remembers.
+//! State: the slip of each side, or that it sticks ([`Slip`](super::Slip)); which flank touches; the memory of the friction.
 //! Left out: effects, which alter these laws where a machine has them.
 //! Reference: L. Márton, B. Lantos (2009), equations 2 to 6, with the friction split between the sides of the gap.
 
@@ -21,12 +21,12 @@ pub struct Gearhead {
     pub rotor: Grip,
     /// Friction of the link side.
     pub link: Grip,
-    /// What the friction of the rotor side remembers.
+    /// Memory of the friction of the rotor side; `None`: it has none.
     pub memory: Option<Memory>,
 }
 
 impl Gearhead {
-    /// A gear with this friction, and `bearing` [N·m or N] ≥ 0 of the link's own, at any speed.
+    /// A gear with this friction. `bearing` [N·m or N] ≥ 0 is the friction of the link's own bearing, the same at any speed.
     pub fn new(dead_zone: DeadZone, friction: Option<&Friction>, bearing: f64) -> Self {
         let [rotor, link] = friction.map_or([0.0; 2], |friction| [1.0 - friction.link_share, friction.link_share]);
         Self {

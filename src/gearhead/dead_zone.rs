@@ -11,8 +11,8 @@
 //!
 //! Without a gap (`b = 0`) both flanks touch under preload and nothing is one-sided: `T = k x + d ẋ`.
 //! Sign: `T` positive drives the link positively; `p` and `ṗ` of a flank are positive towards positive torque.
-//! State: none. Who integrates keeps the flank that touches and asks for its [`Flank`] alone; a perfect gear's stands at `∓ b/2`,
-//! others where [`Mesh`](super::Mesh) puts them.
+//! State: none. The integrator stores which flank touches and evaluates that [`Flank`] alone. A perfect gear has `p = x ∓ b/2`;
+//! [`Mesh`](super::Mesh) gives `p` of other gears.
 //! Left out: tooth mesh stiffness that changes with angle, and hysteresis of the material.
 //! Reference: Modelica Standard Library, `Rotational.Components.ElastoBacklash`; the dead zone is equations 2 and 3 of
 //! L. Márton, B. Lantos (2009) with a compliance.
@@ -28,7 +28,7 @@ pub struct DeadZone {
     pub damping: f64,
 }
 
-/// How a flank stands to its counterpart, signed towards positive torque.
+/// Compression of a flank and its rate, positive towards positive torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flank {
     /// +1 for the flank that drives positively, −1 for the other; 0 between them.
@@ -52,8 +52,8 @@ impl DeadZone {
         self.stiffness * flank.p + self.damping * flank.p_dot
     }
 
-    /// How far [rad or m] a flank is from touching, or from letting go: positive where it touches, which needs both, teeth that
-    /// overlap and a force that pushes.
+    /// Distance [rad or m] of a flank from the change between contact and separation, positive in contact. Contact needs both: teeth
+    /// that overlap, and a force that pushes.
     #[inline(always)]
     pub fn overlap(&self, flank: &Flank) -> f64 {
         let (p, p_dot) = (flank.side * flank.p, flank.side * flank.p_dot);
@@ -78,7 +78,7 @@ impl DeadZone {
         pushed + pulled
     }
 
-    /// The flank that touches, +1, 0, −1, of a gear whose flanks stand so. A gear without a gap is always in contact.
+    /// The flank that touches: +1, 0, −1. `flank` gives the state of the flank on each side. A gear without a gap is always in contact.
     pub fn touching(&self, flank: impl Fn(f64) -> Flank) -> i8 {
         if self.backlash == 0.0 || self.overlap(&flank(1.0)) > 0.0 {
             1

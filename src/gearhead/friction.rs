@@ -97,7 +97,7 @@ pub enum FrictionLaw {
     TwoLines([Lines; 2]),
 }
 
-/// Synonym that names equation 9's law where both directions are meant.
+/// The law of equation 9 for both directions, `[positive, negative]`.
 pub type TwoLines = [Lines; 2];
 
 /// Friction of one joint.
@@ -115,7 +115,7 @@ impl Friction {
     pub fn of_link(&self) -> Self {
         let s = self.link_share;
         let law = match self.law {
-            // Two lines of height zero meet nowhere.
+            // Two lines of height zero have no switch velocity.
             FrictionLaw::TwoLines(_) if s == 0.0 => {
                 let none = Exponential { coulomb: 0.0, breakaway: 0.0, stribeck_velocity: 1.0, viscous: 0.0 };
                 FrictionLaw::Exponential([none; 2])
@@ -191,8 +191,8 @@ impl FrictionLaw {
     }
 }
 
-/// Velocity after a step in which friction may take `loss` off it, `[positive, negative]` direction [rad/s or m/s]: what friction can
-/// stop ends at rest.
+/// Velocity after a step in which friction reduces the speed by at most `loss`, `[positive, negative]` direction [rad/s or m/s]: a
+/// motion that friction can stop ends at rest.
 ///
 /// ```text
 ///   v = max(0, v* − loss₊)  for v* > 0,   v = min(0, v* + loss₋)  else          v*: without friction, loss = h F/J

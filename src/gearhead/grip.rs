@@ -1,17 +1,17 @@
-//! Friction of one side of a gearhead: its share of the law and its own, smooth within every way of slipping.
+//! Friction of one side of a gearhead: its share of the joint's law plus friction of its own, smooth within each slip mode.
 //!
 //! ```text
 //!   F_side = share · F(|v|) + own
 //!   F(|v|) = F_C + D e^{−|v| σ} + F_V |v|          D = F_S − F_C, σ = 1/v_S; of two lines each is one such law with D = 0
 //! ```
-//! This is [`FrictionLaw`] as an integrator runs it: one smooth branch for each way of slipping, the same numbers to rounding.
-//! A step may lead beyond the end of a mode before the end is located. There, at a speed that is negative, the exponential
-//! goes on along its tangent from `|v| σ = −1`: left alone it would be e⁷⁰ where a hammering rotor is thrown back within a step.
+//! This is [`FrictionLaw`] in the form that an integrator needs: one smooth branch per slip mode, with the same values up to rounding.
+//! A step may lead beyond the end of a mode before the end is located. There, at a negative speed, the exponential is continued
+//! along its tangent at `|v| σ = −1`. Otherwise it would reach e⁷⁰ when a hammering rotor is thrown back within a step.
 //! Two lines meet at a kink, at the switch velocity: the slower and the faster line are modes of their own, so that the kink is
 //! located like any other event.
 //! Sign: a magnitude; it opposes the slip.
-//! State: the [`Slip`], kept by who integrates.
-//! Left out: what effects make of the level, and what friction remembers ([`Memory`](super::Memory)).
+//! State: the [`Slip`], which the integrator stores.
+//! Left out: changes of the level by effects, and the memory of friction ([`Memory`](super::Memory)).
 //! Reference: L. Márton, B. Lantos (2009), equations 6 to 9.
 
 use super::{Direction, Exponential, Friction, FrictionLaw, Lines, Slip};
@@ -61,16 +61,16 @@ impl Piece {
 pub struct Grip {
     /// [1] Part of the joint's law that acts on this side.
     pub share: f64,
-    /// [N·m or N] Friction besides it, at any speed.
+    /// [N·m or N] Additional friction, the same at any speed.
     pub own: f64,
-    /// The joint's law, by `Slip as usize`.
+    /// Pieces of the joint's law, indexed by `Slip as usize`.
     pieces: [Piece; 6],
     /// [rad/s or m/s] Speed at which the slower piece ends, by direction.
     kinks: [f64; 2],
 }
 
 impl Grip {
-    /// This share of a joint's law, and friction besides.
+    /// A share of a joint's law, plus the side's `own` friction.
     pub fn new(friction: Option<&Friction>, share: f64, own: f64) -> Self {
         let mut grip = Self { share, own, pieces: [Piece::default(); 6], kinks: [f64::INFINITY; 2] };
         for direction in [Direction::Positive, Direction::Negative] {
@@ -84,7 +84,7 @@ impl Grip {
                 Some(FrictionLaw::TwoLines(law)) => {
                     let Lines { a1, b1, a2, b2 } = law[side];
                     let (slow, fast) = (Piece::line(a1, b1), Piece::line(a2, b2));
-                    // Lines that do not meet at a speed: the second holds from rest on.
+                    // If the lines do not meet at a positive speed, the second is valid from rest on.
                     let kink = law[side].switch_velocity();
                     if kink > 0.0 { (slow, fast, kink) } else { (fast, fast, f64::INFINITY) }
                 }
@@ -96,7 +96,7 @@ impl Grip {
         grip
     }
 
-    /// Magnitude of the joint's law [N·m or N] while it slips this way at a speed.
+    /// Magnitude of the joint's law [N·m or N] in this slip mode at a speed.
     #[inline(always)]
     pub fn level(&self, slip: Slip, speed: f64) -> f64 {
         self.pieces[slip as usize].at(speed)
@@ -118,20 +118,20 @@ impl Grip {
         self.pieces[Slip::of(slip.direction().unwrap_or(Direction::Positive), true) as usize].viscous
     }
 
-    /// The way in which a velocity slips; at rest, in which a torque of that sign makes it slip.
+    /// The slip mode of a velocity; that of the positive direction at rest.
     pub fn slip(&self, velocity: f64) -> Slip {
         let direction = Direction::of(velocity);
         Slip::of(direction, velocity.abs() > self.kinks[direction.index()])
     }
 
-    /// Distance in speed from the end of a way of slipping, negative beyond it.
+    /// Distance of a speed from the end of a slip mode, negative beyond it.
     #[inline]
     pub fn margin(&self, slip: Slip, speed: f64) -> f64 {
         let kink = self.kinks[slip.direction().unwrap_or(Direction::Positive).index()];
         if slip.is_fast() { speed - kink } else { speed.min(kink - speed) }
     }
 
-    /// How it slips on where a way of slipping has ended at a speed; `None`: it comes to rest.
+    /// The slip mode that follows when a mode has ended at a speed; `None`: the body comes to rest.
     pub fn beyond(&self, slip: Slip, speed: f64) -> Option<Slip> {
         let direction = slip.direction()?;
         let at_kink = slip.is_fast() || speed > 0.5 * self.kinks[direction.index()];

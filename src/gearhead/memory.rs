@@ -1,16 +1,16 @@
-//! Friction that remembers its motion, in one state of its own: bristles that bend before they slip, or contacts that grow at rest.
+//! Friction with memory, which is one state: bristles that bend before they slip, or contacts that grow at rest.
 //!
 //! ```text
 //!   Bristles (LuGre)   ż = v − σ0 |v| z/g(v)        F = σ0 z + σ1 ż + F_V v     g: the dry part of the friction law
 //!   Rest               φ̇ = (1 − φ)/T − |v| φ/D      F_dry → F_dry + ΔF φ
 //! ```
-//! Bristles replace the set-valued law: below `g` they are a spring of stiffness `σ0` with a hysteresis, at constant speed they
-//! yield the law itself. `σ0 z²/2` is stored. At rest `φ = 1 − e^{−t/T}`, and sliding over the distance `D` wears it off.
+//! Bristles replace the set-valued law: below `g` they are a spring of stiffness `σ0` with hysteresis; at constant speed they
+//! give the law itself. They store the energy `σ0 z²/2`. At rest `φ = 1 − e^{−t/T}`, and sliding over the distance `D` wears it off.
 //! Left out: `σ1` that falls with speed; bristles behind the gear, where friction stays dry.
 //! Reference: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky (1995), A new model for control of systems with friction,
 //! equations 1 to 3; J. H. Dieterich (1979), Modeling of rock friction 1, for contacts that grow at rest and wear off by sliding.
 
-/// What the friction of a joint remembers.
+/// Memory of the friction of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Memory {
     /// Deflection `z` [rad or m] of the bristles on the rotor.
@@ -20,7 +20,7 @@ pub enum Memory {
         /// `σ1` [N·m·s/rad or N·s/m] ≥ 0.
         damping: f64,
     },
-    /// Share `φ` [1], 0 to 1, of what contacts grow by at rest.
+    /// Share `φ` [1], 0 to 1, of the full growth `ΔF` of contacts at rest.
     Rest {
         /// `ΔF` [N·m or N] ≥ 0.
         growth: f64,
@@ -49,7 +49,7 @@ impl Memory {
         rate * decay
     }
 
-    /// [1/s] How fast the state forgets at a speed.
+    /// [1/s] Decay rate of the state at a speed.
     pub fn forgets(&self, speed: f64, dry: f64) -> f64 {
         match *self {
             Self::Bristles { stiffness, .. } => stiffness * speed / dry,
@@ -66,7 +66,7 @@ impl Memory {
         }
     }
 
-    /// What it adds [N·m or N] to the level of dry friction.
+    /// Increase [N·m or N] of the level of dry friction.
     pub fn level(&self, state: f64) -> f64 {
         match *self {
             Self::Bristles { .. } => 0.0,
@@ -74,7 +74,7 @@ impl Memory {
         }
     }
 
-    /// [J] stored.
+    /// [J] Stored energy.
     pub fn energy(&self, state: f64) -> f64 {
         match *self {
             Self::Bristles { stiffness, .. } => 0.5 * stiffness * state * state,

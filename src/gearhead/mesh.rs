@@ -1,10 +1,11 @@
-//! Where the flanks of a gear stand: the wind-up between rotor and link, and the lever at which a touching flank acts.
+//! Positions of the flanks of a gear: the wind-up between rotor and link, and the lever at which a touching flank acts.
 //!
 //! ```text
 //!   x = θ + ε(θ, t) − q          p = x ∓ g(θ) on the flank ±          ε = 0, g = b/2 for a perfect gear
 //!   ṗ = λ θ̇ + ∂ε/∂t − q̇,         λ = 1 + ∂ε/∂θ ∓ ∂g/∂θ
 //! ```
-//! Virtual work: the torque `T = k p + d ṗ` drives the link, and `λ T` brakes the rotor. What `∂ε/∂t` does, `T ∂ε/∂t`, is work.
+//! Virtual work: the torque `T = k p + d ṗ` drives the link, and `λ T` brakes the rotor. An offset that changes in time does work at
+//! the rate `T ∂ε/∂t`.
 //! Sign: a positive `ε` puts the link ahead of the rotor.
 //! State: none; `ε` and `g` are functions of angle and time, altered by effects.
 //! Left out: an offset that depends on the link's angle as well; the two angles differ by the wind-up alone.

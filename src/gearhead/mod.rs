@@ -5,10 +5,10 @@
 //!   J θ̈ ◄──── F_r(θ̇) ────┤ T(x, ẋ), gap b ├──── F_l(q̇) ────► link          x = θ − q
 //! ```
 //! [`Gearhead`] is the component: friction of the rotor side and of the link side ([`Grip`]), and the flanks between them
-//! ([`DeadZone`]). The simulated machine, its effects, and the models of a gear that identification and diagnosis run are made of
-//! these laws. Everything is on the joint side: rotor angle `θ = θ_m / ratio`.
-//! Sign: `T` positive drives the link positively and brakes the rotor; friction is subtracted from what drives its side.
-//! Left out: inertia, which is the machine's; losses that grow with the load are an effect.
+//! ([`DeadZone`]). The simulated machine, its effects, and the gear models of identification and diagnosis use these laws.
+//! Everything is on the joint side: rotor angle `θ = θ_m / ratio`.
+//! Sign: `T` positive drives the link positively and brakes the rotor; friction is subtracted from the torque that drives its side.
+//! Left out: inertia, which belongs to the machine; losses that grow with the load are an effect.
 
 pub mod component;
 pub mod dead_zone;

@@ -5,9 +5,9 @@
 //!   A = 1/J + W                        rotor against link, W the acceleration of the link per torque, the other joints free
 //!   d = T k
 //! ```
-//! The first makes the spring yield by `(f/50 Hz)²` of what is accelerated: 4 % at 10 Hz, beyond the bandwidth of a joint's controller. The
-//! second keeps the rotor, which oscillates against the link at `√(k A)`, from steps that a simulation cannot afford; it acts where a
-//! rotor has less than about a hundredth of its link's inertia.
+//! With the first term, the spring yields by the share `(f/50 Hz)²` of a motion at frequency `f`: 4 % at 10 Hz, which is beyond the
+//! bandwidth of a joint's controller. The second term limits the frequency `√(k A)` at which the rotor oscillates against the link,
+//! which would otherwise need too many steps; it acts where a rotor has less than about a hundredth of its link's inertia.
 
 use std::f64::consts::TAU;
 

@@ -1,10 +1,10 @@
-//! The ways in which dry friction holds a body: it sticks, or it slips one way or the other.
+//! Modes of a body under dry friction: it sticks, or it slips in one direction or the other.
 //!
 //! ```text
 //!   stuck        v = 0, F takes any value in [−F(0⁻), F(0⁺)]
 //!   slips ±      ± v ≥ 0, F = ± F(|v|)                          fast: beyond the kink of a law of two lines
 //! ```
-//! Within one of them friction is a smooth function of the velocity: an integrator steps within it and locates where it ends.
+//! Within a mode friction is a smooth function of the velocity: an integrator steps within the mode and locates its end.
 //! Sign: that of the velocity.
 
 use super::Direction;

@@ -1,13 +1,14 @@
-//! Both laws fitted to the torque balance of the reconstructed motion: equation 11 averaged over the motion instead of at its average.
+//! Fits both laws to the torque balance of the reconstructed motion: equation 11 is averaged over the motion, not evaluated at its average.
 //!
-//! The motion of every window is reconstructed under the law found so far, which tells the constant torque that the law lacks there.
-//! Held fixed, it tells the friction of any other law as well, so the law is fitted to it at no cost, and the motion reconstructed anew:
+//! The motion of every window is reconstructed under the law found so far. This gives the constant torque that the law lacks there.
+//! On the same motion the mean friction of any other law is known without a new reconstruction. So the next law is fitted to this
+//! motion, and the motion is then reconstructed again:
 //!
 //! ```text
 //!   F_w = ⟨F(v)⟩ − lacking_w          next law: min Σ ((⟨F'(v)⟩ − F_w)/σ_w)²          v: velocity along the motion
 //! ```
-//! The encoder's edges fix the motion but for the stretches between them: a few rounds end where the law lacks nothing.
-//! The standard error of a window is taken from the filter's own, and from how far it stands out from all others.
+//! The encoder's edges determine the motion except between them, so a few rounds lead to a law that lacks nothing.
+//! The standard error of a window is the filter's own, enlarged if the window is an outlier among all windows.
 
 use std::ops::Range;
 
@@ -21,13 +22,13 @@ use super::result::LawKind;
 use super::statistics::median;
 use crate::gearhead::{Direction, FrictionLaw};
 
-/// Fits in a row, each to the motion under the law before it.
+/// Number of consecutive fits, each to the motion under the law before it.
 const ROUNDS: usize = 6;
-/// Residuals, in robust standard deviations of all, beyond which a window's weight falls (P. J. Huber 1964).
+/// Residual, in robust standard deviations of all residuals, beyond which a window's weight falls (P. J. Huber 1964).
 const HUBER: f64 = 2.0;
 /// Deviations from the median, in robust standard deviations, beyond which a part is left out.
 const OUTLIER: f64 = 6.0;
-/// Parts that a window needs; with fewer in agreement all are taken, and their scatter tells how little they are worth.
+/// Fewest parts that are used of a window. If fewer agree, all parts are used, and their scatter enlarges the standard error.
 const FEWEST_PARTS: usize = 6;
 
 /// The windows of a joint.
@@ -35,11 +36,11 @@ pub struct Balance {
     windows: Vec<Window>,
 }
 
-/// One of them.
+/// One window.
 struct Window {
     track: Track,
     direction: Direction,
-    /// Smallest standard error that it is given [N·m or N]: its torque noise alone.
+    /// Lower bound of its standard error [N·m or N]: the torque noise alone.
     floor: f64,
 }
 
@@ -48,7 +49,7 @@ struct Window {
 pub struct Balanced {
     /// The law.
     pub law: LawFit,
-    /// `Σ |r|`, every window weighted by its sensor noise alone: what two laws can be compared by, whatever a single window does.
+    /// `Σ |r|`, every window weighted by its sensor noise alone: two laws are compared by this figure, whatever a single window does.
     pub misfit: f64,
     /// The friction of every window.
     friction: Vec<Observation>,
@@ -66,9 +67,9 @@ impl Balance {
     }
 
     /// The law that balances, from a first guess at friction. `C_ii` is held at zero: the motion of a single joint of a chain of rigid
-    /// bodies has none. `None` where it leads nowhere.
+    /// bodies has none. `None` if a fit fails.
     pub fn refine(&self, kind: LawKind, guess: &FrictionLaw) -> Option<Balanced> {
-        // A law that is still far off makes good windows stand out: only a fit to all of them may say which do.
+        // Under a law that is still far off, good windows look like outliers. So the first fit gives full weight to all windows.
         let mut law = fit::to(kind, &self.motion_under(guess, 0.0, f64::INFINITY).friction, false)?;
         for _ in 1..ROUNDS {
             law = fit::to(kind, &self.under(law)?.friction, false)?;
@@ -106,14 +107,14 @@ impl Balance {
     }
 }
 
-/// What the motion under a law says.
+/// Result of reconstructing the motion under a law.
 struct Motion {
     friction: Vec<Observation>,
     misfit: f64,
 }
 
 impl Balanced {
-    /// The points with friction as the balance sees it: the law at the window's velocity less what it lacks there.
+    /// Sets the friction of the points to that of the balance: the law at the window's velocity minus what it lacks there.
     pub fn correct(&self, points: &mut [Point]) {
         let Some(law) = law::of(self.law.kind, &self.law.fit.parameters) else { return };
         for (point, one) in points.iter_mut().zip(&self.friction) {
@@ -125,9 +126,9 @@ impl Balanced {
 }
 
 impl Window {
-    /// What a law lacks over the parts in which the reconstruction holds: the longest run of consecutive parts that agree with their
-    /// median. Where a rotor has lost its link, at a reversal above all, the momentum that the link brings back is not known, and such
-    /// parts stand out by far. What happens there reaches beyond the part's border, so its neighbour is left out as well.
+    /// What a law lacks over the parts in which the reconstruction is valid: the longest run of consecutive parts that agree with their
+    /// median. Where a rotor has lost contact with its link, above all at a reversal, the momentum that the link brings back is not
+    /// known, and such parts are clear outliers. The error reaches beyond the part's border, so its neighbour is left out as well.
     fn lack(&self, law: &FrictionLaw, centrifugal: f64) -> Lack {
         let lacking = self.track.lacking(law, centrifugal);
         let middle = median(lacking.to_vec());

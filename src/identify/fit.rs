@@ -6,8 +6,8 @@
 //!   equation 6   F = F_C + (F_S − F_C) e^{−v/v_S} + F_V v             given v_S
 //!   equation 9   F = a1 + b1 v + (b2 − b1) max(0, v − v_sw)           given v_sw, equation 8
 //! ```
-//! So linear least squares, equations 12 to 14, at every velocity of a scan find the valley, and a few steps with all coefficients
-//! its bottom.
+//! So linear least squares, equations 12 to 14, at every velocity of a scan find a good start, and a few non-linear steps with all
+//! coefficients find the minimum.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,7 +17,7 @@ use super::points::Point;
 use super::result::LawKind;
 use crate::gearhead::{Direction, Lines};
 
-/// A law with its coefficients and what their errors are made of.
+/// A law with its coefficients and their covariance.
 #[derive(Debug, Clone)]
 pub struct LawFit {
     /// Which law.
@@ -31,7 +31,7 @@ pub struct LawFit {
 pub struct Observation {
     /// Direction of the motion.
     pub direction: Direction,
-    /// Shares of the time and velocities [rad/s or m/s]; what is missing to a whole, the joint stuck.
+    /// Shares of the time and velocities [rad/s or m/s]. If the shares sum to less than one, the joint stuck in the remaining time.
     pub velocities: Vec<(f64, f64)>,
     /// [N·m or N] friction with its sign, and the centrifugal term.
     pub friction: f64,
@@ -40,7 +40,7 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// A measurement point: its velocity stands for the motion.
+    /// A measurement point: its velocity represents the motion.
     pub fn of(point: &Point) -> Self {
         Self {
             direction: point.direction(),
@@ -58,11 +58,11 @@ impl Observation {
 
 /// Velocities of the scan.
 const SCAN: usize = 40;
-/// Part of the slowest speed at which the scan of `v_S` begins: a fall below it is not seen.
+/// Part of the slowest speed at which the scan of `v_S` begins: the data do not show a fall of friction below it.
 const BELOW_SLOWEST: f64 = 0.5;
-/// Friction at rest that is believed, as a multiple of the largest that was measured.
+/// Largest plausible friction at rest, as a multiple of the largest friction that was measured.
 const RISE: f64 = 2.0;
-/// Fall towards higher speeds that a law starts with where the friction shows none, as a part of it.
+/// Fall with speed, as a part of the friction, that a law starts with if the data show none.
 const SLIGHT: f64 = 0.05;
 
 /// Best fit of a law; `C_ii` is zero unless it is free.
@@ -99,7 +99,7 @@ fn highest(observations: &[Observation]) -> f64 {
     observations.iter().map(|one| one.friction.abs()).fold(0.0, f64::max)
 }
 
-/// Whether the friction at rest of one direction's coefficients is near what was measured.
+/// Whether the friction at rest of one direction's coefficients is plausible: not far above what was measured.
 fn believed(kind: LawKind, own: &[f64], highest: f64) -> bool {
     let at_rest = match kind {
         LawKind::Exponential => own[1],
@@ -108,7 +108,7 @@ fn believed(kind: LawKind, own: &[f64], highest: f64) -> bool {
     at_rest <= RISE * highest
 }
 
-/// The coefficients of one direction with the smallest sum of squares over the velocities of a scan; `None` where none makes a law.
+/// The coefficients of one direction with the smallest sum of squares over the velocities of a scan; `None` if none makes a valid law.
 fn scan(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
     let mut sorted: Vec<f64> = speeds(side).collect();
     sorted.sort_by(f64::total_cmp);
@@ -140,7 +140,7 @@ fn scan(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
     best.map(|(_, own)| own)
 }
 
-/// A start for friction that nowhere falls with speed: one line, and a hint of a fall at its low end.
+/// A start for friction that does not fall with speed: one line, with a slight fall at its low end.
 fn without_fall(kind: LawKind, side: &[Observation]) -> Option<[f64; PER_DIRECTION]> {
     let fastest = speeds(side).fold(0.0, f64::max);
     let fit = linear(side, &[&|_| 1.0, &|v| v])?;

@@ -34,7 +34,7 @@ pub fn of(kind: LawKind, theta: &[f64]) -> Option<FrictionLaw> {
     }
 }
 
-/// Sizes over which the residuals bend little, one a coefficient.
+/// Sizes over which the residuals are nearly linear, one per coefficient.
 pub fn steps(kind: LawKind, theta: &[f64], fastest: f64) -> Vec<f64> {
     let mut steps = vec![0.0; COUNT];
     for k in 0..2 {

@@ -16,12 +16,12 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
     /// `Σ r²` at the minimum.
     pub chi_squared: f64,
-    /// Residuals less parameters.
+    /// Number of residuals minus number of parameters.
     pub degrees_of_freedom: usize,
 }
 
 impl Fit {
-    /// `χ²/ν`: what the covariance is multiplied with, because the residuals know their size better than the errors given to them.
+    /// `χ²/ν`: factor on the covariance, because the residuals show their size better than the errors assumed for them.
     pub fn inflation(&self) -> f64 {
         self.chi_squared / self.degrees_of_freedom.max(1) as f64
     }
@@ -47,7 +47,7 @@ pub fn linear(x: &DMatrix<f64>, y: &DVector<f64>) -> Option<Fit> {
 /// How a non-linear fit is carried out.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
-    /// One a parameter: the size over which the residuals bend little. A parameter of size zero is held at its start.
+    /// One per parameter: the size over which the residuals are nearly linear. A parameter of size zero is held at its start.
     pub step: &'a [f64],
     /// Differences are taken over this part of `step`.
     pub part: f64,
@@ -58,7 +58,7 @@ pub struct Search<'a> {
 }
 
 /// Non-linear fit from `start`. `residuals` yields `None` where the parameters are not allowed.
-/// Returns `None` where the start is not allowed or the residuals do not tell the parameters apart.
+/// Returns `None` if the start is not allowed or the residuals do not determine the parameters.
 pub fn levenberg_marquardt(
     start: &[f64],
     search: Search,
@@ -114,7 +114,7 @@ pub fn levenberg_marquardt(
     Some(Fit { parameters, covariance, chi_squared: r.norm_squared(), degrees_of_freedom })
 }
 
-/// Central differences, one column a free parameter.
+/// Central differences, one column per free parameter.
 fn jacobian(
     at: &[f64],
     free: &[usize],

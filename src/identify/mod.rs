@@ -95,7 +95,7 @@ pub fn identify(model: &Model, data: &[TimeSeries], options: &Options) -> Result
 /// Identifies friction and gap of the joint of this index.
 ///
 /// # Errors
-/// The data hold too few steady windows of it.
+/// The data hold too few steady windows of this joint.
 pub fn identify_joint(
     model: &Model,
     joint: usize,
@@ -169,10 +169,10 @@ fn measurement_points(
     Ok((points, tracks))
 }
 
-/// Both laws fitted to the balance, and the preferred one with `C_ii` free. Where that is not zero, it stays in the law.
+/// Fits both laws to the balance, and the preferred one also with `C_ii` free. If `C_ii` differs from zero, it stays in the law.
 ///
 /// # Errors
-/// One of them fits neither the balance nor the averages of the windows.
+/// One of the laws fits neither the balance nor the averages of the windows.
 fn balanced(joint: &str, balance: &Balance, points: &mut [Point], notes: &mut Vec<String>) -> Result<Laws> {
     let averages: Vec<Observation> = points.iter().map(Observation::of).collect();
     let misfit = |found: &Option<Balanced>| found.as_ref().map_or(f64::INFINITY, |found| found.misfit);
@@ -181,8 +181,8 @@ fn balanced(joint: &str, balance: &Balance, points: &mut [Point], notes: &mut Ve
         let found = guesses.iter().flatten().map(|guess| balance.refine(kind, guess));
         found.min_by(|a, b| misfit(a).total_cmp(&misfit(b))).flatten()
     };
-    // Averages of windows with a transient show no fall with speed, flat friction does not know of stick-slip, and the low line hangs
-    // on a few slow windows: the start that ends best counts.
+    // No single start is always good: averages of windows with a transient show no fall with speed, flat friction has no stick-slip,
+    // and the low line depends on a few slow windows. So the start that ends best counts.
     let guesses = [Some(flat(points)), law_of(LawKind::Exponential), law_of(LawKind::TwoLines)];
     let mut exponential = refined(LawKind::Exponential, &guesses);
     let curved = exponential.as_ref().and_then(|found| law::of(LawKind::Exponential, &found.law.fit.parameters));
@@ -203,7 +203,9 @@ fn balanced(joint: &str, balance: &Balance, points: &mut [Point], notes: &mut Ve
     let mut law = |kind: LawKind, found: Option<Balanced>| match found {
         Some(found) => Ok(found.law),
         None => {
-            notes.push(format!("{kind:?}: no balance over the motion found, averages of steady windows used"));
+            notes.push(format!(
+                "{kind:?}: no torque balance over the motion was found; the averages of steady windows are used"
+            ));
             fit::to(kind, &averages, false)
                 .ok_or_else(|| Error::NoFrictionLaw { joint: joint.to_owned(), windows: averages.len() })
         }
@@ -215,7 +217,7 @@ fn balanced(joint: &str, balance: &Balance, points: &mut [Point], notes: &mut Ve
     Ok(Laws { lines, exponential, preferred, with_centrifugal })
 }
 
-/// Friction that is the same at all speeds, what is known of it before the motion is: the median of each direction's points.
+/// Friction that is the same at all speeds: the median of each direction's points. No more is known before the motion is reconstructed.
 fn flat(points: &[Point]) -> FrictionLaw {
     FrictionLaw::TwoLines([Direction::Positive, Direction::Negative].map(|direction| {
         let side = points.iter().filter(|point| point.direction() == direction);
@@ -231,7 +233,7 @@ fn too_few(model: &Model, joint: usize, points: &[Point]) -> Error {
         quantity: "friction",
         joint: model.joints[joint].name.clone(),
         found: forward.min(points.len() - forward),
-        unit: "steady windows a direction",
+        unit: "steady windows per direction",
         needed: FEWEST_POINTS,
         advice: "move the joint at several constant velocities in both directions, as the staircase does; `diagnose` takes other motions too",
     }

@@ -1,4 +1,4 @@
-//! The motion between encoder edges, reconstructed, and equation 11 averaged over it.
+//! Reconstructs the motion between encoder edges, and averages equation 11 over it.
 //!
 //! At low speed a joint with falling friction does not move evenly: it creeps, sticks and slips between two edges of its encoder, and
 //! the average torque is not the friction at the average velocity. So the averages of equation 11 are taken over the motion itself:
@@ -10,7 +10,7 @@
 //! Rotor and link, as one mass, follow the measured torque; every encoder edge corrects position and velocity with the gain of a Kalman
 //! filter, and a position that leaves the count that was read is held back. The momentum of all corrections over a stretch of time is the
 //! torque that the friction law lacks there: zero on average for the true law, whatever the motion was, standstill included.
-//! Left out: the gap. While a rotor has lost its link the balance does not hold, and `balance` drops such parts of a window.
+//! Left out: the gap. While a rotor has lost contact with its link, the balance is not valid, and `balance` drops such parts of a window.
 
 use std::ops::Range;
 
@@ -24,9 +24,9 @@ use crate::gearhead::{Direction, FrictionLaw};
 const STEP: f64 = 4e-3;
 /// [s] Motion before a window in which the filter settles.
 const LEAD: f64 = 0.25;
-/// Standard deviation of what the model's torque lacks from sample to sample, as a part of the torque.
+/// Standard deviation of the error of the model's torque from sample to sample, as a part of the torque.
 const MODEL_ERROR: f64 = 0.05;
-/// The same once the law is nearly right and the motion is one of rotor and link together.
+/// The same once the law is nearly right and rotor and link move together.
 const SMALL_MODEL_ERROR: f64 = 0.005;
 /// Standard deviation of an edge's position in counts.
 const EDGE: f64 = 0.005;
@@ -34,15 +34,16 @@ const EDGE: f64 = 0.005;
 const HELD: f64 = 0.1;
 /// Standard deviation of the constant torque that a law may lack, before it is known, as a part of the torque.
 const FIRST_ERROR: f64 = 0.1;
-/// Part of the velocity that is forgotten where the lacking torque opens: what the law lacked before does not count.
+/// Standard deviation, as a part of the velocity, that is added when the lacking torque becomes a state: what the law lacked before
+/// does not count.
 const RELEASED_SPEED: f64 = 0.05;
-/// Residuals of a window, averages over its parts.
+/// Number of parts of a window; the average over each part is a residual.
 pub const PARTS: usize = 16;
 
-/// One window with what does not depend on the friction law.
+/// The data of one window that do not depend on the friction law.
 #[derive(Debug, Clone)]
 pub struct Track {
-    /// The samples, lead-in first, taken together from edge to edge.
+    /// The samples, lead-in first, grouped from edge to edge.
     strides: Vec<Stride>,
     /// First stride of every part of the window, and the end of the last.
     parts: [usize; PARTS + 1],
@@ -80,7 +81,8 @@ pub struct Lack {
     pub torque: f64,
     /// [N·m or N] its standard error.
     pub std_error: f64,
-    /// Shares of the time and velocities [rad/s or m/s] of the motion; what is missing to a whole, the joint stuck.
+    /// Shares of the time and velocities [rad/s or m/s] of the motion. If the shares sum to less than one, the joint stuck in the
+    /// remaining time.
     pub velocities: Vec<(f64, f64)>,
 }
 
@@ -121,7 +123,7 @@ impl Track {
         self.strides[self.parts[parts.start]..self.parts[parts.end]].iter().map(|stride| stride.samples).sum()
     }
 
-    /// What the law lacks over some parts of the window: the filter's third state, which opens when the first of these parts begins.
+    /// What the law lacks over some parts of the window: the filter's third state, which is estimated from the first of these parts on.
     pub fn lacking_over(&self, parts: &Range<usize>, law: &FrictionLaw, centrifugal: f64) -> Lack {
         let (first, last) = (self.parts[parts.start], self.parts[parts.end]);
         let mut state = State::start(self);
@@ -179,7 +181,7 @@ fn strides(torque: &[f64], gravity: &[f64], position: &[f64], most: usize) -> (V
     (strides, ends)
 }
 
-/// Velocities that stand for a distribution of them: means of [`CLASSES`] equal shares of the samples in motion, in the order of speed.
+/// Velocities that represent a distribution: means of [`CLASSES`] equal shares of the samples in motion, in the order of speed.
 fn condensed(mut velocities: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let all: f64 = velocities.iter().map(|(samples, _)| samples).sum();
     velocities.retain(|(_, velocity)| *velocity != 0.0);
@@ -193,7 +195,7 @@ fn condensed(mut velocities: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     velocities.chunks(size).map(class).collect()
 }
 
-/// Velocities that a window's motion is represented by.
+/// Number of velocities that represent the motion of a window.
 const CLASSES: usize = 8;
 
 /// Position, velocity and lacking torque, and their covariance.
@@ -241,7 +243,7 @@ impl State {
         self.innovations = (0.0, 0.0);
     }
 
-    /// Over a stride, and the covariance with it.
+    /// Advances the state and its covariance over a stride.
     fn advance(&mut self, track: &Track, stride: &Stride, law: &FrictionLaw, centrifugal: f64) {
         let time = stride.samples * track.interval;
         let steps = (time / STEP - 1e-9).ceil().max(1.0);
@@ -271,7 +273,7 @@ impl State {
         (sum / count.max(1.0)).sqrt().max(1.0)
     }
 
-    /// Takes the new reading in; returns the momentum of the correction [N·m·s or N·s].
+    /// Processes the new reading; returns the momentum of the correction [N·m·s or N·s].
     fn correct(&mut self, track: &Track, stride: &Stride) -> f64 {
         let (low, high) = (stride.position, stride.position + track.count);
         let (innovation, variance) = if stride.edge == 0.0 {
@@ -306,7 +308,7 @@ impl State {
     }
 }
 
-/// Velocity after a step under dry friction, which holds the mass where it can stop it within the step, and the slope of friction.
+/// Velocity after a step under dry friction, and the slope of friction. A mass that friction can stop within the step ends at rest.
 /// Friction is that at the mean speed, to first order in the step.
 fn slide(velocity: f64, torque: f64, inertia: f64, dt: f64, law: &FrictionLaw) -> (f64, f64) {
     let push = dt / inertia;

@@ -4,9 +4,9 @@
 //!   τ_f + C_ii q̇² = ⟨ratio K_t i⟩ − ⟨G(q)⟩ − H_ii ⟨q̈⟩
 //! ```
 //!
-//! The last term is not in the paper: it takes out what is left of the transient. The velocity is the whole number of counts of
-//! the window over the time between its first and its last edge, better by far than the average of a velocity channel that is stale between
-//! edges; that average, the paper's, stands beside it.
+//! The last term is not in the paper: it removes the rest of the transient. The velocity is the whole number of counts of the window
+//! divided by the time between its first and its last edge. This is far better than the average of a velocity channel that is outdated
+//! between edges. That average, which the paper uses, is given as well.
 
 use serde::Serialize;
 
@@ -35,9 +35,9 @@ pub struct Point {
     pub mean_measured_velocity: Option<f64>,
     /// `⟨τ⟩` [N·m or N] average motor torque on the joint side, with its sign.
     pub torque: f64,
-    /// `⟨G + H_ii q̈⟩` [N·m or N] rigid-body torque of the model over the window, without what `C_ii` stands for.
+    /// `⟨G + H_ii q̈⟩` [N·m or N] rigid-body torque of the model over the window, without the term of `C_ii`.
     pub rigid_body: f64,
-    /// [N·m or N] friction with its sign at that velocity, and the centrifugal term: `⟨τ⟩ − ⟨G + H_ii q̈⟩` as the paper has it,
+    /// [N·m or N] friction with its sign at that velocity, and the centrifugal term: `⟨τ⟩ − ⟨G + H_ii q̈⟩`,
     /// corrected by the balance over the motion where there is one.
     pub friction: f64,
     /// [N·m or N] standard error of the friction, autocorrelation allowed for.

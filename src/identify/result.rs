@@ -9,7 +9,7 @@ use crate::gearhead::{Direction, Exponential, Friction, FrictionLaw, Lines};
 use crate::robot::Model;
 use crate::units::JointKind;
 
-/// Two values of the same kind, one a direction of motion.
+/// Two values of the same kind, one per direction of motion.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PerDirection<T> {
     /// Motion in the positive direction.
@@ -99,13 +99,13 @@ pub enum LawKind {
 /// Friction of a joint: both laws, and which of them the data prefer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FrictionIdentification {
-    /// The law with the smaller weighted sum of squares; both have four coefficients a direction.
+    /// The law with the smaller sum of absolute residuals; both have four coefficients a direction.
     pub preferred: LawKind,
     /// Equations 7 to 9.
     pub lines: PerDirection<LinesEstimate>,
     /// Equation 6.
     pub exponential: PerDirection<ExponentialEstimate>,
-    /// [rad/s or m/s] smallest and largest speed measured: where the laws hold, and where they are compared with a truth.
+    /// [rad/s or m/s] smallest and largest speed measured: the laws are valid between them, and are compared with a truth there.
     pub speeds: [f64; 2],
 }
 
@@ -138,7 +138,7 @@ pub struct JointIdentification {
     /// The gap; absent where the data show no usable reversal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash: Option<BacklashIdentification>,
-    /// The measurement points, one a steady window, in the order of time.
+    /// The measurement points, one per steady window, in the order of time.
     pub points: Vec<Point>,
     /// What the reader should know: a channel that was missing, a sign that was recovered, windows that were dropped.
     pub notes: Vec<String>,
@@ -164,8 +164,8 @@ impl Identification {
         self.joints.iter().find(|joint| joint.joint == name)
     }
 
-    /// The model with the identified friction and gap. The share of the friction that acts on the link stays as the model has it; where the
-    /// model has no friction it is what the reversals tell, or zero where they tell nothing.
+    /// The model with the identified friction and gap. The share of the friction that acts on the link stays that of the model. If the
+    /// model has no friction, the share is the one found at the reversals, or zero if none was found.
     pub fn apply(&self, model: &Model) -> Model {
         let mut model = model.clone();
         for found in &self.joints {

@@ -1,4 +1,4 @@
-//! What the rigid-body model says about a window: gravity `G_i(q)` and inertia `H_ii(q)` of equation 11 at the measured posture.
+//! Rigid-body terms of a window: gravity `G_i(q)` and inertia `H_ii(q)` of equation 11 at the measured posture.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::dynamics::Dynamics;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// Postures that a window is sampled at.
+/// Number of postures at which a window is sampled.
 const SAMPLES: usize = 8;
 
 /// [s] Between two evaluations of gravity along a motion.
@@ -61,7 +61,7 @@ impl<'a> RigidBody<'a> {
         self.average(window, |q| inertia(q)) + self.rotor
     }
 
-    /// `G_i` [N·m or N] at every sample, computed now and then and straight between: held, it would lag behind the motion.
+    /// `G_i` [N·m or N] at every sample, computed at some samples and interpolated linearly: a held value would lag behind the motion.
     pub fn gravity_along(&self, samples: Range<usize>) -> Vec<f64> {
         let Range { start, end } = samples;
         let stride = self.stride;

@@ -22,7 +22,7 @@ pub struct Signals<'a> {
     pub torque: Vec<f64>,
     /// Whether the sign of the torque was lost in the current sensor.
     pub rectified: bool,
-    /// [N·m or N] standard deviation of the torque's noise as the model file gives it; 0 where it does not.
+    /// [N·m or N] standard deviation of the torque's noise by the model file; 0 if the file gives none.
     pub torque_noise: f64,
     /// [rad or m] size of an encoder count; 0 for an exact encoder.
     pub count: f64,
@@ -36,7 +36,7 @@ impl<'a> Signals<'a> {
         let position = recorded.get(Channel::Position)?;
         let gain = joint.torque_per_ampere();
         let (torque, from_current) = match (recorded.get(Channel::Current), recorded.get(Channel::Torque)) {
-            // Without a torque constant a current beside a torque has no scale.
+            // Without a torque constant the current has no scale, so a recorded torque is used instead.
             (Some(current), torque) if joint.motor.is_some() || torque.is_none() => {
                 (current.iter().map(|i| gain * i).collect(), true)
             }

@@ -1,8 +1,9 @@
-//! The sign of a current whose magnitude alone was measured: a shunt below the bridge.
+//! Recovers the sign of a current of which only the magnitude was measured, by a shunt below the bridge.
 //!
-//! While a joint moves, its motor works against friction and gravity, `τ ≈ G(q) + F sgn q̇`, and that has a sign. Direction from the encoder,
-//! `G` from the model; the one unknown, a mean level `F`, is the one whose `|G + F sgn q̇|` is nearest to the magnitude that was read.
-//! Where `G` and friction nearly cancel, the sign and with it the window are in doubt: rectified noise would bias the average.
+//! While a joint moves, its motor works against friction and gravity, `τ ≈ G(q) + F sgn q̇`, which has a sign. The direction is known
+//! from the encoder, and `G` from the model. The only unknown is a mean level `F`: it is chosen such that `|G + F sgn q̇|` is nearest to
+//! the measured magnitude.
+//! Where `G` and friction nearly cancel, the sign is uncertain and the window is left out: rectified noise would bias the average.
 //! At rest the sign is that of the last motion. Left out: braking by the motor, which steady windows do not contain.
 
 use super::signals::Signals;
@@ -27,7 +28,7 @@ pub fn recover(signals: &mut Signals, gravity: &[f64]) -> Vec<bool> {
     certain
 }
 
-/// Direction of the motion at every sample; that before it where the encoder stands still.
+/// Direction of the motion at every sample; while the encoder stands still, the direction before.
 fn directions(signals: &Signals) -> Vec<f64> {
     let half = (HALF / signals.interval).round().max(1.0) as usize;
     let last = signals.position.len() - 1;

@@ -1,21 +1,21 @@
 //! Averages of autocorrelated samples.
 
-/// Batches that the samples of a window are cut into for the standard error of their mean.
+/// Number of batches into which the samples of a window are divided for the standard error of their mean.
 const BATCHES: usize = 16;
 
-/// Arithmetic mean; NaN of nothing.
+/// Arithmetic mean; NaN if there are no samples.
 pub fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / samples.len() as f64
 }
 
-/// Median; NaN of nothing.
+/// Median; NaN if there are no samples.
 pub fn median(mut samples: Vec<f64>) -> f64 {
     let middle = samples.len() / 2;
     if samples.is_empty() { f64::NAN } else { *samples.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
-/// Mean and its standard error by batch means: the scatter of the means of 16 consecutive batches, each longer than the
-/// correlation of the samples, carries that correlation into the error.
+/// Mean and its standard error by batch means: each of 16 consecutive batches is longer than the correlation of the samples,
+/// so the scatter of the batch means contains this correlation.
 pub fn mean_with_error(samples: &[f64]) -> (f64, f64) {
     let batches = BATCHES.min(samples.len()).max(1);
     let means: Vec<f64> =

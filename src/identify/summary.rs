@@ -1,4 +1,4 @@
-//! Fitted coefficients into the quantities of the report, with units, standard errors and intervals.
+//! Converts fitted coefficients to the quantities of the report, with units, standard errors and intervals.
 
 use super::fit::LawFit;
 use super::law::{CENTRIFUGAL, PER_DIRECTION};
@@ -40,7 +40,7 @@ pub fn friction(kind: JointKind, points: &[Point], laws: &Laws) -> (FrictionIden
     (found, centrifugal)
 }
 
-/// Whether the 95 % interval of `C_ii` leaves zero out.
+/// Whether the 95 % interval of `C_ii` excludes zero.
 pub fn centrifugal_is_real(fit: &LawFit) -> bool {
     let Quantity { interval: [low, high], .. } = quantity(fit, CENTRIFUGAL, String::new());
     low > 0.0 || high < 0.0
@@ -54,9 +54,9 @@ fn fastest_and_slowest(points: &[Point]) -> [f64; 2] {
     })
 }
 
-/// Factor on the standard errors that the residuals tell. Errors that many windows have in common, such as what is left of a
-/// transient, do not show in the residuals: without the factor 16 % of the 95 % intervals of the two lines, over ten simulated runs of the
-/// paper's staircase, left the truth out even at 1.3. Found by calibration, not derived.
+/// Factor on the standard errors that follow from the residuals. Errors that many windows have in common, such as the rest of a
+/// transient, do not show in the residuals: even with a factor of 1.3, 16 % of the 95 % intervals of the two lines, over ten simulated
+/// runs of the paper's staircase, did not contain the truth. Found by calibration, not derived.
 const COMMON_ERRORS: f64 = 1.6;
 
 /// One coefficient.
@@ -109,7 +109,7 @@ fn exponential_of(kind: JointKind, fit: &LawFit, k: usize) -> ExponentialEstimat
     }
 }
 
-/// Speeds that two curves are compared at.
+/// Number of speeds at which two curves are compared.
 const COMPARED: usize = 200;
 
 impl FrictionIdentification {
@@ -158,7 +158,7 @@ fn curve_error_percent(found: &FrictionLaw, truth: &FrictionLaw, sign: f64, [low
 }
 
 impl super::Identification {
-    /// Writes the truth that a model holds beside every estimate that it knows.
+    /// Writes the true values of a model beside the estimates, where the model has them.
     pub fn compare(&mut self, truth: &Model) {
         for found in &mut self.joints {
             let Some(joint) = truth.joints.iter().find(|joint| joint.name == found.joint) else { continue };

@@ -1,7 +1,7 @@
 //! Steady windows: the stretches of a recording in which a joint moves at constant velocity.
 //!
-//! Where a reference was recorded its constant stretches are taken, the transient at their start left out. Where none was, the
-//! position alone decides: steady is where the slope over the second half of a sliding window agrees with that over its first.
+//! If a reference was recorded, its constant stretches are taken without the transient at their start. If none was, the position
+//! alone decides: the motion is steady where the slopes over the first and the second half of a sliding window agree.
 //! Both ends of a window are then moved to encoder edges, so that it holds a whole number of counts.
 
 use super::Options;
@@ -11,9 +11,9 @@ use super::signals::Signals;
 const SLOPE_WINDOW: f64 = 0.4;
 /// Relative change of slope that still counts as steady.
 const STEADY: f64 = 0.12;
-/// Part of its way, and counts, by which the motion may be ahead or behind of the speed at its window's end.
+/// Part of the remaining distance, and number of counts, by which the motion may be ahead of, or behind, a motion at the final speed.
 const UNSETTLED: (f64, f64) = (0.1, 3.0);
-/// Counts that a window must hold at least: fewer do not tell a velocity.
+/// Fewest counts of a window: fewer do not determine a velocity.
 const FEWEST_COUNTS: f64 = 8.0;
 
 /// A steady window: samples `start..=end`, both of them first samples after an encoder edge.
@@ -37,7 +37,7 @@ pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
                 .map(|window| settled(signals, window))
                 .collect()
         }
-        // These begin where the motion was seen to be steady.
+        // These stretches begin where the motion is already steady.
         None => steady_stretches(signals).into_iter().filter_map(|(from, to)| edges(signals, from, to)).collect(),
     };
     found
@@ -50,7 +50,7 @@ pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
         .collect()
 }
 
-/// The window without its beginning, as far as the joint was not yet at the speed that it has in the last third: after a reversal it
+/// The window without the beginning in which the joint has not yet reached the speed of the last third: after a reversal the joint
 /// stays behind until the controller pushes hard enough.
 fn settled(signals: &Signals, window: Window) -> Window {
     let (x, Window { start, end }) = (signals.position, window);
@@ -116,7 +116,7 @@ fn agrees(x: &[f64], from: usize, k: usize, half: usize, count: f64) -> bool {
     (here - there).abs() <= STEADY * there.abs() + 3.0 * count
 }
 
-/// Moves both ends inwards to samples at which the position has just changed; exact positions need no such thing.
+/// Moves both ends inwards to samples at which the position has just changed; not needed for exact positions.
 fn edges(signals: &Signals, from: usize, to: usize) -> Option<Window> {
     if signals.count == 0.0 {
         return (to > from).then_some(Window { start: from, end: to });

@@ -7,12 +7,12 @@ use crate::effects::JointState;
 use crate::gearhead::{Memory, Mesh};
 
 impl JointLaws {
-    /// What the drive makes of a command [A].
+    /// Command [A] after the current limit and the effects on the drive.
     pub fn command(&self, command: f64) -> f64 {
         self.drives.iter().fold(self.power.clamp(command), |command, drive| drive.command(command))
     }
 
-    /// Where the flanks of the gear stand.
+    /// Positions of the flanks of the gear.
     #[cold]
     pub(super) fn mesh(&self, time: f64, theta: f64) -> Mesh {
         let mut mesh = Mesh::with_gap(self.gearhead.dead_zone.backlash);
@@ -20,7 +20,7 @@ impl JointLaws {
         mesh
     }
 
-    /// Puts in what effects do to gear, rotor and link; returns the state as they see it.
+    /// Adds the effects on gear, rotor and link to `flow`; returns the state that the effects see.
     #[cold]
     pub(super) fn act(&self, time: f64, y: &Phase, contact: i8, flow: &mut Flow) -> JointState {
         if !self.gears.is_empty() && contact != 0 {
@@ -54,8 +54,8 @@ impl JointLaws {
         flow.gear_torque = torque;
     }
 
-    /// Moves on what friction remembers. Bristles are friction themselves: `F = σ0 z + σ1 ż + F_V v` brakes the rotor, and what
-    /// of `F v` they do not store is heat.
+    /// Writes the rate of the friction's memory. Bristles are friction themselves: `F = σ0 z + σ1 ż + F_V v` brakes the rotor, and the
+    /// part of `F v` that they do not store is heat.
     fn remember(&self, memory: &Memory, state: &JointState, flow: &mut Flow) {
         let (v, z) = (state.motor_velocity, state.memory);
         let (dry, viscous) = self.dry_and_viscous(state, v);
@@ -77,8 +77,8 @@ impl JointLaws {
         ((level - viscous * velocity.abs()).max(f64::MIN_POSITIVE), viscous)
     }
 
-    /// What effects make of a level of friction. They read the direction from the sign of the velocities: of the side that
-    /// slips, or is about to.
+    /// A level of friction after the effects. They read the direction from the sign of the velocities: those of the side that
+    /// slips, or is about to slip.
     #[cold]
     pub(super) fn altered(&self, level: f64, state: &JointState, velocity: f64) -> f64 {
         let grown = self.gearhead.memory.map_or(0.0, |memory| memory.level(state.memory));
@@ -94,8 +94,8 @@ impl JointLaws {
         }
     }
 
-    /// [1/s] Fastest motion that effects bring in an interval [s] from a state with this acceleration of the rotor, 0 without:
-    /// friction that forgets, ripples that are passed.
+    /// [1/s] Fastest rate that effects cause in an interval [s] from a state with this acceleration of the rotor, 0 without effects:
+    /// decay of the friction's memory, ripples that are passed.
     #[inline]
     pub(super) fn haste(&self, y: &Phase, acceleration: f64, interval: f64) -> f64 {
         if self.plain { 0.0 } else { self.haste_at(y, y.omega.abs() + 2.0 * acceleration.abs() * interval) }

@@ -31,7 +31,8 @@ impl Plant {
     /// Builds the machine of a model, with its effects installed, at rest at zero.
     ///
     /// # Errors
-    /// An effect is unknown or its parameters do not fit; a gear is too fast to be simulated. On the line of the model file, where it has one.
+    /// An effect is unknown or its parameters do not fit; a gear is too fast to be simulated. The error gives the line of the model file,
+    /// if any.
     pub fn new(model: &Model, options: &Options) -> Result<Self> {
         Self::build(model, options).map_err(|error| model.places.locate(error))
     }
@@ -83,7 +84,7 @@ impl Plant {
             }
             Engine::Reduced if options.obstacles.is_empty() => Links::asked(Box::new(Dynamics::new(&model.robot))),
             Engine::Reduced => {
-                let expected = "the engine rapier, which alone knows of obstacles";
+                let expected = "the engine rapier: no other engine supports obstacles";
                 return Err(Error::input(&model.source, Place::File, "engine", "reduced", expected));
             }
         };
@@ -124,7 +125,7 @@ fn is_followed(pole: f64) -> bool {
     pole.is_finite() && pole <= FASTEST
 }
 
-/// Puts what the effect of this number in the list, counted from 1, does in its place.
+/// Installs an action of the effect with this number in the list, counted from 1.
 fn put(
     number: usize,
     action: Action,
@@ -149,7 +150,7 @@ fn put(
             if laws[joint].gearhead.memory.replace(memory).is_some() {
                 let (key, name) = (format!("effects[{number}].effect"), &model.effects[number - 1].effect);
                 let expected = format!(
-                    "one of presliding and dwell_stiction on {}: its friction has one memory",
+                    "one of presliding and dwell_stiction on {}, not both: its friction has only one memory",
                     model.joints[joint].name
                 );
                 return Err(Error::input(&model.source, Place::File, key, name, expected));
@@ -194,7 +195,7 @@ fn put_obstacles(world: &mut World, model: &Model, obstacles: &[Obstacle]) -> Re
     Ok(pairs.iter().enumerate().map(barrier).collect())
 }
 
-/// What the effects of a model do, each with its number in the list, counted from 1.
+/// The actions of a model's effects, each with the effect's number in the list, counted from 1.
 fn install(model: &mut Model, catalogue: &Catalogue) -> Result<Vec<(usize, Action)>> {
     let mut actions = Vec::new();
     for (number, entry) in (1..).zip(model.effects.clone()) {
@@ -224,7 +225,7 @@ fn install(model: &mut Model, catalogue: &Catalogue) -> Result<Vec<(usize, Actio
     Ok(actions)
 }
 
-/// An error that an effect makes about `effects.NAME.parameter`, as one about an entry of the list.
+/// Converts an effect's error about `effects.NAME.parameter` to an error about an entry of the list.
 fn numbered(error: Error, number: usize, effect: &str) -> Error {
     let Error::Input(mut fault) = error else { return error };
     if let Some(name) = fault.key.strip_prefix(&format!("effects.{effect}.")) {
@@ -235,8 +236,8 @@ fn numbered(error: Error, number: usize, effect: &str) -> Error {
     Error::Input(fault)
 }
 
-/// The laws of all joints. What is unknown of gears and rotors is inferred from the links with all joints at zero, where the plant's
-/// steps are chosen as well.
+/// The laws of all joints. Unknown values of gears and rotors are computed from the links with all joints at zero; the plant's steps are
+/// chosen in the same posture.
 fn laws(model: &Model) -> Vec<JointLaws> {
     let n = model.joints.len();
     let mut mass = DMatrix::zeros(n, n);
@@ -257,7 +258,7 @@ fn laws(model: &Model) -> Vec<JointLaws> {
     model.joints.iter().zip(&model.robot.bodies).enumerate().map(of_joint).collect()
 }
 
-/// The error of a gear that no step can follow, about what the model file gives of it.
+/// The error of a gear that is too fast for any step. It names a value of the gear that the model file gives.
 fn too_fast(model: &Model, joint: usize, pole: f64) -> Error {
     let own = &model.joints[joint];
     let given = [
@@ -274,7 +275,7 @@ fn too_fast(model: &Model, joint: usize, pole: f64) -> Error {
     Error::input(&model.source, Place::File, format!("joints.{}{key}", own.name), value, expected)
 }
 
-/// The laws of a joint. Friction acts on the rotor in its share; without any, effects may still bring some.
+/// The laws of a joint. The rotor has its share of the friction; if there is none, effects may still add some.
 fn laws_of(joint: &JointModel, link: &crate::robot::Joint, rotor_inertia: f64, dead_zone: DeadZone) -> JointLaws {
     JointLaws {
         rotor_inertia,

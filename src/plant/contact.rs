@@ -5,11 +5,11 @@
 //!   load += (∂d/∂q)ᵀ f                                              |    /
 //!                                                                   |___/____ p
 //! ```
-//! A barrier is a tooth flank on the outside: compliant, damped, and it never pulls. The distance `d` [m, rad] of an end stop is
-//! `upper − q` or `q − lower`; that of a link and an obstacle is the engine's, found anew at every stage of every step while
-//! they are close, so that the spring's energy `k p²/2` belongs to the state alone. One point a pair acts, the deepest: a face
-//! that lies flat on a face is held at the corner that is deepest.
-//! Where axes are coupled, `q` stands for the positions of the axes; an end stop `side (q_j − place)` has the gradient `−side ∂q_j/∂θ`.
+//! A barrier acts like a tooth flank: compliant, damped, and it never pulls. The distance `d` [m, rad] of an end stop is
+//! `upper − q` or `q − lower`; that of a link and an obstacle comes from the engine, computed at every stage of every step while
+//! they are close, so that the spring's energy `k p²/2` depends on the state alone. One point per pair acts, the deepest: where a face
+//! lies flat on a face, the force acts at the deepest corner only.
+//! Where axes are coupled, `q` denotes the positions of the axes; an end stop `side (q_j − place)` has the gradient `−side ∂q_j/∂θ`.
 //! Left out: friction along the surface, and links that meet links of their own arm.
 //! Reference: K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact,
 //! J. Appl. Mech. 42 (1975), the linear (Kelvin-Voigt) case, without its pull at the end.
@@ -19,13 +19,13 @@ use super::mobility::Response;
 use super::rigid_body::RigidBody;
 use crate::robot::{Coupling, Robot};
 
-/// [m/s or rad/s] No link comes closer to a barrier faster than this and twice the speed of the fastest joint.
+/// [m/s or rad/s] Bound of the speed at which a link approaches a barrier: this plus twice the speed of the fastest joint.
 const FASTEST_APPROACH: f64 = 20.0;
 
-/// [m/s or rad/s] No link that comes closer gains more than this and its own speed before the next look, a millisecond later.
+/// [m/s or rad/s] Bound of the speed that an approaching link gains before the next look, a millisecond later: this plus its own speed.
 const GAIN: f64 = 5.0;
 
-/// [m] From farther away a link is looked at no more closely.
+/// [m] Greater distances are not computed; they count as this one.
 const HORIZON: f64 = 0.5;
 
 /// What stands in the way.
@@ -48,7 +48,7 @@ pub struct Touch {
     pub force: f64,
 }
 
-/// A barrier, and how its link stood to it when it was measured last.
+/// A barrier, with the depth and speed of its link at the last measurement.
 #[derive(Debug, Clone)]
 pub struct Barrier {
     /// What stands in the way.
@@ -61,9 +61,9 @@ pub struct Barrier {
     depth: f64,
     /// `ṗ` [m/s, rad/s].
     rate: f64,
-    /// `∂d/∂q`, one a joint.
+    /// `∂d/∂q`, one per joint.
     gradient: Vec<f64>,
-    /// [s] Until then it cannot be touched, as far away as it was.
+    /// [s] Before this time it cannot be touched, given the distance that was measured.
     clear_until: f64,
 }
 
@@ -94,7 +94,7 @@ impl Barrier {
             }
             Cause::Pair(pair, ..) => match links.distance(pair, q, HORIZON, &mut self.gradient) {
                 Some(distance) => self.depth = -distance,
-                // No answer means far away; but of a pair pressed together a moment ago it means that the geometry had none.
+                // No answer means far away. For a pair that was just pressed together it means that the computation failed.
                 None if self.depth > 0.0 => {}
                 None => self.depth = f64::NEG_INFINITY,
             },
@@ -121,13 +121,13 @@ impl Barrier {
     }
 }
 
-/// All barriers of a machine, and what they do to its links at the state that was measured last.
+/// All barriers of a machine, and their loads on its links at the state that was measured last.
 #[derive(Debug, Clone)]
 pub struct Barriers {
     all: Vec<Barrier>,
     /// Those that can be touched before the next look.
     near: Vec<usize>,
-    /// Load on the links [N·m or N], one a joint.
+    /// Load on the links [N·m or N], one per joint.
     pub load: Vec<f64>,
     /// [W] that dampers turn into heat.
     pub heat: f64,
@@ -161,7 +161,7 @@ impl Barriers {
         self.near.iter().map(|&k| (k, &self.all[k]))
     }
 
-    /// Looks which of them can be touched from a state at `now` until a later time [s]; the others are left alone until then.
+    /// Determines which of them can be touched from a state at `now` until a later time [s]; the others are ignored until then.
     pub fn look(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &[bool], [now, until]: [f64; 2]) {
         self.near.clear();
         self.load.fill(0.0);
@@ -184,11 +184,11 @@ impl Barriers {
         }
     }
 
-    /// Measures those that are near, and what those that touch do.
+    /// Measures those that are near, and computes the loads of those that touch.
     pub fn measure(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &[bool]) {
         self.load.fill(0.0);
         self.heat = 0.0;
-        // A machine that is held is where it was.
+        // Where nothing has moved, distances are unchanged.
         let moved = self.take(y);
         for &k in &self.near {
             let barrier = &mut self.all[k];
@@ -204,31 +204,31 @@ impl Barriers {
         }
     }
 
-    /// Takes over where the links are; tells whether that is elsewhere than before.
+    /// Stores the positions of the links; returns whether they have changed.
     fn take(&mut self, y: &[Phase]) -> bool {
         let moved = self.q.iter().zip(y).any(|(q, phase)| *q != phase.q);
         self.q.iter_mut().zip(y).for_each(|(q, phase)| *q = phase.q);
         moved
     }
 
-    /// The near ones, each with its distance from being touched or left; negative beyond that.
+    /// The near ones, each with its distance from the next change (touched or left); negative beyond it.
     pub fn margins<'a>(&'a self, touching: &'a [bool]) -> impl Iterator<Item = (usize, f64)> + 'a {
         self.near.iter().map(|&k| (k, self.margin(k, touching)))
     }
 
-    /// Distance from being touched or left; negative beyond that.
+    /// Distance from the next change (touched or left); negative beyond it.
     pub fn margin(&self, k: usize, touching: &[bool]) -> f64 {
         let pressed = self.all[k].pressed();
         if touching[k] { pressed } else { -pressed }
     }
 
-    /// Touches or leaves; returns the heat [J]: what is still pressed in when a link leaves relaxes in its own damper.
+    /// Touches or leaves; returns the heat [J]: compression that remains when a link leaves relaxes in the barrier's own damper.
     pub fn change(&self, k: usize, touching: &mut [bool]) -> f64 {
         touching[k] = !touching[k];
         if touching[k] { -self.all[k].energy() } else { self.all[k].energy() }
     }
 
-    /// Decides anew what touches at a state.
+    /// Determines from a state alone what touches.
     pub fn start(&mut self, links: &mut dyn RigidBody, y: &[Phase], touching: &mut [bool]) {
         touching.fill(false);
         for barrier in &mut self.all {
@@ -240,7 +240,7 @@ impl Barriers {
         }
     }
 
-    /// [J] Energy of what is pressed in.
+    /// [J] Elastic energy of the barriers that are touched.
     pub fn energy(&self, touching: &[bool]) -> f64 {
         self.near().filter(|(k, _)| touching[*k]).map(|(_, barrier)| barrier.energy()).sum()
     }

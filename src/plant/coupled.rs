@@ -13,7 +13,7 @@
 //! ```text
 //!   load = T − F_l + C⁻ᵀ (τ_l − c q̇)        τ_l, c: of the joint; T, F_l: of the axis
 //! ```
-//! The friction of a joint's own bearing counts as one of the axis of its name: what holds an axis at rest is one law.
+//! The friction of a joint's own bearing counts as friction of the axis of its name, so that one law holds an axis at rest.
 
 use super::contact::Barriers;
 use super::joint::{Flow, JointLaws, Phase, Power};
@@ -24,10 +24,10 @@ use crate::effects::JointState;
 use crate::gearhead::Slip;
 use crate::robot::{Coupling, Robot};
 
-/// What acts on joints that several axes move, beside the gears.
+/// What acts on joints that several axes move, in addition to the gears.
 struct Joints {
     coupling: Coupling,
-    /// `c`: URDF `damping`, one a joint.
+    /// `c`: URDF `damping`, one per joint.
     damping: Vec<f64>,
 }
 
@@ -58,11 +58,11 @@ impl Joints {
     }
 }
 
-/// The joints' laws, and room to work.
+/// The joints' laws, with working memory.
 pub struct Coupled {
-    /// One a joint.
+    /// One per joint.
     pub laws: Vec<JointLaws>,
-    /// What the laws say, at the last evaluated state.
+    /// Results of the laws at the last evaluated state.
     pub flows: Vec<Flow>,
     /// `F_i` of the links that stick, at the last evaluated state.
     pub holds: Vec<f64>,
@@ -137,7 +137,7 @@ impl Coupled {
         power
     }
 
-    /// Finds `λ` of the links that stick and adds what it does.
+    /// Finds `λ` of the links that stick and adds its effect.
     fn hold_links(&mut self, response: &Response, rate: &mut [Phase]) {
         let Self { stuck, factor, hold, holds, torques, .. } = self;
         let m = stuck.len();
@@ -172,7 +172,7 @@ impl Coupled {
         }
     }
 
-    /// Those of one joint.
+    /// Margins of one joint.
     fn margins_of(&self, i: usize, at: &Situation) -> Margins {
         let Situation { time, joints, modes, commands } = at;
         self.laws[i].margins(*time, &joints[i], &modes[i], commands[i], &self.flows[i], self.holds[i])
@@ -202,7 +202,7 @@ impl Coupled {
     ) -> Power {
         let n = self.laws.len();
         let mut power = Power::default();
-        // Least-index exchange visits no set twice: 3ⁿ bounds it; in practice a few exchanges do.
+        // Least-index exchange visits no set twice, so 3ⁿ bounds the exchanges; in practice a few are enough.
         for _ in 0..3_usize.saturating_pow(n as u32).min(1000) {
             let at = state.under(commands);
             power = self.derivative(&at, response, rate);

@@ -11,7 +11,7 @@ use super::state::State;
 use super::step::{Held, Probe, Tried};
 use crate::gearhead::Slip;
 
-/// Shortest share of a step for which a mode is given a chance to last.
+/// Shortest share of a step for which a new mode is tested.
 const SHORTEST: f64 = 1e-3;
 
 /// Most trials of a root: the Illinois rule needs about ten, and a margin with a kink inside the step a few more.
@@ -45,7 +45,7 @@ impl Integrator {
         first
     }
 
-    /// Changes every mode whose end lies behind the state.
+    /// Changes every mode whose end the state has passed.
     pub(super) fn change_overdue(&mut self, state: &mut State, held: &Held) {
         for joint in 0..state.joints.len() {
             for (kind, change) in Change::ALL.into_iter().enumerate() {
@@ -65,7 +65,7 @@ impl Integrator {
 
     /// Share of the step before an event, whose margin is known at the ends of the step.
     fn share_before(&mut self, step: &Tried, event: Event, ends: [f64; 2]) -> f64 {
-        // A mode that has just begun has its end where it began: what counts is whether it is left for a while.
+        // A mode that has just begun starts at margin zero: what counts is whether the margin is positive for a while.
         let mut from = (0.0, ends[0]);
         let mut share = 0.5;
         while from.1 <= 0.0 && share > SHORTEST {
@@ -116,7 +116,7 @@ impl Integrator {
         if let Event::Joint(i, change) = event
             && !(change == Change::Link && state.modes[i].link == Slip::Stuck)
         {
-            // The joint's own laws tell. What holds a link that sticks, and where a barrier is, depends on all of them.
+            // The joint's own laws are enough. The friction that holds a link, and the distance of a barrier, depend on all joints.
             self.counts.probes += 1;
             let (law, mode, phase) = (&self.machine.coupled.laws[i], &state.modes[i], self.inside(step, i, s));
             let flow = law.flow(time, &phase, mode, held.commands[i]);
@@ -194,7 +194,7 @@ impl Integrator {
         }
     }
 
-    /// The link breaks away, passes the kink of its law, or comes to rest: then all links at rest decide anew.
+    /// The link breaks away, passes the kink of its law, or comes to rest. Then it is decided again which links at rest stick.
     fn change_link(&mut self, state: &mut State, held: &Held, joint: usize) {
         let Self { machine, probe: Probe { rate, .. }, .. } = self;
         let (y, mode) = (&mut state.joints[joint], &mut state.modes[joint]);

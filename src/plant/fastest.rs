@@ -5,7 +5,7 @@
 //!   ω² = λ_max(K^½ A K^½)                         links couple the gears: at least the largest k_i A_ii
 //!   δ = λ_max(C^½ W C^½)                          links that dampers c_i of their joints bring to rest
 //! ```
-//! Left out: coupling by the dampers of gears; their damping is looked at one gear at a time.
+//! Left out: coupling by the dampers of gears; their damping is considered one gear at a time.
 
 use nalgebra::DMatrix;
 
@@ -15,9 +15,9 @@ use super::machine::Machine;
 /// How fast the gears of a machine are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fastest {
-    /// [rad/s] Of those that oscillate.
+    /// [rad/s] Fastest oscillation.
     pub oscillation: f64,
-    /// [1/s] Of those that damping brings to rest without.
+    /// [1/s] Fastest decay of gears that come to rest without oscillation.
     pub decay: f64,
 }
 
@@ -60,7 +60,7 @@ impl Machine {
             fastest.oscillation = squared.symmetric_eigenvalues().max().max(0.0).sqrt().max(fastest.oscillation);
             let c = |i: usize| laws[i].link_damping;
             let damped = DMatrix::from_fn(n, n, |i, j| (c(i) * c(j)).sqrt() * response.w(i, j));
-            // A damper that is faster than any simulation mostly sits on a link that its friction holds: it does not keep a machine from being built.
+            // A damper that is too fast for any simulation is mostly on a link that friction holds: it does not prevent a simulation.
             fastest.decay = fastest.decay.max(damped.symmetric_eigenvalues().max().min(FASTEST));
         }
         (joint, fastest)

@@ -7,13 +7,14 @@
 //!   F = G + F_C + c v                     weight, and friction and damping that the file states, at a common speed
 //!   k ≤ ω_max²/A,  d = 2 ζ √(k/A)         A = 1/J + W: rotor against link, W the acceleration of the link per torque
 //! ```
-//! `M(0)` is positive definite where each `D_i > 0`. Links without an inertia do no harm within a chain whose last link has one; three axes
-//! that meet and carry a point mass do: about the line through the mass nothing resists. The last of such joints is held.
+//! `M(0)` is positive definite if each `D_i > 0`. Links without an inertia do no harm within a chain whose last link has one. Three axes
+//! that intersect and carry a point mass make `M(0)` singular: no inertia resists a rotation about the line through the mass. The last of
+//! such joints is held.
 //!
-//! `ω`: makers of gears ask for a resonance of the load on its gear, the rotor held, of at least 8 Hz for base axes of robots, and 15 Hz for their
-//! hand axes, SCARA and welding robots. The posture of the largest inertia has 15 Hz here, all others more.
-//! `θ`: a gear yields by some 5 mrad under its peak torque; here by twice of that under its load. It decides where links are light for what they have
-//! to overcome, as in fingers; a rotor that is sized for such a gear is as heavy for it as the others are.
+//! `ω`: gear manufacturers require a resonance of the load on its gear, the rotor held, of at least 8 Hz for base axes of robots, and
+//! 15 Hz for their hand axes, SCARA and welding robots. The posture of the largest inertia has 15 Hz here, all others more.
+//! `θ`: a gear yields by some 5 mrad under its peak torque; here by twice that under its load. This decides where links are light
+//! compared with the load, as in fingers; a rotor that is sized for such a gear is as heavy, relative to the gear, as other rotors.
 //! `0.3`: matched inertias (`J = M`) accelerate fastest, and drives are commonly built with loads of up to ten times the rotor; this is the geometric
 //! mean of 1 and 0.1.
 //! References: Harmonic Drive AG, Engineering Data HFUS-2A (2014), torsional stiffness, and selection by the resonance frequency of the output side.
@@ -56,21 +57,21 @@ const fn yielding(kind: JointKind) -> f64 {
 /// [1] Inertia of a rotor at the joint as a share of the largest inertia that the joint carries.
 const ROTOR_SHARE: f64 = 0.3;
 
-/// [kg·m²] Least rotor: that of a motor of 6 mm.
+/// [kg·m²] Smallest rotor inertia: that of a motor of 6 mm.
 const LEAST_ROTOR: f64 = 1e-9;
 
-/// [kg·m²] Largest rotor: that of a wind turbine.
+/// [kg·m²] Largest rotor inertia: that of a wind turbine.
 const MOST_ROTOR: f64 = 1e6;
 
-/// [N·m/rad or N/m] Stiffness that a model file may have, whatever hangs on the gear.
+/// [N·m/rad or N/m] Smallest stiffness in a model file, whatever load the gear carries.
 const LEAST_STIFFNESS: f64 = 1e-12;
-/// The largest.
+/// [N·m/rad or N/m] Largest stiffness in a model file.
 const MOST_STIFFNESS: f64 = 1e10;
 
 /// [1] Accuracy of a placeholder, one standard deviation as a share of its value: half or three times of it would be no surprise.
 const GUESSED: f64 = 1.0;
 
-/// Postures in which inertias are looked at; a placeholder of two digits needs no more.
+/// Number of postures in which inertias are computed; a placeholder of two digits needs no more.
 const POSTURES: usize = 64;
 
 /// [rad/s or m/s] Speed at which a joint works against the damping that the file states.
@@ -81,8 +82,8 @@ const fn common_speed(kind: JointKind) -> f64 {
     }
 }
 
-/// A model of every joint that turns or slides and has an inertia to move, with gears and drives of common size where the file tells of none. A gear
-/// that no simulation can follow is left unknown and counts as rigid.
+/// A model of every joint that turns or slides and has an inertia to move, with gears and drives of common size where the file gives
+/// none. A gear that no simulation can follow is left unknown and counts as rigid.
 ///
 /// # Errors
 /// The file cannot be read, or is refused as in [`Model::load`].
@@ -90,13 +91,13 @@ pub fn first_model(file: &Path) -> Result<First> {
     let mut held = BTreeMap::new();
     let mut first = First::of(file, &held)?;
     while let Some(joint) = without_inertia(&first.model) {
-        let reason = "no inertia resists it while the joints before it are free, and it is held at zero; give the links behind it a tensor of \
-                      inertia if it is to move";
+        let reason = "no inertia resists it while the joints before it are free, and it is held at zero; give the links behind it \
+                      an inertia tensor if it is to move";
         held.insert(first.model.joints[joint].name.clone(), reason.to_owned());
         first = First::of(file, &held)?;
     }
     complete(&mut first);
-    // Each pass leaves one gear less.
+    // Each pass removes the stiffness of one gear.
     while let Some(joint) = Plant::too_fast(&first.model)? {
         let own = &mut first.model.joints[joint];
         if own.gear_stiffness.is_none() {
@@ -107,7 +108,7 @@ pub fn first_model(file: &Path) -> Result<First> {
     Ok(first)
 }
 
-/// Gives every joint a rotor and a gear where the file tells of none.
+/// Gives every joint a rotor and a gear where the file gives none.
 fn complete(first: &mut First) {
     let First { model, placeholders } = first;
     let loads = largest_loads(&model.robot);
@@ -138,7 +139,7 @@ fn complete(first: &mut First) {
     state_accuracy(first);
 }
 
-/// States how well placeholders are known, so that no diagnosis takes what they are wrong by for a cause.
+/// States how well placeholders are known, so that no diagnosis takes their errors for a cause.
 fn state_accuracy(First { model, placeholders }: &mut First) {
     let accuracy = &mut model.accuracy;
     for (key, of, value) in [
@@ -153,7 +154,7 @@ fn state_accuracy(First { model, placeholders }: &mut First) {
     }
 }
 
-/// What a joint carries at most.
+/// The largest load of a joint.
 #[derive(Debug, Clone, Copy, Default)]
 struct Load {
     /// [kg·m² or kg]

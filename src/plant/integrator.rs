@@ -3,8 +3,8 @@
 //! A step is taken within the modes that hold at its start (`runge_kutta`). Where a margin has turned negative at its end, the
 //! earliest root of the margins along the step's cubic Hermite interpolant is found (`events`), the step is taken again up to
 //! there, and the mode changes: a flank is touched or left, a rotor or link comes to rest or breaks away, the voltage limit is
-//! met or left. Without that every method is of first order; it is what remains where events crowd so much that they cannot all
-//! be located, and bounds the cost of an interval.
+//! met or left. If events are not located, every method is of first order. Where there are too many events to locate them all, the
+//! method falls back to that, which bounds the cost of an interval.
 
 use super::FASTEST_MOTION;
 use super::joint::Power;
@@ -13,19 +13,19 @@ use super::runge_kutta::RungeKutta;
 use super::state::State;
 use super::step::{Endpoint, Held, Probe, Step, Tried};
 
-/// Events that are located between two evaluations; a gap that is crossed a hundred times a millisecond is as good as none.
+/// Most events that are located between two evaluations; a gap that is crossed a hundred times a millisecond counts as none.
 const MAX_EVENTS: usize = 100;
 
-/// Events without time passing, after which a step is taken in the modes that hold: modes that take turns at one state do
-/// the same there.
+/// Most events at one instant; then a step is taken in the present modes. Modes that alternate at one state have the same
+/// motion there.
 const MAX_EVENTS_AT_ONCE: usize = 16;
 
-/// What a run has taken so far.
+/// Computing effort of a run so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Evaluations of `M` and `h`.
     pub evaluations: usize,
-    /// Answers of the engine by which those between them were confirmed; none where the engine makes every evaluation.
+    /// Evaluations of the engine that confirmed those of the built-in algorithms; 0 where the engine makes every evaluation.
     pub confirmations: usize,
     /// Runge-Kutta steps, those that were taken back or shortened included.
     pub steps: usize,
@@ -38,7 +38,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Steps, and the probes as the steps that take as long on a machine of `n` joints: a step evaluates the laws of all joints four times.
+    /// Steps, plus the probes converted to steps of a machine with `n` joints: a step evaluates the laws of all joints four times.
     pub fn work(&self, n: usize) -> usize {
         self.steps + self.probes / (4 * n).max(1)
     }
@@ -47,13 +47,13 @@ impl Counts {
 /// Events met since an interval began.
 #[derive(Default)]
 struct Met {
-    /// Those that took time.
+    /// Those that a step has reached.
     events: usize,
-    /// Those since time last passed.
+    /// Those at the present instant.
     at_once: usize,
 }
 
-/// The stepper with its room to work.
+/// The integrator with its working memory.
 pub struct Integrator {
     /// Steps, and probes as steps, after which it ends early.
     pub most_steps: usize,
@@ -67,7 +67,7 @@ pub struct Integrator {
 }
 
 impl Integrator {
-    /// For a machine.
+    /// An integrator for a machine.
     pub fn new(machine: Machine, most_steps: usize) -> Self {
         let (n, barriers) = (machine.coupled.laws.len(), machine.coupled.barriers.count());
         Self {
@@ -80,7 +80,7 @@ impl Integrator {
         }
     }
 
-    /// What it has taken so far.
+    /// Computing effort so far.
     pub fn counts(&self) -> Counts {
         let Machine { evaluations, confirmations, .. } = self.machine;
         Counts { evaluations, confirmations, ..self.counts }
@@ -148,7 +148,7 @@ impl Integrator {
         self.begin(state, held);
     }
 
-    /// Whether going on is in vain: the motion has diverged, or has taken more steps than it may.
+    /// Whether to stop: the motion has diverged, or has taken more steps than it may.
     fn is_lost(&self, state: &State) -> bool {
         let fine = |speed: f64| speed.abs() <= FASTEST_MOTION;
         self.counts.work(state.joints.len()) > self.most_steps

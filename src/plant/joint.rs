@@ -24,7 +24,7 @@ pub struct Phase {
     pub v: f64,
     /// `i`.
     pub current: f64,
-    /// State of what friction remembers, 0 where it remembers nothing.
+    /// State of the friction's memory, 0 if it has none.
     pub memory: f64,
 }
 
@@ -69,11 +69,12 @@ pub struct JointLaws {
     pub drives: Vec<Box<dyn DriveAction>>,
     /// Whether no effect acts on rotor, gear or link.
     pub plain: bool,
-    /// Whether the axis moves its own joint alone; otherwise `q` is the gear's output `(C q)_i`, and what acts on the joint is no part of these laws.
+    /// Whether the axis moves its own joint alone; otherwise `q` is the gear's output `(C q)_i`, and these laws do not contain what acts
+    /// on the joint.
     pub moves_joint: bool,
 }
 
-/// What a joint's own laws say at an instant.
+/// Results of a joint's own laws at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Flow {
     /// Current that flows [A].
@@ -88,14 +89,14 @@ pub struct Flow {
     pub rotor_acceleration: f64,
     /// Torque on the link, kinetic friction included.
     pub link_load: f64,
-    /// Rate of what friction remembers.
+    /// Rate of the friction's memory.
     pub memory_rate: f64,
     /// Power, the link's friction included while it slips.
     pub power: Power,
 }
 
 impl JointLaws {
-    /// Friction magnitude of a side that slips, at a speed; at speed 0 what holds it against slipping that way.
+    /// Magnitude of the friction of a side that slips, at a speed; at speed 0, the most that friction holds against this slip.
     #[inline(always)]
     pub(super) fn friction(&self, grip: &Grip, state: &JointState, slip: Slip, speed: f64) -> f64 {
         let mut level = grip.level(slip, speed);
@@ -128,7 +129,7 @@ impl JointLaws {
         }
     }
 
-    /// How far a flank is from touching, or from letting go.
+    /// Distance of a flank from the change between contact and separation.
     fn overlap(&self, time: f64, y: &Phase, side: f64) -> f64 {
         self.gearhead.dead_zone.overlap(&self.flank(time, y, side))
     }
@@ -151,7 +152,7 @@ impl JointLaws {
         self.gearhead.dead_zone.energy(&self.flank(time, y, f64::from(contact)))
     }
 
-    /// What the laws say within a mode.
+    /// Evaluates the laws within a mode.
     #[inline(always)]
     pub fn flow(&self, time: f64, y: &Phase, mode: &Mode, command: f64) -> Flow {
         let current = self.power.current(command, y.current, y.omega, mode.saturation);
@@ -194,7 +195,7 @@ impl JointLaws {
         flow
     }
 
-    /// What a rotor at rest does under the torque that acts: it sticks, or slips the way it is driven.
+    /// What a rotor at rest does under the torque that acts: it sticks, or slips in the direction of the torque.
     pub fn resting_rotor(&self, time: f64, y: &Phase, mode: &Mode, command: f64) -> Slip {
         let stuck = Mode { rotor: Slip::Stuck, ..*mode };
         let flow = self.flow(time, y, &stuck, command);

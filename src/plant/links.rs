@@ -1,22 +1,22 @@
-//! The links between two answers of their engine: the project's own algorithms carry each answer on.
+//! The links between two answers of their engine: built-in algorithms, corrected by their difference from the engine.
 //!
 //! ```text
 //!   M(q) = M_own(q) + δM(t)          δM = M_engine − M_own, δh = h_engine − h_own, where the engine was asked
 //!   h(q, q̇) = h_own(q, q̇) + δh(t)    in between: along the line through the last two
 //! ```
-//! An engine with a world around it costs twenty times what the bare algorithms do. The two agree to rounding, so that the
-//! difference hardly changes; by how much it did is measured whenever the engine is asked, and decides when it is asked again.
-//! The engine has the last word: with one that differs, by a payload for instance, the motion is the engine's, asked the more often.
+//! An engine with a world around it costs twenty times as much as the bare algorithms. The two agree to rounding, so that the
+//! difference hardly changes. Its change is measured whenever the engine is asked, and decides when the engine is asked again.
+//! If the engine differs, by a payload for instance, the motion is that of the engine, which is then asked more often.
 
 use nalgebra::DMatrix;
 
 use super::rigid_body::RigidBody;
 use crate::dynamics::Dynamics;
 
-/// [s] The engine is asked at least that often.
+/// [s] Longest time between two answers of the engine.
 const LONGEST: f64 = 0.02;
 
-/// [rad/s² or m/s²] Changes of the difference that count as none, by the acceleration that they make.
+/// [rad/s² or m/s²] Largest change of the difference that counts as none, as the acceleration that it causes.
 const AGREES: f64 = 1e-6;
 
 /// [rad/s² or m/s²] Accelerations at which a difference in `M` is judged.
@@ -24,12 +24,12 @@ const TYPICAL: f64 = 10.0;
 
 /// The links, as an engine sees them.
 pub struct Links {
-    /// Who has the last word.
+    /// The engine, which corrects the built-in algorithms.
     pub engine: Box<dyn RigidBody>,
     carrier: Option<Carrier>,
 }
 
-/// Own algorithms, and how the engine differs from them.
+/// The built-in algorithms, and the engine's difference from them.
 struct Carrier {
     own: Dynamics,
     /// [s] of the last two answers, newest first; both the same after the first.
@@ -48,7 +48,7 @@ impl Links {
         Self { engine, carrier: None }
     }
 
-    /// Asks the engine from time to time, and carries its answers on by these algorithms.
+    /// Asks the engine from time to time, and in between uses these algorithms, corrected by its answers.
     pub fn carried(engine: Box<dyn RigidBody>, own: Dynamics) -> Self {
         let n = own.dof();
         let differences = [vec![0.0; n * n + n], vec![0.0; n * n + n]];
@@ -97,7 +97,7 @@ impl Carrier {
         }
     }
 
-    /// Takes over what the engine said, and decides when to ask again.
+    /// Stores the engine's answer, and decides when to ask again.
     fn take(&mut self, time: f64, q: &[f64], v: &[f64]) {
         let n = self.h.len();
         let mut mass = std::mem::replace(&mut self.mass, DMatrix::zeros(0, 0));

@@ -30,16 +30,16 @@ pub struct Machine {
     pub links: Links,
     /// Their response between evaluations.
     pub mobility: Mobility,
-    /// Their response where it was asked for last.
+    /// Their response at the last time for which it was requested.
     pub response: Response,
     /// Evaluations of `M` and `h`.
     pub evaluations: usize,
-    /// Answers of the engine by which those between them were confirmed.
+    /// Evaluations of the engine that confirmed those of the built-in algorithms.
     pub confirmations: usize,
     asked: Asked,
 }
 
-/// What the links are asked at, and what they answer.
+/// Arguments and results of an evaluation of the links.
 struct Asked {
     q: Vec<f64>,
     v: Vec<f64>,
@@ -59,7 +59,7 @@ impl Asked {
 }
 
 impl Machine {
-    /// Of these laws and links.
+    /// A machine of these laws and links.
     pub fn new(coupled: Coupled, links: Links) -> Self {
         let n = coupled.laws.len();
         Self {
@@ -110,7 +110,7 @@ impl Machine {
     /// ```text
     ///   max_i |Σ_j δW_ij τ_j − δa₀_i| / (1 + J_i W_ii)
     /// ```
-    /// The divisor, for a joint whose flanks touch, is what its rotor adds to its inertia. No number counts as infinite.
+    /// The divisor, for a joint whose flanks touch, is what its rotor adds to its inertia. NaN counts as infinite.
     pub fn offer_node(&mut self, time: f64, joints: &[Phase], modes: &[Mode]) -> f64 {
         if joints.iter().any(|phase| !(phase.q.is_finite() && phase.v.is_finite())) {
             return f64::INFINITY;
@@ -138,7 +138,7 @@ impl Machine {
         }
     }
 
-    /// Finds where the links stand to the barriers that are near.
+    /// Measures the distances of the links from the near barriers.
     #[inline]
     pub fn measure(&mut self, joints: &[Phase], touching: &[bool]) {
         let Self { coupled, links, .. } = self;
@@ -153,7 +153,7 @@ impl Machine {
         self.coupled.derivative(at, &self.response, rate)
     }
 
-    /// Looks which barriers can be touched until a time; returns a bound [1/s] of the fastest motion against them, 0 for none.
+    /// Determines which barriers can be touched until a time; returns a bound [1/s] of the fastest motion against them, 0 for none.
     pub fn look(&mut self, state: &State, until: f64) -> f64 {
         let Self { coupled, links, mobility, response, .. } = self;
         coupled.barriers.look(links.engine.as_mut(), &state.joints, &state.touching, [state.time, until]);
@@ -164,7 +164,7 @@ impl Machine {
         coupled.barriers.fastest(response)
     }
 
-    /// [1/s] Fastest motion that effects bring until a time, 0 without.
+    /// [1/s] Fastest rate that effects cause until a time, 0 without effects.
     pub fn haste(&self, state: &State, until: f64) -> f64 {
         let Coupled { laws, flows, .. } = &self.coupled;
         let joints = laws.iter().zip(flows).zip(&state.joints);

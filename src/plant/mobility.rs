@@ -1,8 +1,8 @@
 //! `W = M⁻¹` and `a₀ = M⁻¹ h` between evaluations of the rigid-body engine.
 //!
-//! The links are evaluated once an interval. Over the interval that lies ahead both are extrapolated by the cubic through the last
-//! four evaluations. What the engine then says at its end tells by how much the cubic was wrong.
-//! Interpolating the inverse rather than `M` leaves no matrix to factor inside a step.
+//! The links are evaluated once per interval. Over the next interval both are extrapolated by the cubic through the last four
+//! evaluations. The engine's answer at the end of the interval then gives the error of the cubic.
+//! The inverse is interpolated rather than `M`, so that no matrix has to be factored inside a step.
 
 use nalgebra::DMatrix;
 
@@ -23,7 +23,7 @@ pub struct Mobility {
 }
 
 impl Mobility {
-    /// For that many joints, without a past.
+    /// For that many joints, without evaluations.
     pub fn new(joints: usize) -> Self {
         let width = joints * joints + joints;
         Self {
@@ -36,32 +36,32 @@ impl Mobility {
         }
     }
 
-    /// Forgets the past.
+    /// Removes all evaluations.
     pub fn clear(&mut self) {
         self.times.clear();
     }
 
-    /// Whether a cubic can be drawn.
+    /// Whether there are enough evaluations for a cubic.
     pub fn is_full(&self) -> bool {
         self.times.len() == NODES
     }
 
-    /// Adds what an engine said at a time later than all before.
+    /// Adds an engine's answer at a time later than all before.
     pub fn push(&mut self, time: f64, mass: &DMatrix<f64>, h: &[f64]) {
         invert(self.joints, mass, h, &mut self.factor, &mut self.nodes[NODES - 1]);
         self.accept(time);
     }
 
-    /// Takes note of what an engine says at a time later than all before; `response` becomes what the polynomial says there.
-    /// Nothing changes until it is accepted.
+    /// Stores an engine's answer at a time later than all before; `response` becomes the value of the polynomial there.
+    /// The polynomial does not change until the answer is accepted.
     pub fn offer(&mut self, time: f64, mass: &DMatrix<f64>, h: &[f64], response: &mut Response) {
         self.at(time, response);
-        // The oldest evaluation is about to be dropped, and the polynomial is drawn: its room is free.
+        // The oldest evaluation is about to be dropped, and the polynomial no longer needs it: its memory is free.
         invert(self.joints, mass, h, &mut self.factor, &mut self.nodes[NODES - 1]);
     }
 
-    /// By how much the acceleration of joint `i` under these torques on the links was wrong [rad/s² or m/s²], `response` being
-    /// what the polynomial said.
+    /// Error of the acceleration of joint `i` under these torques on the links [rad/s² or m/s²], where `response` is the value of
+    /// the polynomial.
     pub fn miss(&self, i: usize, torques: &[f64], response: &Response) -> f64 {
         let n = self.joints;
         let said = &self.nodes[NODES - 1];
@@ -70,7 +70,7 @@ impl Mobility {
         driven - (said[n * n + i] - response.free(i))
     }
 
-    /// Accepts what was offered.
+    /// Accepts the answer that was offered.
     pub fn accept(&mut self, time: f64) {
         self.times.truncate(NODES - 1);
         self.times.insert(0, time);
@@ -78,7 +78,7 @@ impl Mobility {
         self.draw();
     }
 
-    /// Draws the polynomial through the nodes.
+    /// Computes the polynomial through the nodes.
     fn draw(&mut self) {
         let count = self.times.len();
         for (difference, node) in self.differences.iter_mut().zip(&self.nodes).take(count) {

@@ -5,12 +5,13 @@
 //! ```text
 //!   J θ̈ = K i + τ_e − T − F_r       M(q) q̈ + h(q, q̇) = T + τ_l − c q̇ − F_l       L di/dt = u − R i − K θ̇
 //! ```
-//! One line a joint: [`joint`] holds the laws, [`coupled`] joins them, [`machine`] adds the links, [`integrator`] steps (`runge_kutta`) between located events (`events`),
-//! [`mobility`] carries `M` and `h` from one evaluation to the next (`pace`), [`world`] is the engine that has the last word on them ([`links`]).
-//! What stops a link, [`contact`]: an end stop, or an [`obstacle`] in rapier's world.
+//! One line per joint: [`joint`] contains the laws, [`coupled`] combines them, [`machine`] adds the links, [`integrator`] steps
+//! (`runge_kutta`) between located events (`events`), [`mobility`] gives `M` and `h` between their evaluations (`pace`), [`world`] is the
+//! engine that corrects them ([`links`]).
+//! [`contact`] is what stops a link: an end stop, or an [`obstacle`] in rapier's world.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
-//! Where motor axes are coupled, `θ = C q` ([`Coupling`](crate::robot::Coupling)), `q` stands for the output `C q` of an axis' gear, and `M`, `h` are those
-//! seen from there ([`rigid_body`]): every law but those of a joint itself keeps its form.
+//! Where motor axes are coupled, `θ = C q` ([`Coupling`](crate::robot::Coupling)), `q` denotes the output `C q` of an axis' gear, and
+//! `M`, `h` are those in these coordinates ([`rigid_body`]): every law except those of a joint itself keeps its form.
 
 mod altered;
 mod build;
@@ -58,11 +59,11 @@ use crate::robot::Robot;
 /// Version of the rigid-body engine, as Cargo.toml pins it.
 pub const RAPIER_VERSION: &str = "0.36.1";
 
-/// [1/s] Most Runge-Kutta steps a second: what is faster, a nanosecond's contact or a ripple that is passed ten million times a second, is
-/// no motion of a machine.
+/// [1/s] Most Runge-Kutta steps a second: anything faster, such as a contact of a nanosecond or a ripple that is passed ten million
+/// times a second, is not a motion of a machine.
 const FASTEST_STEPS: f64 = 1e8;
 
-/// [rad/s or m/s] Fastest joint that can be meant: 100 000 turns a minute behind the gear.
+/// [rad/s or m/s] Highest plausible speed of a joint: 100 000 turns a minute behind the gear.
 pub const FASTEST_MOTION: f64 = 1e4;
 
 /// Who computes `M(q)` and `h(q, q̇)` of the links.
@@ -78,13 +79,13 @@ pub enum Engine {
 /// How often the links' engine is asked for `M` and `h`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Evaluations {
-    /// At the end of every interval, with rapier having the last word every 20 ms: the project's own algorithms carry its answer
-    /// on, and it is asked at every interval where the two differ.
+    /// Built-in algorithms at the end of every interval, corrected by their difference from rapier. Rapier is asked every 20 ms, and at
+    /// every interval while the difference changes.
     #[default]
     AsNeeded,
     /// At the end of every interval.
     EveryInterval,
-    /// At every stage of every Runge-Kutta step: slow, and what the rest is measured by.
+    /// At every stage of every Runge-Kutta step: slow; the reference for the other settings.
     EveryStage,
 }
 
@@ -95,7 +96,7 @@ pub struct Options {
     pub engine: Engine,
     /// [s] Longest interval between two evaluations of `M` and `h`, > 0.
     pub step: f64,
-    /// Runge-Kutta steps in such an interval, ≥ 1; more are taken where the stiffest gear asks for them.
+    /// Runge-Kutta steps in such an interval, ≥ 1; more are taken where the stiffest gear needs them.
     pub substeps: usize,
     /// How often the engine is asked.
     pub evaluations: Evaluations,
@@ -103,9 +104,9 @@ pub struct Options {
     pub seed: u64,
     /// Whether all sensors are exact.
     pub ideal_sensors: bool,
-    /// Runge-Kutta steps after which a motion is given up; what locating events takes counts as well.
+    /// Runge-Kutta steps after which a simulation stops; the effort of locating events counts as well.
     pub most_steps: usize,
-    /// What stands in the way; [`Engine::Rapier`] alone knows of it.
+    /// What stands in the way; only [`Engine::Rapier`] supports it.
     pub obstacles: Vec<Obstacle>,
     /// Effects that a model may have.
     pub catalogue: Catalogue,
@@ -127,7 +128,7 @@ impl Default for Options {
     }
 }
 
-/// Where the energy of a machine is and went. `work = dissipated + stored − stored at the start`.
+/// Energy balance of a machine: `work = dissipated + stored − stored at the start`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy {
     /// [J] done since the start by the motors and by effects' torques.
@@ -151,7 +152,7 @@ pub struct Plant {
     /// Whether the last extrapolation was right.
     calm: bool,
     every_stage: bool,
-    /// [1/s] Highest rate of steps that an interval has asked for since it was last looked at.
+    /// [1/s] Highest rate of steps that an interval has needed since the machine was placed.
     asked: f64,
     state: State,
     saved: State,
@@ -209,7 +210,7 @@ impl Plant {
         self.observe();
     }
 
-    /// What the sensors say now, one a joint. Every call is a sampling instant: it draws noise and advances filters.
+    /// Present readings of the sensors, one per joint. Every call is a sampling instant: it draws noise and advances filters.
     pub fn read(&mut self) -> &[Reading] {
         for (i, sensors) in self.sensors.iter_mut().enumerate() {
             let joints = &self.state.joints;
@@ -219,11 +220,11 @@ impl Plant {
         &self.readings
     }
 
-    /// Holds a command current [A], one a joint, for a duration [s]; nothing moves in a duration that is not positive.
+    /// Holds a command current [A], one per joint, for a duration [s]; nothing moves in a duration that is not positive.
     ///
     /// # Errors
-    /// A command is not a number, or the motion has diverged: a velocity beyond [`FASTEST_MOTION`], or no number at all.
-    /// The machine has to be placed anew then.
+    /// A command is not a number, the motion needs too many steps, or it has diverged: a velocity beyond [`FASTEST_MOTION`], or no number at all.
+    /// Then the machine must be placed again.
     pub fn advance(&mut self, command_current: &[f64], duration: f64) -> Result<()> {
         for (i, law) in self.integrator.machine.coupled.laws.iter().enumerate() {
             self.commands[i] = law.command(command_current[i]);
@@ -253,12 +254,7 @@ impl Plant {
         if self.asked > FASTEST_STEPS {
             let fastest = |a: &(usize, &Phase), b: &(usize, &Phase)| a.1.omega.abs().total_cmp(&b.1.omega.abs());
             let joint = self.state.joints.iter().enumerate().max_by(fastest).map_or(0, |(joint, _)| joint);
-            return self.require(
-                joint,
-                "rate of steps that an effect or a contact asks for",
-                self.asked,
-                FASTEST_STEPS,
-            );
+            return self.require(joint, "rate of steps that an effect or a contact needs", self.asked, FASTEST_STEPS);
         }
         let (steps, limit) = (self.integrator.counts().work(self.commands.len()), self.integrator.most_steps);
         if steps > limit {
@@ -291,7 +287,7 @@ impl Plant {
         }
     }
 
-    /// True states, one a joint.
+    /// True states, one per joint.
     pub fn states(&self) -> &[JointState] {
         &self.states
     }
@@ -321,12 +317,12 @@ impl Plant {
         self.state.time
     }
 
-    /// What the run has taken since the machine was built.
+    /// Computing effort since the machine was built.
     pub fn counts(&self) -> Counts {
         self.integrator.counts()
     }
 
-    /// Work, heat and what is stored, for the audit.
+    /// Work, heat and stored energy, to check their balance.
     pub fn energy(&self) -> Energy {
         let State { time, joints, modes, touching, done } = &self.state;
         let q: Vec<f64> = joints.iter().map(|y| y.q).collect();

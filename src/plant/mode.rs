@@ -15,7 +15,7 @@ pub struct Mode {
     pub saturation: i8,
 }
 
-/// What can end.
+/// Which mode of a joint ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     /// A flank is touched or left.
@@ -36,7 +36,7 @@ impl Change {
 /// Whose mode ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// One of a joint.
+    /// A mode of a joint.
     Joint(usize, Change),
     /// A barrier is touched or left.
     Barrier(usize),

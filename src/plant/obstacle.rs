@@ -1,8 +1,8 @@
 //! Obstacles in rapier's world: bodies that stand still, and how far the links are from them.
 //!
-//! Links and obstacles have colliders there, so that they can be seen; rapier's own contact solver, first order in its step, has
-//! no say. The shape of an obstacle is a core with a skin around it: the distance from the core is smooth and found without
-//! doubt as long as nothing gets through the skin, and the skin rounds the edges.
+//! Links and obstacles have colliders there, so that they can be displayed; rapier's own contact solver, first order in its step, is
+//! not used. The shape of an obstacle is a core with a skin around it: the distance from the core is smooth and reliable as long as
+//! nothing gets through the skin, and the skin rounds the edges.
 
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::RigidBodyBuilder;
@@ -18,7 +18,7 @@ use crate::robot::{Geometry, Robot, Shape};
 pub struct Obstacle {
     /// Its shape in the base frame; its name is the shape's `link`.
     pub shape: Shape,
-    /// [m] Radius of its edges, > 0, less than half its smallest side; of what is round as it is, its radius.
+    /// [m] Radius of its edges, > 0, less than half its smallest side; for a sphere or a capsule, its radius.
     pub edge_radius: f64,
     /// `k` [N/m] of the surfaces that touch, > 0.
     pub stiffness: f64,
@@ -27,7 +27,7 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
-    /// Its shape without the skin, which is as thick as its edges are round.
+    /// Its shape without the skin. The thickness of the skin is the edge radius.
     fn core(&self) -> Shape {
         let skin = self.edge_radius;
         let geometry = match &self.shape.geometry {
@@ -68,9 +68,9 @@ impl World {
         Ok(&self.pairs)
     }
 
-    /// [`RigidBody::distance`](super::RigidBody::distance): nothing in the world moves for it.
+    /// [`RigidBody::distance`](super::RigidBody::distance), without moving anything in the world.
     pub(super) fn pair_distance(&mut self, pair: usize, q: &[f64], reach: f64, gradient: &mut [f64]) -> Option<f64> {
-        // What is nowhere is far away.
+        // A non-finite position counts as out of reach.
         if q.iter().any(|q| !q.is_finite()) {
             return None;
         }
@@ -95,7 +95,7 @@ impl World {
     }
 }
 
-/// The collider of a shape; switched off, it weighs nothing and rapier's own contact solver passes over it.
+/// The collider of a shape. It is disabled, so that it has no mass and rapier's own contact solver ignores it.
 fn collider(robot: &Robot, shape: &Shape) -> Result<ColliderBuilder> {
     let (at, solid) = solid(robot, shape)?;
     Ok(ColliderBuilder::new(solid).position(pose(&at)).enabled(false))

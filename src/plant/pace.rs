@@ -1,18 +1,18 @@
-//! From one evaluation of the engine to the next: how often an interval is gone through.
+//! From one evaluation of the engine to the next: how often an interval is simulated.
 //!
-//! Most milliseconds hold no surprise: the response extrapolated over them turns out right, and one passage is enough. After a
-//! surprise the end of the next interval is first looked at in a few coarse steps, so that the passage in full can
-//! interpolate. Where even that would be wrong, the engine is asked at every stage.
+//! In most intervals there is no surprise: the extrapolated response turns out right, and one pass is enough. After a surprise the
+//! end of the next interval is first estimated in a few coarse steps, so that the full pass can interpolate. Where even that would
+//! be wrong, the engine is asked at every stage.
 
 use super::machine::Source;
 use super::step::{Held, Step};
 use super::{FASTEST_STEPS, Plant};
 
-/// Longest step times the fastest oscillation of the gears: Runge-Kutta 4 then turns it `(ωh)⁵/120 = 1.5e-4` rad a step too little.
+/// Longest step times the fastest oscillation of the gears: the phase of Runge-Kutta 4 then lags by `(ωh)⁵/120 = 1.5e-4` rad per step.
 pub(super) const LONGEST_STEP: f64 = 0.45;
 
-/// Longest step times the fastest decay of a gear that does not oscillate: a share `1/120` of what decays is wrong for a step,
-/// and gone with it after a few. Impulse is conserved whatever the step.
+/// Longest step times the fastest decay of a gear that does not oscillate: for one step, a share `1/120` of the decaying motion is
+/// wrong, and this error decays with it in a few steps. Momentum is conserved whatever the step.
 pub(super) const LONGEST_STEP_DAMPED: f64 = 1.0;
 
 /// Longest step times the fastest motion of links against barriers: an impact is half an oscillation in 16 steps, and its
@@ -29,14 +29,14 @@ const NO_SURPRISE: f64 = 1e-4;
 const SOME_SURPRISE: f64 = 1.0;
 
 impl Plant {
-    /// One interval between evaluations, and the engine's word at its end where that is due.
+    /// One interval between evaluations, and the engine's answer at its end if that is due.
     pub(super) fn advance_piece(&mut self, until: f64) {
         self.pass(until);
         self.integrator.machine.confirm(until, &self.state.joints);
     }
 
-    /// One interval between evaluations, the cheapest way that holds: under the extrapolated response if it turns out right;
-    /// else again under the response interpolated with the evaluation at its end; else with one at every stage.
+    /// One interval between evaluations, in the cheapest way that is accurate: under the extrapolated response if it turns out right;
+    /// else again under the response interpolated with the evaluation at its end; else with an evaluation at every stage.
     fn pass(&mut self, until: f64) {
         if self.every_stage || !self.integrator.machine.mobility.is_full() {
             self.go_through(until, Source::Engine);
@@ -57,7 +57,7 @@ impl Plant {
         }
     }
 
-    /// Goes through an interval in full; where that turns out to be wrong, everything is as before.
+    /// Simulates an interval in full; if the extrapolation turns out to be wrong, restores the state before it.
     fn try_out(&mut self, until: f64) -> f64 {
         self.saved.copy_from(&self.state);
         self.saved_trackers.iter_mut().zip(&self.sensors).for_each(|(saved, sensors)| *saved = sensors.tracker);
@@ -70,7 +70,7 @@ impl Plant {
         surprise
     }
 
-    /// Looks at the end of an interval in the fewest steps that are stable.
+    /// Estimates the end of an interval in the fewest steps that are stable.
     fn look_ahead(&mut self, until: f64) -> f64 {
         let Self { integrator, state, saved, commands, fastest, asked, .. } = self;
         saved.copy_from(state);

@@ -9,12 +9,12 @@ use crate::robot::Coupling;
 pub trait RigidBody: Send {
     /// Writes the mass matrix `M(q)` and the bias `h(q, q̇)` (Coriolis, centrifugal, gyroscopic and gravity torques).
     ///
-    /// `q`, `v`, `h` have one entry a joint, `mass` is square of that size.
+    /// `q`, `v`, `h` have one entry per joint, `mass` is square of that size.
     fn evaluate(&mut self, q: &[f64], v: &[f64], mass: &mut DMatrix<f64>, h: &mut [f64]);
 
-    /// Distance [m] of a link from an obstacle at `q`, negative where they overlap, and its gradient `∂d/∂q`, one entry a joint.
+    /// Distance [m] of a link from an obstacle at `q`, negative where they overlap, and its gradient `∂d/∂q`, one entry per joint.
     ///
-    /// `pair` counts the engine's pairs of a link and an obstacle; `None` where they are farther apart than `reach`.
+    /// `pair` is the index among the engine's pairs of a link and an obstacle; `None` where they are farther apart than `reach`.
     fn distance(&mut self, _pair: usize, _q: &[f64], _reach: f64, _gradient: &mut [f64]) -> Option<f64> {
         None
     }
@@ -27,7 +27,8 @@ impl RigidBody for Dynamics {
     }
 }
 
-/// An engine that knows joints alone, in the coordinates of coupled axes: `q = C⁻¹ θ`, `M_θ = C⁻ᵀ M C⁻¹`, `h_θ = C⁻ᵀ h`, `∂d/∂θ = C⁻ᵀ ∂d/∂q`.
+/// Converts an engine in joint coordinates to the coordinates of coupled axes: `q = C⁻¹ θ`, `M_θ = C⁻ᵀ M C⁻¹`, `h_θ = C⁻ᵀ h`,
+/// `∂d/∂θ = C⁻ᵀ ∂d/∂q`.
 pub struct OnAxes<E> {
     engine: E,
     coupling: Coupling,

@@ -3,8 +3,8 @@
 //! ```text
 //!   y₁ = y + h/6 (k₁ + 2 (k₂ + k₃) + k₄)        k₁ at y, k₂ and k₃ at h/2, k₄ at h
 //! ```
-//! The current is the fastest of all; while it is not limited by the voltage its course under a constant command is known, and
-//! it is put in as it is (`transient`).
+//! The current is the fastest state. While it is not limited by the voltage, its course under a constant command is known, and the
+//! exact course is used (`transient`).
 
 use super::joint::{JointLaws, Phase, Power};
 use super::machine::{Machine, Source};
@@ -13,7 +13,7 @@ use super::step::{Endpoint, Held};
 use super::transient::Transient;
 use crate::gearhead::Slip;
 
-/// Room for a step.
+/// Working memory of a step.
 pub(super) struct RungeKutta {
     /// State at the end of the last step.
     pub end: Vec<Phase>,
@@ -27,7 +27,7 @@ pub(super) struct RungeKutta {
 struct Currents {
     /// [s] Step that the transients belong to.
     step: f64,
-    /// One a joint.
+    /// One per joint.
     transients: Vec<Transient>,
 }
 
@@ -93,7 +93,7 @@ impl RungeKutta {
 }
 
 impl Currents {
-    /// Finds the transients of a step of another length.
+    /// Computes the transients anew if the length of the step has changed.
     fn renew(&mut self, h: f64, laws: &[JointLaws]) {
         if h != self.step {
             self.step = h;
@@ -103,7 +103,7 @@ impl Currents {
         }
     }
 
-    /// Puts the known course of the currents that no voltage limits into a stage (0 to 2) or the end of a step (3).
+    /// Writes the known course of the currents, where the voltage does not limit them, into a stage (0 to 2) or the end of a step (3).
     fn put(&self, state: &State, commands: &[f64], stage: usize, phases: &mut [Phase]) {
         for (i, phase) in phases.iter_mut().enumerate() {
             let mode = &state.modes[i];

@@ -14,7 +14,7 @@ pub struct Tracker {
 
 /// Encoder, velocity and current sensor of a joint.
 pub struct Sensors {
-    /// What the encoder remembers; a stretch of motion is taken back by putting back what was remembered before it.
+    /// What the encoder remembers. Restoring it undoes a stretch of motion.
     pub tracker: Tracker,
     counter: Option<Counter>,
     link: Option<Counter>,
@@ -46,12 +46,12 @@ impl Sensors {
         }
     }
 
-    /// Adds what an effect does to the readings.
+    /// Adds an effect on the readings.
     pub fn push(&mut self, action: Box<dyn SensorAction>) {
         self.actions.push(action);
     }
 
-    /// Adds what an effect does between shaft and encoder.
+    /// Adds an effect between shaft and encoder.
     pub fn push_before(&mut self, action: Box<dyn EncoderAction>) {
         self.before.push(action);
     }
@@ -62,7 +62,7 @@ impl Sensors {
         self.before.iter().fold((y.theta, y.omega), |(position, velocity), action| action.seen(position, velocity))
     }
 
-    /// Starts anew at a place: what the sensors remember of the past is gone.
+    /// Restarts at a state, without memory of the past.
     pub fn restart(&mut self, y: &Phase) {
         if let Some(counter) = &self.counter {
             self.tracker.count = counter.count(self.seen(y).0);
@@ -88,7 +88,7 @@ impl Sensors {
         }
     }
 
-    /// What the sensors say, with the joint at `q`.
+    /// Readings of the sensors, with the joint at `q`.
     pub fn read(&mut self, time: f64, y: &Phase, q: f64, current: f64) -> Reading {
         let (seen, seen_velocity) = self.seen(y);
         let position = self.counter.as_ref().map_or(seen, |counter| counter.position(self.tracker.count));

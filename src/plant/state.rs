@@ -1,4 +1,4 @@
-//! The state of a machine at an instant, and the situation in which its laws are asked.
+//! The state of a machine at an instant, and the situation in which its laws are evaluated.
 
 use super::joint::{Phase, Power};
 use super::mode::Mode;
@@ -8,18 +8,18 @@ use super::mode::Mode;
 pub struct State {
     /// `t` [s].
     pub time: f64,
-    /// One a joint.
+    /// One per joint.
     pub joints: Vec<Phase>,
-    /// One a joint.
+    /// One per joint.
     pub modes: Vec<Mode>,
-    /// One a barrier: whether it is touched.
+    /// One per barrier: whether it is touched.
     pub touching: Vec<bool>,
     /// [J] done and dissipated since the start.
     pub done: Power,
 }
 
 impl State {
-    /// Takes over another state without allocating.
+    /// Copies another state without allocating.
     pub fn copy_from(&mut self, other: &Self) {
         self.time = other.time;
         self.joints.copy_from_slice(&other.joints);
@@ -39,15 +39,15 @@ impl State {
     }
 }
 
-/// What the laws of all joints are asked at.
+/// The situation in which the laws of all joints are evaluated.
 #[derive(Debug, Clone, Copy)]
 pub struct Situation<'a> {
     /// `t` [s].
     pub time: f64,
-    /// One a joint.
+    /// One per joint.
     pub joints: &'a [Phase],
-    /// One a joint.
+    /// One per joint.
     pub modes: &'a [Mode],
-    /// [A] one a joint.
+    /// [A] one per joint.
     pub commands: &'a [f64],
 }

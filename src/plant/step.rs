@@ -1,4 +1,4 @@
-//! What a step is made of: what is held during it, its two ends, and a look at a state inside it.
+//! The parts of a step: what is held during it, its two ends, and a state inside it.
 
 use super::coupled::Coupled;
 use super::joint::{Phase, Power};
@@ -9,7 +9,7 @@ use super::state::{Situation, State};
 /// What is held during an interval between two evaluations.
 #[derive(Debug, Clone, Copy)]
 pub struct Held<'a> {
-    /// [A] one a joint.
+    /// [A] one per joint.
     pub commands: &'a [f64],
     /// Where the links' response comes from.
     pub source: Source,
@@ -19,17 +19,17 @@ pub struct Held<'a> {
 pub struct Step<'a> {
     /// [s] start and end.
     pub time: [f64; 2],
-    /// State at start and end, one a joint.
+    /// State at start and end, one per joint.
     pub joints: [&'a [Phase]; 2],
 }
 
 /// Derivative and margins at the start or the end of a step.
 pub(super) struct Endpoint {
-    /// Derivative of the state, one a joint.
+    /// Derivative of the state, one per joint.
     pub rate: Vec<Phase>,
     /// Power that flows.
     pub power: Power,
-    /// One a joint.
+    /// One per joint.
     pub margins: Vec<Margins>,
     /// Those of the near barriers, each with its index.
     pub barrier_margins: Vec<(usize, f64)>,
@@ -71,13 +71,13 @@ pub(super) struct Tried<'a> {
     pub h: f64,
 }
 
-/// Room for a look at a state inside a step.
+/// Working memory to evaluate a state inside a step.
 pub(super) struct Probe {
-    /// The state, one a joint.
+    /// The state, one per joint.
     pub joints: Vec<Phase>,
     /// Its derivative.
     pub rate: Vec<Phase>,
-    /// One a joint.
+    /// One per joint.
     pub margins: Vec<Margins>,
 }
 

@@ -1,12 +1,12 @@
-//! What a current on its way to its command does to its rotor, put into a Runge-Kutta step as it is.
+//! The motion of a rotor while its current approaches the command, added exactly to a Runge-Kutta step.
 //!
 //! ```text
 //!   i(t) = i_cmd + e r(t),  r = e^{−t/T_i}        of this, e r accelerates the rotor by κ e r, κ = K/J:
 //!   u(t) = κ T_i (1 − r)                           velocity per ampere of e
 //!   x(t) = κ T_i (t − T_i (1 − r))                 angle per ampere of e
 //! ```
-//! The four stages would sum the exponential up by Simpson's rule, with an error of `(h/T_i)⁵/2880`: at half a millisecond the
-//! largest error of the whole step. What is stored here is the difference between `u`, `x` and what the stages make of them.
+//! The four stages would integrate the exponential by Simpson's rule, with an error of `(h/T_i)⁵/2880`: at half a millisecond the
+//! largest error of the whole step. What is stored here is the difference between `u`, `x` and the results of the stages.
 
 use crate::drive::PowerStage;
 
@@ -21,7 +21,7 @@ pub struct Transient {
     pub omega: [f64; 4],
 }
 
-/// Of a current that is no state: it does nothing of its own.
+/// For a current that is not a state: there is no transient.
 impl Default for Transient {
     fn default() -> Self {
         Self { remainder: [1.0; 2], theta: [0.0; 4], omega: [0.0; 4] }
@@ -29,7 +29,7 @@ impl Default for Transient {
 }
 
 impl Transient {
-    /// Of a drive on a rotor `J`, in a step of `h` [s].
+    /// The transient of a drive on a rotor `J`, in a step of `h` [s].
     pub fn new(power: &PowerStage, rotor_inertia: f64, h: f64) -> Self {
         let Some(time_constant) = power.time_constant() else { return Self::default() };
         let kappa = power.torque_per_ampere / rotor_inertia;

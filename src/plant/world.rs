@@ -3,7 +3,7 @@
 //! A step of `dt = 1e-12 s` without forces of its own leaves the machine where it is and yields the acceleration
 //! `a = −M⁻¹ h`; the same step leaves the factors of `M`, so `h = −M a` without a second formulation of the dynamics.
 //! The body frame of a link is its joint frame after the motion; the free axis is the `x` axis of the joint's frames.
-//! The bodies stand in the world at the last evaluated state, where they can be seen; obstacles beside them (`obstacle`).
+//! The bodies in the world are at the last evaluated state, so that they can be displayed, together with obstacles (`obstacle`).
 
 use nalgebra::{DMatrix, Isometry3, Matrix6xX, Rotation3, SymmetricEigen, UnitQuaternion, Vector3};
 use rapier3d_f64::dynamics::{
@@ -58,7 +58,7 @@ pub struct World {
     axes: Vec<usize>,
     pub(super) displacement: Vec<f64>,
     pub(super) pairs: Vec<Pair>,
-    /// Of the link whose distance was asked for last.
+    /// Jacobian of the link whose distance was computed last.
     pub(super) jacobian: Matrix6xX<f64>,
 }
 
@@ -110,7 +110,7 @@ impl World {
         world
     }
 
-    /// Lets rapier find the shape of the multibody, and takes away the damping that it adds of its own accord.
+    /// Lets rapier set up the multibody, and removes the damping that rapier adds by default.
     fn settle(&mut self) {
         for handle in self.joints.iter().flatten() {
             if let Some((multibody, _)) = self.multibody_joints.get_mut(*handle) {

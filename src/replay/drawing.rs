@@ -25,7 +25,7 @@ struct Joint {
 }
 
 impl Drawing {
-    /// For this many samples.
+    /// A drawing of a session with this many samples.
     pub(super) fn new(model: &Model, samples: usize) -> Self {
         let joint = |joint: &crate::robot::JointModel| Joint {
             name: joint.name.clone(),

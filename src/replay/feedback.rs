@@ -1,15 +1,15 @@
 //! The feedback that keeps a replayed machine close to its recording.
 //!
 //! ```text
-//!   τ(k) = τ_rec(k) + c(q_rec, k) − c(q_sim, k)          c(q, k) = −k_v (k_p q(k) + (q(k) − q(k−n))/(n T))
+//!   τ(k) = τ_rec(k) + c(q_sim, k) − c(q_rec, k)          c(q, k) = −k_v (k_p q(k) + (q(k) − q(k−n))/(n T))
 //! ```
 //! If `c` is the machine's own controller (given in the manifest), this is exactly its closed loop: `τ_rec − c(q_rec)`
 //! contains reference, pulses and feedforward, and the noise of the recorded position cancels. Otherwise `c` is a
 //! tracking controller of a given bandwidth `ω` on the inertia `J` that the joint moves, with both poles at `ω`:
 //! `k_v = 2 ω J`, `k_p = ω/2`, along the recorded motion after a low-pass. In open loop `c = 0`.
-//! While the rotor crosses its gap it is alone, with the inertia `J_r`, and a correction every `T` is stable below `k_v T/J_r = 1`. So a
-//! tracking controller corrects several times a sample where the rotor is light and samples are rarer than the corrections of a drive, along a
-//! straight line between the samples.
+//! While the rotor crosses its gap, it moves alone with the inertia `J_r`, and a correction every `T` is stable below `k_v T/J_r = 1`.
+//! So where the rotor is light and the sampling is slower than a drive's own loop, a tracking controller corrects several times per
+//! sample, along a straight line between the samples.
 
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
@@ -60,13 +60,13 @@ impl Tracking {
         Self { bandwidth, controller }
     }
 
-    /// Corrections a sample that are stable for the rotor alone.
+    /// Corrections per sample that are stable for the rotor alone.
     fn steps(&self, interval: f64, rotor: f64) -> usize {
         /// `k_v T/J_r` [1]: half of what is stable.
         const STABLE: f64 = 0.5;
-        /// A rotor that is lighter still is caught by its flanks within microseconds.
+        /// A rotor that is even lighter is stopped by its flanks within microseconds.
         const MOST: usize = 200;
-        /// [s] A recording this fast has the rate of a drive's own loop, which holds the same rotor.
+        /// [s] A recording this fast has the rate of a drive's own loop, which is stable with the same rotor.
         const RATE_OF_A_DRIVE: f64 = 1.001e-3;
         if interval <= RATE_OF_A_DRIVE {
             return 1;
@@ -75,7 +75,7 @@ impl Tracking {
         (steps.ceil() as usize).clamp(1, MOST)
     }
 
-    /// Along a recorded motion, with so many corrections a sample.
+    /// Feedback along a recorded motion, with `steps` corrections per sample.
     fn along(&self, recorded: &[f64], interval: f64, steps: usize) -> Feedback {
         /// Cut-off of the recorded motion divided by the bandwidth of the loop.
         const MARGIN: f64 = 5.0;
@@ -100,7 +100,7 @@ pub(super) struct Feedback {
     simulated: Vec<f64>,
     /// Number of samples so far.
     seen: usize,
-    /// Corrections a sample.
+    /// Corrections per sample.
     pub(super) steps: usize,
 }
 
@@ -144,7 +144,7 @@ impl Feedback {
         }
     }
 
-    /// `c(q_rec, k) − c(q_sim, k)` [N·m or N] at the next correction `k`, with `position` as the simulated position.
+    /// `c(q_sim, k) − c(q_rec, k)` [N·m or N] at the next correction `k`, with `position` as the simulated position.
     pub(super) fn correction(&mut self, position: f64) -> f64 {
         let Controller { position_gain, velocity_gain, velocity_samples } = self.controller;
         let k = self.seen;

@@ -94,7 +94,7 @@ impl Power {
         Self { before: self.before + other.before, after: self.after + other.after }
     }
 
-    /// `L`, finite even if a model has no error.
+    /// `L = ln √(Σ e_after² / Σ e_before²)`, finite even if a model has no error.
     fn log_ratio(self) -> f64 {
         0.5 * (self.after.max(1e-300) / self.before.max(1e-300)).ln()
     }
@@ -130,7 +130,7 @@ fn blocks(sessions: &[Pairs]) -> Vec<Power> {
     blocks
 }
 
-/// Ends of the interval of `L`; the one of the larger gain is last.
+/// Ends of the interval of `L`; the end with the larger gain is last.
 fn interval(blocks: &[Power], all: Power) -> [f64; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let mut draw = || {

@@ -49,7 +49,7 @@ pub enum Loop {
 /// Options of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Whether the simulated machine is kept beside the recorded one.
+    /// Whether feedback keeps the simulated machine close to the recorded one.
     pub control: Loop,
     /// Which engine computes the links' dynamics.
     pub engine: Engine,

@@ -46,7 +46,7 @@ pub fn compare_models(
     Ok((compared, replays))
 }
 
-/// Errors of two models, one recording after the other, in the same order.
+/// Compares the replays of two models; both lists contain the same recordings in the same order.
 pub fn compared(before: &[Replay], after: &[Replay]) -> Vec<Compared> {
     let Some(first) = before.first() else { return Vec::new() };
     let channel = |(index, error): (usize, &ChannelError)| {

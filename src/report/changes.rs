@@ -26,9 +26,9 @@ pub fn sentence(change: &Change) -> String {
 pub fn section(changes: &[Change]) -> Section {
     let mut section = Section::new("What has changed");
     if changes.is_empty() {
-        section.text.push(
-            "Friction, rotor inertia and gap are what they were, within what the recordings can tell.".to_owned(),
-        );
+        section
+            .text
+            .push("Friction, rotor inertia and gap have not changed, as far as the recordings show.".to_owned());
         return section;
     }
     let mut table = Table::new("", &["quantity", "joint", "reference", "now", "change", "probability"]);

@@ -93,7 +93,7 @@ fn suspicions(diagnosis: &Diagnosis) -> Section {
             one.remedy.clone(),
         ]);
     }
-    let text = "Physics is judged once this is settled: correct the data or the model as said, or look at why it is right, and diagnose again.";
+    let text = "No effect is sought before this is clear: correct the data or the model as proposed, or find out why they are right, and diagnose again.";
     Section { text: vec![text.to_owned()], tables: vec![table], detail: true, ..Section::new("What looks mistaken") }
 }
 
@@ -183,7 +183,7 @@ fn rising_friction(joint: &str, baseline: &BaselineEstimate) -> Option<String> {
         let [at_rest, moving] =
             [breakaway, coulomb].map(|one| display::estimate(one.value, one.std_error, one.unit));
         format!(
-            "Friction of {joint} rises from {at_rest} at rest to {moving} in slow motion: it is another law than Stribeck's, or the slow motion shows something else. Do not take the figure at rest for a breakaway torque."
+            "Friction of {joint} rises from {at_rest} at rest to {moving} in slow motion: this is not Stribeck's law, or another effect acts in slow motion. Do not take the figure at rest for a breakaway torque."
         )
     })
 }
@@ -285,7 +285,7 @@ pub fn gain(gain: Gain) -> String {
     }
 }
 
-/// Baseline and plots of a joint.
+/// Baseline and residual plots of a joint.
 fn residuals(diagnosis: &Diagnosis, joint: &str, kind: JointKind) -> Section {
     let mut section = Section { detail: true, ..Section::new(format!("{joint}: baseline and residuals")) };
     if let Some(baseline) = diagnosis.baseline.get(joint) {

@@ -19,7 +19,7 @@ use crate::timeseries::Drawn;
 /// Points of a fitted or true curve in a plot.
 const CURVE: usize = 240;
 
-/// The report of an identification; `truth` holds what was injected, where that is known; `drawn` is what the recordings show.
+/// The report of an identification; `truth` holds what was injected, where that is known; `drawn` holds the recordings for display.
 pub fn report<'a>(
     name: &str,
     found: &Identification,
@@ -77,7 +77,7 @@ fn verdict(joint: &JointIdentification) -> String {
             let found = &gap.best.mean;
             let figure = display::estimate(found.value, found.std_error, &found.unit);
             if gap.consistent_with_zero() {
-                format!("no backlash that could be told from none ({figure})")
+                format!("no backlash that differs significantly from zero ({figure})")
             } else {
                 format!("backlash {figure}")
             }

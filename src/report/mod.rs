@@ -26,7 +26,7 @@ pub mod plot;
 pub mod recording;
 /// A replay for readers.
 pub mod replay;
-/// A carried out scenario for readers.
+/// A scenario that was run, for readers.
 pub mod run;
 /// What a simulation gets wrong, for readers.
 pub mod shortfall;

@@ -97,8 +97,8 @@ impl Plot {
         self
     }
 
-    /// A plot over time, without the points of its lines that are invisible in all frames in which it is drawn. The
-    /// drawing stays the same.
+    /// A plot over time whose lines keep only the points that are visible in one of these frames. The drawing stays the
+    /// same.
     #[must_use]
     pub fn thinned(mut self, frames: &[fn(&Self) -> Frame]) -> Self {
         let frames: Vec<Frame> = frames.iter().map(|frame| frame(&self)).collect();

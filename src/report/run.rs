@@ -1,4 +1,4 @@
-//! A carried out scenario as a reader meets it: what its procedure found, what was touched, and what of its expectations failed.
+//! A scenario that was run, for readers: results of its procedure, contacts, and expectations that failed.
 
 use serde_json::{Value, json};
 
@@ -105,7 +105,7 @@ fn joined<'a>(mut report: Report<'a>, findings: &Findings, name: &str) -> Report
     report
 }
 
-/// Writes what was touched into the report and its recording.
+/// Adds the contacts to the report and its recording.
 fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &Run) {
     for ((motion, session), touched) in report.motions.iter_mut().zip(&run.sessions).zip(&run.contacts) {
         motion.obstacles = &scenario.options.obstacles;

@@ -41,7 +41,7 @@ fn sentence(joint: &JointShares, verdict: Verdict) -> String {
         significant(times, 2)
     );
     if times < AT_FLOOR {
-        return format!("{size}: at the floor, what noise and quantisation of the sensors leave.");
+        return format!("{size}: only the noise and quantisation of the sensors remain.");
     }
     let mut sentence = format!("{size}; {}", dependence(&joint.axes));
     // Mentioned if it is more than twice the share of time that reversals take.
@@ -78,7 +78,7 @@ fn dependence(axes: &[AxisShare]) -> String {
 fn words(axis: &AxisShare) -> String {
     let what = match axis.axis {
         Axis::Constant => "is the same everywhere",
-        Axis::Direction => "changes with nothing but the direction of motion",
+        Axis::Direction => "depends only on the direction of motion",
         Axis::Velocity => "depends on velocity",
         Axis::Position => "depends on position",
         Axis::Load => "depends on the torque through the gear",

@@ -12,7 +12,7 @@ pub fn section(diagnosis: &Diagnosis) -> Option<Section> {
         return None;
     }
     let mut table = Table::new(
-        "Motor against link, a joint at a time; ± is a standard error",
+        "Motor against link, one joint at a time; ± is one standard error",
         &[
             "joint",
             "second encoder late",

@@ -23,8 +23,8 @@ pub struct Accuracy {
     pub stiffness: f64,
 }
 
-/// A vendor's URDF: masses from CAD without cables, grease and screws, tensors of solids of one density, catalogue values of the motor with the
-/// tolerance of its magnets.
+/// Values that fit a vendor's URDF: masses come from CAD without cables, grease and screws, tensors from solids of uniform density, and
+/// motor constants from a catalogue, with the tolerance of the magnets.
 impl Default for Accuracy {
     fn default() -> Self {
         Self {
@@ -42,9 +42,9 @@ impl Default for Accuracy {
 const LARGEST: f64 = 10.0;
 /// [1] A value never falls below this share of its nominal value.
 const LEAST_FACTOR: f64 = 0.1;
-/// [1] Relative changes below this one, and changes of numbers below it, are not written.
+/// [1] Smaller changes are not written: relative to the value, or to this number where the value is smaller than it.
 const SHOWN: f64 = 1e-9;
-/// Numbers of a body in which the equations of motion are linear, see [`Inertia::parameters`].
+/// Count of a body's parameters in which the equations of motion are linear, see [`Inertia::parameters`].
 const NUMBERS: usize = 10;
 
 impl Accuracy {
@@ -52,12 +52,12 @@ impl Accuracy {
     pub const EXACT: Self =
         Self { masses: 0.0, centres: 0.0, inertias: 0.0, torque_constants: 0.0, rotor_inertias: 0.0, stiffness: 0.0 };
 
-    /// Masses, centres and inertias that are guesses of an order of magnitude; the rest as by default.
+    /// Masses, centres and inertias are only known to their order of magnitude; the rest has its default.
     pub fn of_guesses() -> Self {
         Self { masses: 3.0, centres: 0.3, inertias: 3.0, ..Self::default() }
     }
 
-    /// Reads the table `[accuracy]`; what it leaves out has the default. `masses = "unknown"` makes all inertial values guesses.
+    /// Reads the table `[accuracy]`; missing keys take their default. `masses = "unknown"` makes all inertial values guesses.
     ///
     /// # Errors
     /// A key is unknown or out of its range.
@@ -94,7 +94,7 @@ impl Accuracy {
     }
 
     /// Changes of the bodies' parameters by one standard deviation of each nominal value: `10 n` rows in the order of
-    /// [`Inertia::parameters`], ten columns a body (mass, centre, tensor). The values of a body are independent.
+    /// [`Inertia::parameters`], ten columns per body (mass, centre, tensor). The values of a body are independent.
     pub fn inertial_deviations(&self, robot: &Robot) -> DMatrix<f64> {
         let n = robot.bodies.len();
         let mut deviations = DMatrix::zeros(NUMBERS * n, NUMBERS * n);
@@ -134,8 +134,8 @@ impl Accuracy {
 }
 
 impl Model {
-    /// The machine with nominal values moved by `u` standard deviations: ten a body, then the rotors, then the torque constants. Each body is the
-    /// nearest that can exist. Bodies that move by less than their text shows stay.
+    /// The machine with its nominal values changed by `u` standard deviations: ten per body, then the rotors, then the torque constants.
+    /// Each changed body is the nearest one that is physically possible. Bodies whose change would not show in the file stay as they are.
     pub fn deviating(&self, u: &[f64]) -> Self {
         let n = self.robot.bodies.len();
         let of_bodies = DVector::from_iterator(NUMBERS * n, u.iter().copied().take(NUMBERS * n));
@@ -172,7 +172,7 @@ impl Accuracy {
     }
 }
 
-/// The ten numbers of a body in their order.
+/// The ten numbers of a body in the order of [`Inertia::parameters`].
 fn listed(m: f64, h: Vector3<f64>, i: Matrix3<f64>) -> [f64; NUMBERS] {
     [m, h.x, h.y, h.z, i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(1, 1)], i[(1, 2)], i[(2, 2)]]
 }

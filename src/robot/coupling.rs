@@ -16,11 +16,11 @@ use super::tree::Body;
 use crate::error::{Error, Result};
 use crate::toml_input::{Range, Table, nearest};
 
-/// Part of an axis' motion per motion of a joint. Published coefficients are 1, −1, or the ratio of two wheels.
+/// A coefficient: motion of an axis per motion of a joint. Published coefficients are 1, −1, or the ratio of two wheels.
 const COEFFICIENT: Range = Range::between(-1e6, 1e6, "motion of the axis per motion of the joint");
 
-/// [1] Ratio of the smallest to the largest singular value below which a matrix counts as singular: torques through its inverse keep seven of
-/// the sixteen digits of a number.
+/// [1] Ratio of the smallest to the largest singular value below which a matrix counts as singular. At this ratio, torques that are
+/// computed with the inverse keep seven of their sixteen digits.
 const SINGULAR: f64 = 1e-9;
 
 /// The constant matrix between joints and motor axes, `θ = C q`.
@@ -33,7 +33,7 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// Of a matrix `C`, one row an axis and one column a joint; `None` if it is not square, not finite or singular.
+    /// The coupling of a matrix `C` with one row per axis and one column per joint; `None` if it is not square, not finite or singular.
     pub fn new(matrix: DMatrix<f64>) -> Option<Self> {
         if !matrix.is_square() || matrix.is_empty() || matrix.iter().any(|value| !value.is_finite()) {
             return None;
@@ -46,7 +46,7 @@ impl Coupling {
         Some(Self { matrix, inverse })
     }
 
-    /// Number of axes, which is that of the joints.
+    /// Number of axes; it equals the number of joints.
     pub fn dof(&self) -> usize {
         self.matrix.nrows()
     }
@@ -105,14 +105,14 @@ impl Coupling {
         }
     }
 
-    /// Axes that a torque on a joint loads; the axis of its name first.
+    /// Axes that are loaded by a torque on this joint; the joint's own axis comes first.
     pub fn axes_of(&self, joint: usize) -> Vec<usize> {
         let others = (0..self.matrix.nrows()).filter(|axis| *axis != joint && self.inverse[(joint, *axis)] != 0.0);
         std::iter::once(joint).chain(others).collect()
     }
 
-    /// Motions of the axes, alike in every direction, that move no joint farther than these distances: each joint leaves every axis that moves it
-    /// an equal part.
+    /// For each axis, the largest motion in either direction for which no joint moves farther than these distances. A joint divides its
+    /// distance equally among the axes that move it.
     pub fn within(&self, of_joints: &[f64]) -> Vec<f64> {
         let n = self.dof();
         let moved = |joint: usize| self.inverse.row(joint).iter().filter(|value| **value != 0.0).count() as f64;
@@ -124,12 +124,12 @@ impl Coupling {
         (0..n).map(of_axis).collect()
     }
 
-    /// [1] Most that a joint moves while no axis moves by more than one.
+    /// [1] Largest motion of any joint while no axis moves by more than one.
     pub fn spread(&self) -> f64 {
         self.inverse.row_iter().map(|row| row.iter().map(|value| value.abs()).sum()).fold(0.0, f64::max)
     }
 
-    /// Reads the table `[coupling]`: a row for each axis that does not move its own joint alone.
+    /// Reads the table `[coupling]`: one row for each axis that does not move only its own joint.
     ///
     /// # Errors
     /// A joint is unknown, a coefficient is not a number, or the matrix is singular.
@@ -143,11 +143,11 @@ impl Coupling {
                 matrix[(axis, index(&row, name, bodies)?)] = row.number(name, &COEFFICIENT)?;
             }
         }
-        let expected = "rows of which none is zero or a combination of others: C of θ = C q has to be invertible";
+        let expected = "linearly independent rows: C in θ = C q must be invertible";
         Self::new(matrix).map(Some).ok_or_else(|| root.error("coupling", expected))
     }
 
-    /// Rows of the table that are not those of the identity: the axis, and its coefficients by joint.
+    /// Rows of the matrix that differ from the identity: the axis, and its coefficients by joint.
     pub(super) fn rows(&self) -> impl Iterator<Item = (usize, Vec<(usize, f64)>)> + '_ {
         let n = self.matrix.nrows();
         let of_axis = move |axis: usize| {
@@ -158,7 +158,7 @@ impl Coupling {
     }
 }
 
-/// The joint of a key.
+/// Index of the joint that a key names.
 fn index(table: &Table<'_>, name: &str, bodies: &[Body]) -> Result<usize> {
     let found = bodies.iter().position(|body| body.joint.name == name);
     found.ok_or_else(|| unknown(table, name, bodies))

@@ -1,8 +1,8 @@
-//! What a robot file says of drives.
+//! Drive data in a robot file: gear ratios, rotor inertias, torque constants.
 
 use std::collections::BTreeMap;
 
-/// What a robot file says of the drive of a joint; `None` where it is silent.
+/// What a robot file states about the drive of a joint; `None` where it states nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct DriveData {
     /// Motor turns [rad] per joint motion [rad or m], > 0.
@@ -15,5 +15,5 @@ pub(super) struct DriveData {
     pub torque_constant: Option<f64>,
 }
 
-/// By the name of the joint.
+/// Drive data by the name of the joint.
 pub(super) type Drives = BTreeMap<String, DriveData>;

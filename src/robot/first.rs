@@ -1,11 +1,11 @@
-//! A first model of a robot file: what the file says of its drives, and placeholders of common size for what it does not say.
+//! A first model of a robot file: the drive data that the file states, and placeholders of common size for those that it does not state.
 //!
 //! ```text
 //!   N   = ω_m / v_max           the gear ratio with which a common motor reaches the joint's speed limit
 //!   K_t = τ_max / (N i_max)     the torque constant with which a common current gives the joint's effort limit
 //!   J_r = I / N²                where the file gives the rotor's inertia I at the joint (`armature`)
 //! ```
-//! Rotors and gears that the file is silent on stay unknown here; the plant gives them values that can be simulated.
+//! Rotors and gears that the file does not describe stay unknown here; `plant` gives them values that can be simulated.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -26,7 +26,7 @@ use crate::files;
 use crate::toml_input::Places;
 use crate::units::JointKind;
 
-/// `ω_m` [rad/s] Rated speed of a common servo motor, 3000 turns a minute.
+/// `ω_m` [rad/s] Rated speed of a common servo motor, 3000 turns per minute.
 const MOTOR_SPEED: f64 = 3000.0 * TAU / 60.0;
 
 /// `i_max` [A] Peak current of a common drive of that size.
@@ -35,15 +35,15 @@ const MOTOR_CURRENT: f64 = 10.0;
 /// [N·m/A] Torque constant of a common motor, where the file has no effort limit.
 const TORQUE_CONSTANT: f64 = 0.05;
 
-/// [N·m/A] Torque constants that are written, whatever the effort limit: from a watch motor to a direct drive of ten tons.
+/// [N·m/A] Smallest torque constant that is written, whatever the effort limit: a watch motor.
 const LEAST_CONSTANT: f64 = 1e-6;
-/// The largest.
+/// [N·m/A] Largest one: a direct drive of ten tons.
 const MOST_CONSTANT: f64 = 1e4;
 
-/// Counts a turn of a common encoder, after quadrature.
+/// Counts per turn of a common encoder, after quadrature.
 const COUNTS: f64 = 4096.0;
 
-/// Ratio of a common gear where the file has no speed limit: 1:100 for a harmonic or planetary gear, a ball screw of 5 mm a turn.
+/// Ratio of a common gear where the file has no speed limit: 1:100 for a harmonic or planetary gear, a ball screw of 5 mm per turn.
 const fn common_ratio(kind: JointKind) -> f64 {
     match kind {
         JointKind::Revolute => 100.0,
@@ -51,7 +51,7 @@ const fn common_ratio(kind: JointKind) -> f64 {
     }
 }
 
-/// Gear ratios of common gears [1 or rad/m]: direct drives to harmonic drives in series; screws of 60 mm to 1 mm a turn.
+/// Gear ratios of common gears [1 or rad/m]: direct drives to harmonic drives in series; screws of 60 mm to 1 mm per turn.
 const fn common_ratios(kind: JointKind) -> [f64; 2] {
     match kind {
         JointKind::Revolute => [1.0, 1000.0],
@@ -64,14 +64,14 @@ const fn common_ratios(kind: JointKind) -> [f64; 2] {
 pub struct First {
     /// The model.
     pub model: Model,
-    /// Its values that are to be replaced by the machine's own.
+    /// Values that the user should replace by those of the machine.
     pub placeholders: Placeholders,
 }
 
 impl First {
-    /// A first model of a robot file: every movable joint that moves a mass gets the drive that the file tells of, completed by placeholders.
-    /// Rotor and gear are unknown where the file is silent on them, as are friction and gap. Some joints may be held at zero, each for a reason
-    /// that becomes a remark.
+    /// A first model of a robot file: every movable joint that moves a mass gets the drive that the file states, completed by placeholders.
+    /// Rotor and gear stay unknown where the file does not state them, and so do friction and gap. `reasons` names the joints to hold at
+    /// zero; each reason becomes a remark.
     ///
     /// # Errors
     /// The file cannot be read, or is refused as in [`Model::load`].
@@ -114,7 +114,7 @@ impl First {
     }
 }
 
-/// The robot's own name; the name of its file if that is not valid for a folder; else `robot`.
+/// The robot's own name if it is valid for a folder, else the name of its file, else `robot`.
 fn first_name<'a>(robot: &'a str, file: &'a Path) -> &'a str {
     let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     [robot, stem].into_iter().find(|name| files::is_fit_name(name)).unwrap_or("robot")
@@ -172,7 +172,7 @@ fn first_joint(body: &Body, data: DriveData, placeholders: &mut Placeholders) ->
     }
 }
 
-/// A guess has two digits.
+/// A value rounded to two digits, as befits a guess.
 pub fn two_digits(value: f64) -> f64 {
     format!("{value:.1e}").parse().unwrap_or(value)
 }

@@ -6,10 +6,10 @@ use super::mjcf;
 use super::robot_file::RobotFile;
 use crate::error::Result;
 
-/// The robot file of a text. A URDF is taken as it is.
+/// Reads the text of a robot file. A URDF is taken unchanged; MJCF is converted to one.
 ///
 /// # Errors
-/// It is MJCF that cannot be read.
+/// The text is MJCF and cannot be read.
 pub(super) fn robot_file(file: &Path, text: &str) -> Result<RobotFile> {
     if mjcf::is_mjcf(text) { mjcf::read(file, text) } else { Ok(RobotFile::of_urdf(text)) }
 }

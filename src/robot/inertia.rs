@@ -1,17 +1,17 @@
-//! Inertia of rigid bodies: changes of frame, composition, and the check that a body can have it.
+//! Inertia of rigid bodies: changes of frame, composition, and the check that it is physically possible.
 
 use nalgebra::{Isometry3, Matrix3, Matrix4, Vector3};
 
 use super::Inertia;
 
-/// [1] Least eigenvalue of a pseudo-inertia, as a share of their sum: a tenth of what bodies of a URDF with six digits may be off.
+/// [1] Least eigenvalue of a pseudo-inertia, as a share of the sum of all: a tenth of the rounding error of a URDF with six digits.
 const LEAST_PSEUDO: f64 = 1e-7;
 
 /// [1] Rounding of a file's digits that is tolerated in a tensor, as a share of its largest moment.
 const SLACK: f64 = 1e-6;
 
-/// [1] Rounding of a change of frame, as a share of `m |c|²`: a tensor about the centre of mass is a difference of such numbers, after some ten
-/// operations of 1e-16 each on the way into the file and as many after it.
+/// [1] Rounding error of a change of frame, as a share of `m |c|²`: a tensor about the centre of mass is a difference of such numbers.
+/// About ten operations before the file is written, and as many after it is read, add 1e-16 each.
 const ROUNDING: f64 = 1e-14;
 
 impl Inertia {
@@ -20,7 +20,7 @@ impl Inertia {
         Self { mass: 0.0, com: Vector3::zeros(), tensor: Matrix3::zeros() }
     }
 
-    /// The same body seen from the frame in which its own frame has this pose: `R I Rᵀ`.
+    /// The same body in another frame; `pose` is the pose of the body's frame in it: `R I Rᵀ`.
     pub fn seen_from(&self, pose: &Isometry3<f64>) -> Self {
         let r = pose.rotation.to_rotation_matrix();
         Self {
@@ -81,19 +81,19 @@ impl Inertia {
         Self { mass, com, tensor: about_origin - steiner }
     }
 
-    /// This inertia if a rigid body can have it; else the nearest that one of this mass and centre of mass has.
+    /// This inertia if a rigid body can have it; else the nearest possible one with the same mass and centre of mass.
     ///
     /// `Σ = ½ tr(I) E − I`, the second moment `∫ r rᵀ dm` about the centre of mass, of a body is positive semidefinite; with `m > 0` this is all
     /// that a pseudo-inertia needs (Schur complement). Its negative eigenvalues are raised to zero, which is the nearest such matrix
     /// in the Frobenius norm; then `I = tr(Σ) E − Σ`. [`nearest`](Self::nearest) changes mass and centre as well: it is for estimates,
-    /// where none of the ten numbers is reliable. Of a file, mass and centre are taken as they stand.
+    /// where none of the ten numbers is reliable. Mass and centre that a file gives are not changed.
     /// Reference: P. Wensing, S. Kim, J.-J. Slotine (2018), Linear matrix inequalities for physically consistent inertial parameter
     /// identification.
     #[must_use]
     pub fn physical(&self) -> Self {
         let sigma = Matrix3::identity() * (0.5 * self.tensor.trace()) - self.tensor;
         let mut eigen = sigma.symmetric_eigen();
-        // The largest moment is the sum of the two largest eigenvalues. σ_min < 0 is half of what a moment exceeds the sum of the others by.
+        // The largest moment is the sum of the two largest eigenvalues. If σ_min < 0, a moment exceeds the sum of the others by 2 |σ_min|.
         let largest = (eigen.eigenvalues.sum() - eigen.eigenvalues.min()).abs();
         if eigen.eigenvalues.min() >= -0.5 * SLACK * largest {
             return *self;
@@ -103,7 +103,7 @@ impl Inertia {
         Self { tensor: Matrix3::identity() * sigma.trace() - sigma, ..*self }
     }
 
-    /// [kg·m²] By how much the moments of a tensor with this largest one may miss what a body can have.
+    /// [kg·m²] Tolerance of the conditions on principal moments, for a tensor whose largest moment is this.
     fn slack(&self, largest: f64) -> f64 {
         SLACK * largest.abs() + ROUNDING * self.mass.abs() * self.com.norm_squared()
     }

@@ -131,7 +131,7 @@ fn read_friction(table: &Table<'_>, kind: JointKind) -> Result<Friction> {
         let speed = ranges::stribeck_velocity(kind);
         let stribeck_velocity = match table.optional_pair("stribeck_velocity", &speed)? {
             Some(velocity) => velocity,
-            // Without a peak the law does not depend on it.
+            // Without a Stribeck peak the law does not depend on this velocity.
             None if breakaway == coulomb => [1.0, 1.0],
             None => table.pair("stribeck_velocity", &speed)?,
         };

@@ -24,4 +24,4 @@ pub use first::{First, two_digits};
 pub use model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
 pub use placeholders::{Placeholders, marked_lines};
 pub use remark::Remark;
-pub use tree::{Body, Geometry, Inertia, Joint, Limits, Robot, STANDARD_GRAVITY, Shape, UnreadShape};
+pub use tree::{Body, DrawnMesh, Geometry, Inertia, Joint, Limits, Robot, STANDARD_GRAVITY, Shape, UnreadShape};

@@ -28,7 +28,7 @@ pub struct Model {
     pub joints: Vec<JointModel>,
     /// Movable joints of the URDF that the model does not list, held at zero.
     pub held: Vec<String>,
-    /// What of the URDF is taken otherwise than it stands there.
+    /// Values of the URDF that are not taken as written.
     pub remarks: Vec<Remark>,
     /// Whether its masses and inertias are reliable.
     pub masses: Masses,
@@ -38,12 +38,12 @@ pub struct Model {
     pub effects: Vec<EffectEntry>,
     /// Known masses that the last body carries in some recordings.
     pub loads: Vec<Load>,
-    /// Where its values are in the model file; empty for a model that was not read from a file.
+    /// Lines of its values in the model file; empty for a model that was not read from a file.
     pub places: Places,
 }
 
 impl Model {
-    /// The machine as it is in the recording of this name, including its load there.
+    /// The machine as it is in the recording of this name: with the load that it carries there.
     pub fn in_session(&self, name: &str) -> Self {
         let mut model = Self { loads: Vec::new(), ..self.clone() };
         for load in self.loads.iter().filter(|load| load.session == name) {
@@ -54,13 +54,13 @@ impl Model {
         model
     }
 
-    /// Axes that do not move the joint of their name alone.
+    /// Axes that do not move only the joint of their own name.
     pub fn coupled_axes(&self) -> impl Iterator<Item = usize> {
         self.robot.coupling.iter().flat_map(|coupling| coupling.rows().map(|(axis, _)| axis))
     }
 
-    /// The load of the machine in the recording of this name, as a tree without any other mass; `None` if there is
-    /// none.
+    /// The load of the machine in the recording of this name, as a tree in which nothing else has mass; `None` if there
+    /// is no load.
     pub fn load_in(&self, name: &str) -> Option<Robot> {
         let mut robot = self.robot.clone();
         robot.bodies.iter_mut().for_each(|body| body.inertia = Inertia::zero());
@@ -103,7 +103,7 @@ pub enum Masses {
     /// Measured, identified or from a drawing.
     #[default]
     Known,
-    /// Guessed, so that a simulation has the right order of magnitude. Torques of the links are then no evidence.
+    /// Guessed, so that a simulation has the right order of magnitude. The torques that links need are then not used as evidence.
     Estimated,
 }
 
@@ -148,7 +148,7 @@ pub struct JointModel {
 }
 
 impl JointModel {
-    /// The joint as a torque sensor behind its gear sees it: no rotor, no motor, and of its friction the part on the link side.
+    /// The joint as a torque sensor behind its gear sees it: without rotor and motor, and with the link-side part of its friction only.
     #[must_use]
     pub fn behind_gear(&self) -> Self {
         Self {
@@ -166,15 +166,15 @@ impl JointModel {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia.unwrap_or(0.0)
     }
 
-    /// Rotor inertia on the joint side [kg·m² or kg] as a simulation takes it beside a link of this inertia: where it is
-    /// unknown, the share [`rigid::ROTOR_SHARE`] of that.
+    /// Rotor inertia on the joint side [kg·m² or kg] that a simulation uses with a link of this inertia: where the rotor inertia
+    /// is unknown, the share [`rigid::ROTOR_SHARE`] of the link inertia.
     pub fn rotor_beside(&self, link_inertia: f64) -> f64 {
         if self.rotor_inertia.is_some() { self.reflected_inertia() } else { rigid::ROTOR_SHARE * link_inertia }
     }
 
-    /// The flanks of the gear around a gap [rad or m]. Where its stiffness is unknown, it is rigid ([`rigid`]) for the `inertia`
-    /// `J + M` [kg·m² or kg] of rotor and link and their `mobility` `1/J + W` [1/(kg·m²) or 1/kg]. A damping that alone is
-    /// unknown is left out.
+    /// The flanks of the gear around a gap [rad or m]. If the stiffness is unknown, the gear is rigid ([`rigid`]) for the `inertia`
+    /// `J + M` [kg·m² or kg] of rotor and link and their `mobility` `1/J + W` [1/(kg·m²) or 1/kg]. If only the damping is
+    /// unknown, it is zero.
     pub fn flanks(&self, backlash: f64, inertia: f64, mobility: f64) -> DeadZone {
         let rigid = DeadZone::rigid(backlash, inertia, mobility);
         match self.gear_stiffness {
@@ -184,7 +184,7 @@ impl JointModel {
     }
 
     /// Stiffness and damping of the stops at the ends of the range, [N·m/rad or N/m] and [N·m·s/rad or N·s/m]. The
-    /// ratio of damping to stiffness is that of the gear, as far as it is known.
+    /// ratio of damping to stiffness equals that of the gear, if that is known.
     pub fn end_stop(&self) -> Option<(f64, f64)> {
         let stiffness = self.end_stop_stiffness?;
         let damping = match self.gear_stiffness {
@@ -209,7 +209,7 @@ impl JointModel {
 /// An entry of the list `[[effects]]`: an effect of the catalogue, its joint, and its parameters.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EffectEntry {
-    /// Name of the catalogue.
+    /// Name of the effect in the catalogue.
     pub effect: String,
     /// Joint it acts on; `None` for effects of the whole machine.
     pub joint: Option<String>,

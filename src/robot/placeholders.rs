@@ -1,10 +1,10 @@
-//! Values of a model file that nobody has measured: a first model needs them to be simulated, and marks each at its line.
+//! Placeholders: values of a first model that nobody has measured but a simulation needs. The model file marks each in its line.
 
 use std::collections::BTreeSet;
 
 use crate::toml_input::written_key;
 
-/// The word behind `#` that marks such a value in a model file.
+/// The word in the comment that marks such a value in a model file.
 const MARK: &str = "placeholder";
 
 /// Keys of joints, and of `[accuracy]`, whose values are placeholders.
@@ -32,7 +32,7 @@ impl Placeholders {
         self.0.contains(&path(joint, key))
     }
 
-    /// The comment of a key of the file, with the mark if it is a placeholder.
+    /// The comment of a key in the file, with the mark if its value is a placeholder.
     pub(super) fn comment(&self, section: &str, key: &str, comment: &str) -> String {
         match (self.0.contains(&format!("{section}.{key}")), comment) {
             (false, _) => comment.to_owned(),
@@ -42,7 +42,7 @@ impl Placeholders {
     }
 }
 
-/// The key's place in the file.
+/// The full key in the file.
 fn path(joint: &str, key: &str) -> String {
     format!("joints.{}.{key}", written_key(joint))
 }

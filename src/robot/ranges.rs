@@ -1,5 +1,5 @@
-//! Ranges of the numbers of a model file. Every range is wider than that of real machines by a factor of a hundred or
-//! more, and narrow enough that products and squares of its numbers stay finite: a value outside is an error of unit or
+//! Ranges of the numbers of a model file. Every range is wider than that of real robots, most by a factor of a hundred or
+//! more, and narrow enough that products and squares of its numbers stay finite. A value outside is an error of unit or
 //! exponent.
 
 use crate::toml_input::Range;

@@ -16,16 +16,16 @@ use crate::files;
 use crate::gearhead::FrictionLaw;
 use crate::toml_input::{Document, Table, nearest, read_text};
 
-/// Most effects: several on every joint of a large machine.
+/// Largest number of effects: several on every joint of a large machine.
 const MOST_EFFECTS: usize = 256;
 
-/// Folder in the name of a URDF that exists only as a text: [`Model::save`] writes it beside the model file.
+/// Folder that stands in the path of a URDF that exists only in memory; [`Model::save`] writes that URDF beside the model file.
 const OWN_FOLDER: &str = "(identified)";
 
 /// [bytes] Longest URDF: the largest that CAD programs export have a megabyte.
 const LONGEST_URDF: u64 = 8 << 20;
 
-/// Most joints that move. A humanoid with hands has 60; the cost of a simulation grows with the cube of their number.
+/// Largest number of joints that move. A humanoid with hands has 60; the cost of a simulation grows with the cube of their number.
 pub(super) const MOST_JOINTS: usize = 128;
 
 /// The schema that this reader understands.
@@ -41,7 +41,7 @@ impl Model {
         Self::from_changed(&Document::read(file)?)
     }
 
-    /// A model from a model file that was parsed and perhaps changed, and from the URDF that it names.
+    /// A model from a parsed model file, which may have been changed, and from the URDF that it names.
     ///
     /// # Errors
     /// As [`Model::load`].
@@ -140,14 +140,14 @@ impl Model {
 }
 
 impl Model {
-    /// Writes the inertias of some bodies of the tree into the text of the URDF, which becomes a file of this model's own.
+    /// Writes the inertias of some bodies of the tree into the text of the URDF. From then on the model has a URDF file of its own.
     pub(super) fn write_inertias(&mut self, changed: &[usize]) {
         if changed.is_empty() {
             return;
         }
         let text = Urdf::parse(&self.urdf, &self.urdf_text)
             .map(|urdf| urdf.with_inertias(&self.urdf_text, &self.robot, changed));
-        // A text that was read once is read again; if not, the tree alone is changed.
+        // The text was read before, so reading it again succeeds; if it fails, only the tree changes.
         if let Ok(text) = text {
             self.urdf_text = text;
             self.urdf = Path::new(OWN_FOLDER)
@@ -155,7 +155,7 @@ impl Model {
         }
     }
 
-    /// Notes on values of its files that are read in a different way, or have no effect.
+    /// Notes on values of its files that are not taken as written or have no effect.
     pub fn notes(&self) -> Vec<String> {
         let mut notes: Vec<String> = self.remarks.iter().map(ToString::to_string).collect();
         let unread = |shape: &super::UnreadShape| {
@@ -185,7 +185,7 @@ impl Model {
     }
 }
 
-/// A robot file.
+/// Reads a robot file.
 ///
 /// # Errors
 /// It cannot be read.

@@ -1,23 +1,23 @@
-//! Remarks of a reader: what it takes otherwise than it stands in the file.
+//! Remarks of a reader: values of a file that it accepts but does not take as written.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Place, shown};
 
-/// [characters] Longest text of a remark. Two tensors of six numbers each have 250.
+/// [characters] Longest text of a remark. Two tensors of six numbers each take 250.
 const LONGEST: usize = 1200;
 
-/// A value of a file that is accepted, but taken otherwise than it stands there, with its place.
+/// A value of a file that is accepted but not taken as written, with its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remark {
     /// The file.
     pub file: PathBuf,
-    /// Where in it.
+    /// Place in the file.
     pub place: Place,
-    /// What it is about: `link forearm`.
+    /// What the remark is about, such as `link forearm`.
     pub about: String,
-    /// What is taken otherwise, and how.
+    /// Which value is not taken as written, and what is used instead.
     pub text: String,
 }
 

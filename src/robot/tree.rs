@@ -17,10 +17,12 @@ pub struct Robot {
     pub name: String,
     /// [m/s²] gravity seen from the base frame.
     pub gravity: Vector3<f64>,
-    /// Collision shapes that do not move, with the base frame as their frame.
+    /// Collision shapes that do not move, given in the base frame.
     pub base_shapes: Vec<Shape>,
     /// Collision shapes whose mesh file could not be read; with these a planned motion cannot be checked.
     pub unread_shapes: Vec<UnreadShape>,
+    /// Meshes by which links are drawn.
+    pub drawn: Vec<DrawnMesh>,
     /// The movable bodies.
     pub bodies: Vec<Body>,
     /// How motor axes move the joints; `None`: each axis moves the joint of its name.
@@ -36,7 +38,7 @@ pub struct Body {
     pub parent: Option<usize>,
     /// The joint that connects it to the parent.
     pub joint: Joint,
-    /// Its inertia, including everything that is fixed to it.
+    /// Its inertia, including all links that are fixed to it.
     pub inertia: Inertia,
     /// Its collision shapes.
     pub shapes: Vec<Shape>,
@@ -96,6 +98,19 @@ pub struct Shape {
     pub geometry: Geometry,
 }
 
+/// A mesh by which a link is drawn: URDF's `<visual>`. It enters no computation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnMesh {
+    /// Index of the body that it moves with; `None` for the base.
+    pub body: Option<usize>,
+    /// Pose in the frame of its body.
+    pub pose: Isometry3<f64>,
+    /// The file as the URDF names it, STL, OBJ or DAE; it need not exist.
+    pub file: PathBuf,
+    /// [1] Factor on each coordinate of the file, which is then in metres.
+    pub scale: Vector3<f64>,
+}
+
 /// A collision shape that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnreadShape {
@@ -133,7 +148,7 @@ impl Robot {
         self.bodies.len()
     }
 
-    /// Inertia of each body with everything that hangs on it, in the frame of the body, with all joints at zero.
+    /// Inertia of each body together with all bodies that it carries, in the frame of the body, with all joints at zero.
     pub fn carried(&self) -> Vec<Inertia> {
         let mut carried: Vec<Inertia> = self.bodies.iter().map(|body| body.inertia).collect();
         for (index, body) in self.bodies.iter().enumerate().rev() {
@@ -167,7 +182,7 @@ impl Robot {
         (0..self.dof()).map(of_axis).collect()
     }
 
-    /// Axes that a torque on a joint loads; the axis of its name first.
+    /// Axes that are loaded by a torque on this joint; the joint's own axis comes first.
     pub fn axes_of(&self, joint: usize) -> Vec<usize> {
         self.coupling.as_ref().map_or_else(|| vec![joint], |coupling| coupling.axes_of(joint))
     }

@@ -15,20 +15,20 @@ use crate::toml_input::{write_atomically, written_key, written_number, written_t
 use crate::units::JointKind;
 
 impl Model {
-    /// Writes a complete model file, completely or not at all. A URDF below the file's folder is named by its relative
-    /// path, another one by its absolute path. A URDF that is not on disk (an embedded model) is written beside the
+    /// Writes a complete model file, or nothing if it fails. A URDF below the file's folder is named by its relative
+    /// path, any other by its absolute path. A URDF that is not on disk (an embedded model) is written beside the
     /// file, without replacing another file.
     ///
-    /// Changes of [`Model::robot`] after reading are not written: the URDF is the record of the tree.
+    /// Changes of [`Model::robot`] after reading are not written: the tree is read from the URDF.
     ///
     /// # Errors
-    /// The operating system refuses a file, or another file has the place of the URDF.
+    /// The operating system refuses a file, or another file is in the place of the URDF.
     pub fn save(&self, file: &Path) -> Result<()> {
         let urdf = self.place_urdf(file)?;
         write_atomically(file, &self.to_toml(&urdf))
     }
 
-    /// Path of the URDF for a model file at this place; one that is not on disk is written.
+    /// Path of the URDF for a model file at this place; a URDF that is not on disk is written.
     fn place_urdf(&self, file: &Path) -> Result<PathBuf> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let urdf = match self.urdf.canonicalize() {
@@ -62,7 +62,7 @@ impl Model {
         line(&mut out, "name", &written_text(&self.name), "");
         line(&mut out, "urdf", &written_text(&urdf.to_string_lossy()), "");
         if self.masses == Masses::Estimated {
-            line(&mut out, "masses", &written_text("estimated"), "torque is no evidence of anything");
+            line(&mut out, "masses", &written_text("estimated"), "guesses: torques are not used as evidence");
         }
         if self.robot.gravity != STANDARD_GRAVITY {
             let gravity: Vec<String> = self.robot.gravity.iter().copied().map(written_number).collect();
@@ -109,7 +109,7 @@ impl First {
     }
 }
 
-/// The text of a model file as it grows.
+/// The text of a model file while it is written.
 struct Text<'p> {
     out: String,
     /// The table that is being written.

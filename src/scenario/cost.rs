@@ -56,7 +56,7 @@ pub struct Cost {
     pub sessions: usize,
     /// [s] simulated.
     pub duration: f64,
-    /// Samples a channel.
+    /// Samples per channel.
     pub samples: f64,
     /// [B] approximate memory at its peak.
     pub memory: f64,

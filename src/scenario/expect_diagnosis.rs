@@ -2,9 +2,9 @@
 //!
 //! ```toml
 //! [expect]
-//! effects = ["base_tilt"]            # all that is named, in any order; [] where nothing must be
+//! effects = ["base_tilt"]            # all effects that are named, in any order; [] if none must be named
 //!
-//! [[expect.effect]]                  # least and greatest of one that is named, SI
+//! [[expect.effect]]                  # least and greatest values of an effect that is named, SI
 //! effect = "base_tilt"
 //! tilt = [0.0098, 0.0102]            # [rad]
 //! gain_percent = [90, 100]           # on data held out
@@ -12,7 +12,7 @@
 //!
 //! [[expect.effect]]
 //! effect = "load_dependent_friction"
-//! joint = "joint2"                   # the one on this joint; without it every one of that name
+//! joint = "joint2"                   # the effect on this joint; without this key, every effect of that name
 //! coefficient = [0.21, 0.24]
 //! ```
 
@@ -159,7 +159,7 @@ fn known(table: &Table<'_>, key: &str, name: &str) -> Result<&'static dyn effect
     effects::find(name).ok_or_else(|| {
         let near = nearest(name, effects::CATALOGUE.iter().map(|effect| effect.name()));
         let hint = near.map_or_else(String::new, |near| format!(", such as {near}"));
-        table.error(key, format!("names of `lostmotion list effects`{hint}; `{name}` is none"))
+        table.error(key, format!("names of `lostmotion list effects`{hint}; `{name}` is not one of them"))
     })
 }
 

@@ -8,10 +8,10 @@ use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 use crate::units::JointKind;
 
-/// What the sessions of the healthy machine are called.
+/// Prefix of the names of the healthy machine's sessions.
 const REFERENCE: &str = "reference";
 
-/// Name under which a session of the healthy machine stands beside one of the machine as it is.
+/// Name of a session of the healthy machine, where sessions of the present machine are in the same list.
 pub fn reference_name(session: &str) -> String {
     format!("{REFERENCE}: {session}")
 }
@@ -33,7 +33,7 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Diagnoses and replays; `show` is told what is being done, and how much of it.
+    /// Diagnoses and replays; `show` receives the present step and the share of it that is done.
     ///
     /// # Errors
     /// As [`diagnose::diagnose`]. A replay that fails is part of the findings.
@@ -71,7 +71,7 @@ impl Findings {
         Ok(findings)
     }
 
-    /// Replays; what is diagnosed stays, whatever happens here.
+    /// Replays the models; a failure does not change the diagnosis.
     fn add_replay(&mut self, train: Vec<Session>, hold_out: Vec<Session>, share: f64, show: &mut dyn FnMut(&str, f64)) {
         if self.diagnosis.verdict == Verdict::MistakeSuspected {
             return;

@@ -1,4 +1,5 @@
-//! The first experiment on an arm whose friction nobody knows: a staircase of constant speeds on one joint after the other, while the others rest.
+//! The first experiment on an arm whose friction is unknown: a staircase of constant speeds on one joint after the other, while the
+//! others rest.
 //!
 //! ```text
 //!   v_k = k v_1, k = 1 … 10       v_10 = 0.175 rad/s (10 deg/s) or 0.05 m/s, at most 0.3 of the joint's limit, less where its room is small
@@ -34,7 +35,7 @@ const SPEED_SHARE: f64 = 0.3;
 /// [rad/s or m/s] Slowest top speed: a joint that has no room for it rests.
 const SLOWEST: f64 = 1e-4;
 
-/// [1] From one top speed that needs too much room to the next.
+/// [1] Factor from a top speed that needs too much room to the next one that is tried.
 const SLOWER: f64 = 0.8;
 
 /// [s] Least time at each speed.
@@ -49,10 +50,10 @@ const GENTLE: f64 = 0.25;
 /// [1] Part of the speeds that brake gently.
 const GENTLE_UP_TO: f64 = 0.3;
 
-/// [1] Way at each speed before it counts as steady, per way in a second at the slowest.
+/// [1] Distance at each speed before it counts as steady, per distance travelled in a second at the slowest speed.
 const SETTLING: f64 = 1.0;
 
-/// [counts] Distance by which each pair of steps ends beyond its start: no two reversals at one phase of an encoder count.
+/// [counts] Distance by which each pair of steps ends beyond its start, so that reversals are at different phases of an encoder count.
 const ADVANCE: f64 = 2.6;
 
 /// [1] Effort that is planned for, per effort of links and rotors alone.
@@ -84,7 +85,7 @@ pub struct FirstExperiment {
 /// Plans the first experiment of a model. `model_file` is the path of the model file from the scenario's folder.
 ///
 /// # Errors
-/// No plan that was tried keeps within the limits of the joints and the links apart; the error says what the last one met.
+/// Every plan that was tried leaves the limits of a joint or lets links collide; the error gives the fault of the last one.
 pub fn first_experiment(model: &Model, model_file: &str) -> Result<FirstExperiment> {
     let reaches = reaches(model);
     let mut refused = None;
@@ -146,7 +147,7 @@ fn text(model: &Model, reaches: &[Reach], start: &[f64], part: f64, model_file: 
         written_text(model_file)
     );
     if !model.robot.unread_shapes.is_empty() {
-        text += "unread_shapes = \"ignored\"           # collisions of links whose meshes were not read are not looked for: see `lostmotion check`\n";
+        text += "unread_shapes = \"ignored\"           # collisions of links whose meshes were not read are not checked: see `lostmotion check`\n";
     }
     write_friction(&mut text, model, reaches);
     text += "\n[[session]]\nname = \"staircase\"\nkind = \"staircase\"\nrest = 1.0                          # [s]\n";
@@ -160,12 +161,13 @@ fn text(model: &Model, reaches: &[Reach], start: &[f64], part: f64, model_file: 
     text
 }
 
-/// Friction of the rehearsal, as assignments to the model. Their paths are divided at points: joints with other names go without.
+/// Friction of the rehearsal, as assignments to the model. Their keys are split at dots: joints with special characters in their names
+/// get no friction.
 fn write_friction(text: &mut String, model: &Model, reaches: &[Reach]) {
     let plain = |joint: &JointModel| {
         joint.friction.is_none() && joint.name.chars().all(|c| c.is_alphanumeric() || "_-".contains(c))
     };
-    *text += "model = [                           # friction of the rehearsal alone\n";
+    *text += "model = [                           # friction for the rehearsal only\n";
     for (index, joint) in model.joints.iter().enumerate().filter(|(_, joint)| plain(joint)) {
         let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = rehearsed(model, &reaches[index], index);
         let values = [
@@ -201,7 +203,7 @@ fn write_stairs(text: &mut String, model: &Model, reach: &Reach, index: usize, s
         "[session.joints.{}]\nfirst = {first}  # speeds [{unit}/s]\nlast = {last}\nincrement = {first}\n\
          acceleration = {acceleration}  # [{unit}/s²]\ndeceleration = {acceleration}\n\
          gentle_up_to = {}  # [{unit}/s] these steps brake gently: at their reversals the gap is measured\ngentle_deceleration = {}\n\
-         steady_time = {STEADY:?}  # [s] every step\nsettling_way = {settling}  # [{unit}] more of it\nadvance = {}\ndirection = {}\n",
+         steady_time = {STEADY:?}  # [s] every step\nsettling_way = {settling}  # [{unit}] additional distance\nadvance = {}\ndirection = {}\n",
         written_key(&joint.name),
         GENTLE_UP_TO * last,
         (GENTLE * last).min(acceleration),
@@ -244,7 +246,8 @@ fn rehearsed(model: &Model, reach: &Reach, index: usize) -> Exponential {
     let (joint, limits) = (&model.joints[index], model.robot.bodies[index].joint.limits);
     let coulomb = two_digits((FRICTION * reach.inertia).min(FRICTION_SHARE * limits.effort));
     let top = top_speed(joint.kind);
-    // A third more at rest, gone at a tenth of the top speed; at three times the top speed the viscous part is as large as Coulomb friction.
+    // A third more at rest, which falls off over a tenth of the top speed; at three times the top speed the viscous part is as large as
+    // Coulomb friction.
     Exponential {
         coulomb,
         breakaway: two_digits(1.3 * coulomb),
@@ -269,7 +272,7 @@ fn check_effort(model: &Model, session: &Session) -> Result<()> {
             if EFFORT_MARGIN * torque > limit {
                 let key = format!("joint {}: limit effort", body.joint.name);
                 let expected = format!(
-                    "at least {:.3} {unit}: the links alone need {torque:.3} {unit} in the first experiment",
+                    "at least {:.3} {unit}: links and rotors alone need {torque:.3} {unit} in the first experiment",
                     EFFORT_MARGIN * torque
                 );
                 return Err(Error::input(&model.urdf, Place::File, key, limit, expected));

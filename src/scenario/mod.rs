@@ -1,7 +1,7 @@
 //! Composes robot, controller, reference and sensors into a run.
 //!
 //! ```text
-//!   Profile ──► Regulator ──► Plant ──► TimeSeries        one tick a control period:
+//!   Profile ──► Regulator ──► Plant ──► TimeSeries        one tick per control period:
 //!                  ▲            │                          read the sensors, command currents, advance the machine
 //!                  └── Reading ─┘
 //! ```

@@ -1,4 +1,4 @@
-//! What is done with the recordings of a scenario: its procedure carried out, and what it finds held against what is expected.
+//! Carries out the procedure of a scenario on its recordings, and compares what it finds with what is expected.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub enum Procedure {
 }
 
 impl Procedure {
-    /// What of a run is kept for it; `written`: the recordings are to be written as well. No procedure sees the truth.
+    /// Which signals of a run are kept for it; `written`: the recordings are to be written as well. No procedure sees the truth.
     pub fn keep(self, written: bool) -> Keep {
         if self == Self::None && !written { Keep::Nothing } else { Keep::Measured }
     }
@@ -39,16 +39,16 @@ pub enum Found {
     Diagnosed(Box<Findings>, Result<Box<Identified>>),
 }
 
-/// Friction and gaps, beside what was injected.
+/// Friction and gaps, with the injected values beside them.
 #[derive(Debug)]
 pub struct Identified {
     /// What was identified.
     pub found: Identification,
-    /// The model with it.
+    /// The model with the identified values.
     pub model: Model,
 }
 
-/// What a procedure finds, and what fails of what is expected.
+/// What a procedure finds, and the expectations that failed.
 #[derive(Debug)]
 pub struct Conclusion {
     /// What it finds.
@@ -58,7 +58,7 @@ pub struct Conclusion {
 }
 
 impl Scenario {
-    /// Carries out the procedure on a run; `show` is told what is being done, and how much of it.
+    /// Carries out the procedure on a run; `show` receives the present step and the share of it that is done.
     ///
     /// # Errors
     /// As [`identify::identify`] and [`Findings::new`].
@@ -76,7 +76,8 @@ impl Scenario {
         Ok(conclusion)
     }
 
-    /// Identification of what was measured with a model that is trusted, beside what was injected; `base` is the model that takes it up.
+    /// Identifies friction and gaps with the `trusted` model, and writes the injected values beside them; `base` is the model that
+    /// receives the result.
     fn identify(
         &self,
         trusted: &Model,
@@ -92,7 +93,7 @@ impl Scenario {
     }
 
     /// The nominal machine compared with what was measured; then friction and gap, with the cause in the model that the
-    /// identification trusts. A finished diagnosis stands, whatever becomes of the identification.
+    /// identification trusts. A finished diagnosis is kept even if the identification fails.
     fn diagnose(&self, run: &Run, show: &mut dyn FnMut(&str, f64)) -> Result<Conclusion> {
         let recordings = run.sessions.iter().map(|series| recording(series, &self.source)).collect();
         let findings = Findings::new(&self.model, recordings, Vec::new(), show)?;
@@ -110,19 +111,19 @@ impl Scenario {
         Ok(Conclusion { found: Found::Diagnosed(Box::new(findings), identified.map(Box::new)), unmet })
     }
 
-    /// What of the expectations an identification misses.
+    /// The expectations that an identification misses, one sentence each.
     fn missed(&self, found: &Identification) -> Vec<String> {
         self.expectations.iter().filter_map(|expectation| Some(expectation.check(found)?.to_string())).collect()
     }
 
-    /// Whether it is no surprise that an identification fails for this reason: friction has no laws of its own where no motion is
-    /// steady, and a diagnosis does without them, where nothing is expected of them.
+    /// Whether an identification may fail for this reason: where no motion is steady, no friction law can be identified, and a
+    /// diagnosis does not need one, unless the scenario expects something of it.
     pub fn allows(&self, why: &Error) -> bool {
         matches!(why, Error::TooLittleData { .. }) && self.expectations.is_empty()
     }
 }
 
-/// The model with its effects carried into its numbers, as far as they alter those.
+/// The model without its list of effects; those that alter the model's numbers have been applied to them.
 fn corrected(model: &Model) -> Result<Model> {
     let mut corrected = Model { effects: Vec::new(), ..model.clone() };
     for entry in &model.effects {

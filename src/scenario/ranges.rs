@@ -25,7 +25,7 @@ pub(super) fn speed(kind: JointKind) -> Range {
     Range::between(1e-6, FASTEST_MOTION, speed_unit(kind))
 }
 
-/// Acceleration of a joint: from a speed in 10⁴ s to a speed of 10⁴ rad/s in a millisecond.
+/// Acceleration of a joint: from a speed of 0.01 rad/s in 10⁴ s to a speed of 10⁴ rad/s in a millisecond.
 pub(super) fn acceleration(kind: JointKind) -> Range {
     Range::between(
         1e-6,
@@ -45,7 +45,7 @@ pub(super) fn position(kind: JointKind) -> Range {
     Range::between(-FARTHEST, FARTHEST, kind.position_unit())
 }
 
-/// The same in degrees.
+/// A position in degrees, in a range that holds that in radians.
 pub(super) const DEGREES: Range = Range::between(-FARTHEST * 180.0, FARTHEST * 180.0, "°");
 
 /// Distance travelled by a joint.

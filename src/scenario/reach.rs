@@ -1,4 +1,4 @@
-//! How far, how fast and how suddenly a joint of a machine may move in an experiment that nobody has planned by hand.
+//! Limits of range, speed and acceleration of a machine's joints in an experiment that is planned automatically.
 //!
 //! Every joint stays in the middle of its range (80 % of it, at most 1.2 rad or 0.3 m to either side), below 60 % of
 //! its speed limit (at most 2 rad/s or 0.3 m/s), and below the acceleration that a third of its effort limit gives; it
@@ -24,11 +24,11 @@ pub(super) struct Reach {
     pub acceleration: f64,
     /// [kg·m² or kg] Rotor and link at zero, the other joints held.
     pub inertia: f64,
-    /// [N·m·s/rad or N·s/m], [N·m/rad or N/m] of its velocity controller.
+    /// [N·m·s/rad or N·s/m], [N·m/rad or N/m] Proportional and integral gain of its velocity controller.
     pub gains: [f64; 2],
 }
 
-/// Those of all joints.
+/// Limits of all joints.
 pub(super) fn reaches(model: &Model) -> Vec<Reach> {
     let dof = model.joints.len();
     let mut mass = DMatrix::zeros(dof, dof);

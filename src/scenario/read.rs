@@ -7,7 +7,7 @@
 //! robot = "../../robots/scara/model.toml"      # relative to this file
 //! model = ["joints.joint1.backlash = 0.0017"]  # assignments that change the model file's values
 //! sensors = "model"                            # or "ideal"
-//! unread_shapes = "refused"                    # or "ignored": collisions of links whose meshes cannot be read are not looked for
+//! unread_shapes = "refused"                    # or "ignored": collisions of links whose meshes cannot be read are not checked
 //! control_period = 0.001                       # [s]
 //! procedure = "identify"                       # "diagnose", "none"
 //! seed = 1
@@ -165,7 +165,7 @@ fn read_sessions(root: &Table<'_>, model: &Model) -> Result<Vec<(Session, Option
     match root.optional_table("reference")? {
         Some(table) if sessions.is_empty() => Ok(vec![read_reference::read(&table, model, "session1")?]),
         Some(_) => Err(root.error("reference", "either [reference] or [[session]]")),
-        None if sessions.is_empty() => Err(root.error("reference", "what the joints are to do (missing)")),
+        None if sessions.is_empty() => Err(root.error("reference", "the motion of the joints (missing)")),
         None => {
             let mut found: Vec<(Session, Option<Load>)> = Vec::new();
             for (i, table) in sessions.iter().enumerate() {
@@ -208,7 +208,7 @@ fn read_expectations(root: &Table<'_>, model: &Model, options: &Options, procedu
             continue;
         }
         if model.robot.joint_index(joint).is_none() {
-            return Err(root.error("expect", format!("joints of the model; `{joint}` is none")));
+            return Err(root.error("expect", format!("joints of the model; `{joint}` is not one of them")));
         }
         for (quantity, _) in QUANTITIES {
             if let Some(limit_percent) = table.optional_number(quantity, &Range::non_negative("%").up_to(1e6))? {

@@ -47,7 +47,7 @@ pub(super) fn read(root: &Table<'_>, robot: &Robot, engine: Engine) -> Result<Ve
         return Err(root.error("obstacles", format!("at most {MOST_OBSTACLES} obstacles, not {}", tables.len())));
     }
     if engine != Engine::Rapier {
-        return Err(root.error("obstacles", "plant.engine = \"rapier\", which alone knows of obstacles"));
+        return Err(root.error("obstacles", "plant.engine = \"rapier\": no other engine supports obstacles"));
     }
     if robot.bodies.iter().all(|body| body.shapes.is_empty()) {
         return Err(

@@ -149,7 +149,7 @@ fn fast(table: &Table<'_>, model: &Model, start: &[f64]) -> Result<Profile> {
         let positions = [required(&table, "lowest", kind, &position)?, required(&table, "highest", kind, &position)?];
         if positions[0] >= positions[1] {
             let key = if table.has("highest") { "highest" } else { "highest_deg" };
-            return Err(table.error(key, "a place above `lowest`"));
+            return Err(table.error(key, "a position above `lowest`"));
         }
         joints[joint] = Some(JointRange {
             positions,
@@ -186,10 +186,10 @@ fn waypoints(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
             }
             _ => (table.optional_numbers("positions", &ranges::position(kind))?, 1.0),
         };
-        let positions = positions.ok_or_else(|| table.error("positions", "a list of places to go to"))?;
+        let positions = positions.ok_or_else(|| table.error("positions", "a list of positions to move to"))?;
         if positions.len() > MOST_PLACES {
             let key = if table.has("positions_deg") { "positions_deg" } else { "positions" };
-            return Err(table.error(key, format!("at most {MOST_PLACES} places, not {}", positions.len())));
+            return Err(table.error(key, format!("at most {MOST_PLACES} positions, not {}", positions.len())));
         }
         table.finish()?;
         let track = &mut profile.tracks_mut()[joint];

@@ -42,7 +42,7 @@ pub enum Keep {
 }
 
 impl Keep {
-    /// Number of channels of `MEASURED` and `TRUTH` in a row.
+    /// Number of channels that are kept, of those of `MEASURED` followed by those of `TRUTH`.
     const fn channels(self) -> usize {
         match self {
             Self::Everything => MEASURED.len() + TRUTH.len(),
@@ -52,9 +52,9 @@ impl Keep {
     }
 }
 
-/// Channels of `MEASURED` and `TRUTH` in a row.
+/// Number of channels of `MEASURED` and `TRUTH` together.
 const ALL: usize = MEASURED.len() + TRUTH.len();
-/// Indices in that row of the true motor position and link position.
+/// Indices of the true motor position and link position, where `MEASURED` is followed by `TRUTH`.
 const TRUE_MOTOR: usize = MEASURED.len();
 const TRUE_LINK: usize = MEASURED.len() + 2;
 

@@ -31,7 +31,7 @@ pub enum Feedback {
 pub enum Law {
     /// Equations 16 to 18.
     SlidingMode(Vec<SlidingGains>),
-    /// Feedback of each joint by itself.
+    /// Independent feedback of each joint.
     Independent(Vec<SlidingGains>),
     /// Proportional-integral.
     Pi(Vec<PiGains>),

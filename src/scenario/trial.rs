@@ -3,9 +3,10 @@
 //! ```text
 //!   q_d: by w towards the farther end of each joint's room, and back, half a second each     w ≤ 0.04 s² · a/√n, 0.2 s · v
 //! ```
-//! It begins in the first of some postures whose weight the joints can hold: all joints near zero, or in the middle of their rooms. `a/√n`: all n
-//! joints accelerate at once, and each feels the others. A joint follows if it is within half of `w` of its reference at both ends, or where its
-//! friction at rest holds against the feedback. Each joint is controlled by itself ([`Independent`](crate::control::Independent)), with gains that follow from its inertia and friction.
+//! It begins in the first of four postures in which the joints can hold the arm's weight, among them all joints near zero, and in the middle of
+//! their rooms. `a/√n`: all n joints accelerate at once, and each feels the others. A joint follows if it is within half of `w` of its
+//! reference at both ends, or where its friction at rest holds against the feedback. Each joint is controlled by itself
+//! ([`Independent`](crate::control::Independent)), with gains that follow from its inertia and friction.
 
 use super::reach::{Reach, reaches, starts};
 use super::{ControllerSettings, Feedback, Keep, Law, Regulator, STEPS_A_SECOND, Timing, closed_loop};
@@ -17,13 +18,13 @@ use crate::plant::{Options, Plant};
 use crate::robot::{JointModel, Model};
 use crate::units::JointKind;
 
-/// [s] Each way, with the rest before it.
+/// [s] Duration of each move, with the rest before it.
 const LEG: f64 = 0.5;
 
-/// [s] Rest before each way.
+/// [s] Rest before each move.
 const REST: f64 = 0.05;
 
-/// [s] Longest way.
+/// [s] Longest duration of a move.
 const WAY: f64 = 0.4;
 
 /// [s] Between two readings: rotors that are light for their links need a fast loop.
@@ -44,7 +45,7 @@ const OF_ROTOR: f64 = 0.2;
 /// [1] Switching torque per friction that the controller has to overcome.
 const MARGIN: f64 = 3.0;
 
-/// [rad/s or m/s] Error of velocity at which the switching torque is whole, where friction asks for it.
+/// [rad/s or m/s] Error of velocity at which the switching torque reaches its full value, where friction requires it.
 const ALLOWED_ERROR: f64 = 0.1;
 
 /// What a trial shows.
@@ -93,7 +94,7 @@ fn go(plant: &mut Plant, regulator: &mut Regulator, reaches: &[Reach], from: &[f
     closed_loop(plant, regulator, &profile, timing, Keep::Nothing, &mut |_| {}).map(drop)
 }
 
-/// [rad or m] A joint that is as near as this to its reference is there, however short its way was.
+/// [rad or m] A joint that is this close to its reference has reached it, however short its move was.
 const fn near(kind: JointKind) -> f64 {
     match kind {
         JointKind::Revolute => 2e-3,
@@ -115,20 +116,20 @@ fn held(model: &Model, reaches: &[Reach], index: usize) -> f64 {
     friction * boundary / (lambda * switching)
 }
 
-/// Joints that are not where they were to go.
+/// Joints that have not reached their targets.
 fn missed(model: &Model, plant: &Plant, reaches: &[Reach], from: &[f64], to: &[f64]) -> Vec<String> {
     let mut faults = Vec::new();
     for (i, (reach, state)) in reaches.iter().zip(plant.states()).enumerate() {
         let (off, way) = (state.motor_position - to[i], to[i] - from[i]);
         if off.abs() > (0.5 * way.abs()).max(near(model.joints[i].kind)).max(held(model, reaches, i)) {
             let unit = model.joints[i].kind.position_unit();
-            faults.push(format!("joint {}: {off:.3e} {unit} off after a way of {way:.3e} {unit}", reach.name));
+            faults.push(format!("joint {}: {off:.3e} {unit} off after a move of {way:.3e} {unit}", reach.name));
         }
     }
     faults
 }
 
-/// The first posture whose weight all joints can hold; if there is none the first of all, with the joints that cannot.
+/// The first posture in which all joints can hold the arm's weight; if there is none, the first of all, with the joints that cannot.
 fn begin(model: &Model, reaches: &[Reach]) -> (Vec<f64>, Vec<String>) {
     let mut refused = None;
     for start in starts(reaches) {
@@ -141,7 +142,7 @@ fn begin(model: &Model, reaches: &[Reach]) -> (Vec<f64>, Vec<String>) {
     refused.unwrap_or_default()
 }
 
-/// `w` [rad or m]: the way of a joint towards the farther end of its room, to be gone within [`WAY`] from rest to rest.
+/// `w` [rad or m]: the distance of a joint's move towards the farther end of its room, within the time [`WAY`] from rest to rest.
 fn way(reach: &Reach, start: f64) -> f64 {
     let (up, down) = (reach.middle + reach.half - start, start - (reach.middle - reach.half));
     let size = up.max(down).min(0.25 * WAY * WAY * reach.acceleration).min(0.5 * WAY * reach.speed);
@@ -155,13 +156,16 @@ fn overloads(model: &Model, posture: &[f64]) -> Vec<String> {
     let overload = |(weight, body): (&f64, &crate::robot::Body)| {
         let (name, effort, unit) = (&body.joint.name, body.joint.limits.effort, body.joint.kind.effort_unit());
         (weight.abs() > effort).then(|| {
-            format!("joint {name}: the arm's weight takes {:.3} {unit} where it begins, its effort limit is {effort} {unit}", weight.abs())
+            format!(
+                "joint {name}: the arm's weight needs {:.3} {unit} at the start, its effort limit is {effort} {unit}",
+                weight.abs()
+            )
         })
     };
     weight.iter().zip(&model.robot.bodies).filter_map(overload).collect()
 }
 
-/// A controller for a machine that nobody has tuned one for.
+/// A controller for a machine that has no tuned one.
 fn settings(model: &Model, reaches: &[Reach]) -> ControllerSettings {
     ControllerSettings {
         law: Law::Independent((0..reaches.len()).map(|index| gains(model, reaches, index, PERIOD)).collect()),
@@ -170,8 +174,8 @@ fn settings(model: &Model, reaches: &[Reach]) -> ControllerSettings {
     }
 }
 
-/// Gains of a joint that is read every `period` [s]: `K_S` three times the friction at its speed, `K_S/Φ` 20/s times its inertia or more where friction
-/// asks for it, as far as the rotor allows.
+/// Gains of a joint that is read every `period` [s]: `K_S` three times the friction at its speed, `K_S/Φ` 20/s times its inertia or more
+/// where friction requires it, as far as the rotor allows.
 pub(super) fn gains(model: &Model, reaches: &[Reach], index: usize, period: f64) -> SlidingGains {
     let (joint, reach, link) = (&model.joints[index], &reaches[index], &model.robot.bodies[index].joint);
     let own = gear_friction(joint, 0.0).max(gear_friction(joint, reach.speed));

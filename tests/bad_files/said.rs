@@ -1,4 +1,4 @@
-//! What is accepted, but taken otherwise than it stands in the file: `check` says so.
+//! What is accepted, but not taken as written in the file: `check` says so.
 
 use super::files::{Case, Files};
 

@@ -184,7 +184,12 @@ const CASES: &[Case] = &[
         &["> 0"],
     ),
     ("seed = 3", "seed = 3\nmodel = \"joints.turn.gear_ratio = 6\"", "scenario.toml:6: model", &["a list of texts"]),
-    ("seed = 3", "seed = 3\n[expect.spin]\nviscous_percent = 3", "scenario.toml:6: expect", &["`spin` is none"]),
+    (
+        "seed = 3",
+        "seed = 3\n[expect.spin]\nviscous_percent = 3",
+        "scenario.toml:6: expect",
+        &["`spin` is not one of them"],
+    ),
     (
         "seed = 3",
         "seed = 3\n[expect.turn]\nviscous_percent = -3",

@@ -103,7 +103,7 @@ pub const CASES: &[Case] = &[
     direct("brackets.csv", "`joint_positions[0]`, `motor_currents[0]`"),
     asked("single_letter.csv", "`joint1_pos`, `i_1`", "`i`: a current in A?", ALL),
     direct("units_in_brackets.csv", "`joint1 position [deg]`, `joint1 current [mA]`"),
-    asked("counts.csv", "`joint1 position [counts]`", "[counts] is no unit that is known", NO_VELOCITY),
+    asked("counts.csv", "`joint1 position [counts]`", "[counts] is not a known unit", NO_VELOCITY),
     direct("snappy.parquet", "pandas: Snappy"),
     direct("gzip.parquet", "pandas: gzip"),
     direct("brotli.parquet", "pandas: brotli"),

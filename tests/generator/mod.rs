@@ -63,6 +63,7 @@ impl Machine {
         let robot = Robot {
             name: "test".to_owned(),
             gravity: Vector3::new(0.0, -9.81, 0.0),
+            drawn: Vec::new(),
             base_shapes: Vec::new(),
             unread_shapes: Vec::new(),
             bodies: vec![body],

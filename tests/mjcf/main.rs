@@ -102,7 +102,7 @@ fn property_what_is_not_taken_is_remarked_with_its_line() {
     let arm = remarks("arm.xml");
     let expected = [
         "arm.xml:50: keyframe: this section is not read",
-        "arm.xml:35: joint thumb: it mimics finger, which is not simulated: it is held at its offset, 0.002 m",
+        "arm.xml:35: joint thumb: it mimics finger; this is not simulated: it is held at its offset, 0.002 m",
     ];
     for remark in expected {
         assert!(arm.iter().any(|found| found.contains(remark)), "{remark} is missing in {arm:#?}");

@@ -128,7 +128,7 @@ const ACCEPTED: &[(&str, &str, &[&str])] = &[
     (
         "<mass value=\"3.2\"/>\n      <inertia ixx=\"0.0460\" ixy=\"0\" ixz=\"0\" iyy=\"0.0460\" iyz=\"0\" izz=\"0.0040\"/>",
         "<mass value=\"0\"/>",
-        &[":13: link upper_arm: no mass: joint shoulder moves only what hangs on this link"],
+        &[":13: link upper_arm: no mass: joint shoulder moves only the links beyond this one"],
     ),
 ];
 
@@ -226,7 +226,7 @@ fn equivalent_a_joint_that_mimics_is_held_at_its_offset() {
     assert!(difference.amax() < 1e-15, "{difference}");
     let text = model.remarks.remove(0).to_string();
     assert!(
-        text.ends_with("joint tool_mount: it mimics elbow, which is not simulated: it is held at its offset, 0.2 rad"),
+        text.ends_with("joint tool_mount: it mimics elbow; this is not simulated: it is held at its offset, 0.2 rad"),
         "{text}"
     );
     assert!(model.remarks.is_empty() && model.held.is_empty());
@@ -314,7 +314,10 @@ fn property_a_massless_link_within_a_chain_leaves_the_mass_matrix_positive() {
         plant.advance(&[0.0; 3], 0.001).unwrap();
     }
     assert!(
-        model.remarks.iter().any(|remark| remark.text == "no mass: joint shoulder moves only what hangs on this link")
+        model
+            .remarks
+            .iter()
+            .any(|remark| remark.text == "no mass: joint shoulder moves only the links beyond this one")
     );
 }
 

@@ -169,7 +169,7 @@ const BROKEN_URDFS: &[(&str, &str, &str)] = &[
     (
         "<child link=\"tool\"/>",
         "<child link=\"bracket\"/>",
-        "elbow/elbow.urdf:4: link bracket: expected a link that hangs from the base, not from itself",
+        "elbow/elbow.urdf:4: link bracket: expected a link connected to the base, not a closed loop",
     ),
     (
         "<link name=\"tool\">",
@@ -219,7 +219,7 @@ fn property_broken_urdfs_are_refused_with_place_and_expectation() {
     all_refused(URDF, BROKEN_URDFS, |text| texts(MODEL, text));
     for text in ["", "no tag", "<sdf version='1.9'/>"] {
         let error = texts(MODEL, text).unwrap_err().to_string();
-        assert_eq!(error, "elbow/elbow.urdf:1: URDF: expected one <robot> around everything");
+        assert_eq!(error, "elbow/elbow.urdf:1: URDF: expected one outermost element <robot>");
     }
 }
 

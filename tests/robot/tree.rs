@@ -116,7 +116,7 @@ fn property_a_joint_that_mimics_is_held_and_said_whatever_it_follows() {
         assert_eq!(model.held, held);
         let remark = model.remarks[0].to_string();
         assert!(
-            remark.ends_with("joint jc: it mimics jd, which is not simulated: it is held at its offset, 0 m"),
+            remark.ends_with("joint jc: it mimics jd; this is not simulated: it is held at its offset, 0 m"),
             "{remark}"
         );
     }
@@ -165,9 +165,9 @@ fn property_meshes_become_hulls_and_unreadable_ones_are_kept_for_the_motion_chec
         ("none.obj", "a file that can be read (No such file or directory (os error 2))"),
         ("m.dae", "a file that can be read (No such file or directory (os error 2))"),
         ("../../m.toml", "an STL or OBJ mesh"),
-        ("cut.stl", "a whole mesh"),
+        ("cut.stl", "a complete mesh"),
         ("flat.obj", "at least 4 points, not 3"),
-        ("package://elsewhere/a.stl", "a package whose folder is above the URDF"),
+        ("package://elsewhere/a.stl", "a package whose folder is above the URDF, or beside a folder above it"),
     ] {
         let robot = load(&format!("<mesh filename=\"{mesh}\"/>"));
         assert_eq!(robot.unread_shapes[0].expected, expected, "{mesh}");

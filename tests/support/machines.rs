@@ -58,6 +58,7 @@ pub fn planar_arm() -> Robot {
     Robot {
         name: "planar".to_owned(),
         gravity: Vector3::new(0.0, 0.0, -9.81),
+        drawn: Vec::new(),
         base_shapes: Vec::new(),
         unread_shapes: Vec::new(),
         bodies: vec![
@@ -80,6 +81,7 @@ pub fn turntable(inertia: f64) -> Robot {
     Robot {
         name: "turntable".to_owned(),
         gravity: Vector3::new(0.0, 0.0, -9.81),
+        drawn: Vec::new(),
         base_shapes: Vec::new(),
         unread_shapes: Vec::new(),
         bodies: vec![body(
@@ -99,6 +101,7 @@ pub fn pendulum(mass: f64, length: f64) -> Robot {
     Robot {
         name: "pendulum".to_owned(),
         gravity: Vector3::new(0.0, 0.0, -9.81),
+        drawn: Vec::new(),
         base_shapes: Vec::new(),
         unread_shapes: Vec::new(),
         bodies: vec![body(
@@ -227,6 +230,7 @@ pub fn random_tree(mut uniform: impl FnMut() -> f64, joints: usize) -> Robot {
     Robot {
         name: "tree".to_owned(),
         gravity: Vector3::new(1.0, -2.0, -9.0),
+        drawn: Vec::new(),
         base_shapes: Vec::new(),
         unread_shapes: Vec::new(),
         bodies,

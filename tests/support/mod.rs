@@ -66,7 +66,15 @@ fn body(rng: &mut ChaCha8Rng, index: usize, parent: Option<usize>) -> Body {
 
 fn robot(name: &str, bodies: Vec<Body>) -> Robot {
     let (base_shapes, unread_shapes) = (Vec::new(), Vec::new());
-    Robot { name: name.to_owned(), gravity: STANDARD_GRAVITY, base_shapes, unread_shapes, bodies, coupling: None }
+    Robot {
+        name: name.to_owned(),
+        gravity: STANDARD_GRAVITY,
+        base_shapes,
+        unread_shapes,
+        drawn: Vec::new(),
+        bodies,
+        coupling: None,
+    }
 }
 
 /// A chain of `n` joints, turning and sliding, with axes, frames and inertias in all directions.

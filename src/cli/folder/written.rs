@@ -13,8 +13,8 @@ use crate::files::is_fit_name;
 const SCHEMA: &str = "lostmotion/files/1";
 
 /// Explanation at the head of the list.
-const ABOUT: &str = "Files in the folder above that lostmotion wrote, with the SHA-256 of their content. It replaces these files alone, \
-                     and only while they are as it wrote them.";
+const ABOUT: &str = "Files in the folder above that lostmotion wrote, with the SHA-256 of their content. Only these files are replaced, \
+                     and only if they have not changed since.";
 
 /// The list, by name.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

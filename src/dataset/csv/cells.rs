@@ -67,7 +67,7 @@ pub(super) fn are_units(record: &ByteRecord) -> bool {
 /// Passes text on with one blank for each run of blanks and tabs, and none at the ends of a line.
 pub(super) struct Blanks<R> {
     input: R,
-    /// Whether a blank has to precede the next sign, and whether anything stands before it in its line.
+    /// Whether a blank must precede the next character, and whether its line has any text before it.
     due: bool,
     begun: bool,
     /// Bytes of the input that are converted, and how far they are passed on.

@@ -22,28 +22,28 @@ const WAYS: [(u8, u8); 9] = [
 /// Lines at the beginning that are looked at.
 const LINES: usize = 200;
 
-/// Signs that begin a comment.
+/// Characters that begin a comment.
 const COMMENTS: [&str; 3] = ["#", "%", "//"];
 
 /// How a file of text is to be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Dialect {
-    /// Sign between two cells; a blank stands for a run of blanks and tabs.
+    /// Character between two cells; a blank stands for a run of blanks and tabs.
     pub(super) delimiter: u8,
-    /// Sign before the decimals.
+    /// Decimal sign.
     pub(super) decimal: u8,
-    /// Sign that begins a comment among the rows.
+    /// Character that begins a comment among the rows.
     pub(super) comment: Option<u8>,
     /// Number of lines before the header, or before the first row where there is none; empty lines and comments are not
     /// counted.
     pub(super) skipped: usize,
-    /// Names of the columns if they do not stand in a line of their own: in a comment, or nowhere.
+    /// Names of the columns if they have no line of their own: they are taken from a comment, or the file has none.
     pub(super) names: Option<Vec<String>>,
     /// Whether the names are numbers because the file has none.
     pub(super) nameless: bool,
 }
 
-/// Recognises the dialect of a text by its first lines. `whole`: whether `head` is all of it.
+/// Recognises the dialect of a text by its first lines. `whole` tells whether `head` is the complete text.
 pub(super) fn recognise(head: &[u8], whole: bool) -> Dialect {
     let text = decoded(head);
     let mut lines: Vec<&str> = text.split(['\n', '\r']).collect();
@@ -136,8 +136,8 @@ fn width(rows: &[(usize, &str)], delimiter: u8) -> usize {
     runs.max_by_key(|run| run.len()).map_or(0, |run| run[0])
 }
 
-/// Share of the characters of all rows that stand in cells of numbers of a row of the usual width; less than two cells
-/// are no table. Characters and not cells are counted, so that a way that splits numbers apart does not win.
+/// Share of all characters that belong to numeric cells in rows of the usual width; 0 for fewer than two cells, which
+/// are not a table. Characters are counted instead of cells, so that a way that splits numbers does not win.
 fn score(rows: &[(usize, &str)], (delimiter, decimal): (u8, u8)) -> f64 {
     let width = width(rows, delimiter);
     if width < 2 {
@@ -149,7 +149,7 @@ fn score(rows: &[(usize, &str)], (delimiter, decimal): (u8, u8)) -> f64 {
         all += line.len();
         if ranges.len() == width {
             let cells = ranges.iter().map(|range| line[range.clone()].trim().trim_matches('"'));
-            // The delimiter belongs to the cell, or many short cells would count less than few long ones.
+            // The delimiter counts as part of its cell; otherwise many short cells would count less than a few long ones.
             numbers += cells.filter(|cell| is_number(cell, decimal)).map(|cell| cell.len() + 1).sum::<usize>();
         }
     }
@@ -210,7 +210,7 @@ mod tests {
         assert!(!numpy.nameless && numpy.comment == Some(b'#'));
         let bare = of("0.0,1.5\n0.1,2.5\n");
         assert!(bare.nameless && bare.names.as_deref() == Some(&["1".to_owned(), "2".to_owned()][..]));
-        // A header with a name too few stays the header, and the rows are refused.
+        // A header that lacks a name is still taken as the header, and the rows are refused.
         assert_eq!(of("time,a\n0,1,2\n1,2,3\n").skipped, 0);
         assert!(!of("time,a\n0,1,2\n1,2,3\n").nameless);
     }

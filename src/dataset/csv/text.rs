@@ -57,7 +57,7 @@ impl<'a> Text<'a> {
         })
     }
 
-    /// The first bytes of the text, as UTF-8, and whether they are all.
+    /// The first bytes of the text, as UTF-8, and whether they are the complete text.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -82,7 +82,7 @@ impl<'a> Text<'a> {
     /// The first bytes of the file.
     ///
     /// # Errors
-    /// It is not a regular file of bounded size that is not empty, or cannot be read.
+    /// It is not a regular file, is empty or too large, or cannot be read.
     pub(in super::super) fn raw_head(self) -> Result<Vec<u8>> {
         let mut head = Vec::new();
         let (raw, _) = self.raw()?;
@@ -102,7 +102,7 @@ struct Utf16<R> {
 }
 
 /// Whether a text that begins like this is UTF-16, and then whether the least byte comes first. Without a byte
-/// order mark, three letters of ASCII at the beginning tell.
+/// order mark, this is decided by three ASCII letters at the beginning.
 fn utf16_order(head: &[u8]) -> Option<bool> {
     match head {
         [0xff, 0xfe, ..] => Some(true),

@@ -1,4 +1,4 @@
-//! To which joint a column belongs, and which joint of a model that is.
+//! Assigns columns to joints, and the joints of a file to the joints of a model.
 
 use std::collections::HashMap;
 
@@ -8,12 +8,12 @@ use super::super::table::Table;
 use super::super::words::{Word, meaning};
 use super::{FoundChannel, FoundJoint, channel_of};
 
-/// A name without signs, in lower case.
+/// The letters and digits of a name, in lower case.
 fn folded(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
-/// Puts the columns of a table together to joints.
+/// Groups the columns of a table by joints.
 pub(super) fn group(table: &Table, named: &[(usize, Named)]) -> Vec<FoundJoint> {
     let shared = shared_parts(named);
     let mut joints: Vec<FoundJoint> = Vec::new();
@@ -23,7 +23,7 @@ pub(super) fn group(table: &Table, named: &[(usize, Named)]) -> Vec<FoundJoint> 
         let parts = &found.joint[shared.min(found.joint.len())..];
         let name = parts.join("/");
         let stem: String = folded(&name).chars().filter(|c| !c.is_numeric()).collect();
-        // A number alone tells the joint, whatever word a list of joints is named by.
+        // If the rest of the name is only a word for a list of joints, the number alone identifies the joint.
         let number = found.number.filter(|_| stem.is_empty() || stem == "j" || meaning(&stem) == Some(Word::Filler));
         let key = number.map_or_else(|| folded(&name), |number| number.to_string());
         let place = *places.entry(key).or_insert_with(|| {
@@ -33,16 +33,16 @@ pub(super) fn group(table: &Table, named: &[(usize, Named)]) -> Vec<FoundJoint> 
         let channels = &mut joints[place].channels;
         if let Some(other) = channels.iter().find(|other| other.channel == channel) {
             let other = &table.columns[other.column].name;
-            // A column that repeats another is no doubt, and needs no second channel.
+            // A column with the same values as another raises no doubt and is dropped.
             if table.columns[*column].values == table.column(other).map_or(&[][..], |other| &other.values) {
                 continue;
             }
-            guess = Some(format!("{other} is the {channel} too: which one?"));
+            guess = Some(format!("{other} is also taken for the {channel}: which of the two is it?"));
         }
         let unit = found.unit.map(|unit| (unit.name, unit.scale));
         channels.push(FoundChannel { channel, column: *column, unit, guess, remark });
     }
-    // What has no position beside joints that have one is none: a scaling of the speed, a current of a supply.
+    // If some joints have a position, the others are not joints: a scaling of the speed, a current of a supply.
     let has_position = |joint: &FoundJoint| joint.channels.iter().any(|channel| channel.channel == "position");
     if joints.iter().any(has_position) {
         joints.retain(has_position);
@@ -91,12 +91,12 @@ pub(in super::super) fn assign(joints: &[FoundJoint], model: &JointKinds) -> Opt
     if joints.len() == 1 && model.len() == 1 && joints[0].name == shown("") {
         return Some((vec![Some(0)], false));
     }
-    // Where a joint 0 is none of the model's, joint 1 may be its second.
+    // If joint 0 is not in the model, joint 1 may be the model's second joint.
     let shifted = joints.iter().zip(&places).any(|(joint, place)| joint.number == Some(0) && place.is_none());
     (distinct && !taken.is_empty() && !shifted).then_some((places, false))
 }
 
-/// The places of numbered joints, where as many as the model has are counted from 0 or 1.
+/// The places of numbered joints, if the file has as many as the model and counts them from 0 or 1.
 fn by_number(joints: &[FoundJoint], count: usize) -> Option<Vec<Option<usize>>> {
     let stem = |joint: &FoundJoint| -> String { folded(&joint.name).chars().filter(|c| !c.is_numeric()).collect() };
     let numbers: Vec<u64> = joints.iter().map(|joint| joint.number).collect::<Option<_>>()?;

@@ -108,7 +108,7 @@ pub(super) fn read<R: Read>(mut bytes: Bytes<'_, R>, cells: u64) -> io::Result<F
     array(&mut bytes, "", cells, 0)
 }
 
-/// Reads an array that is a field of the structure `parent`, or a variable where that is empty.
+/// Reads an array: a field of the structure `parent`, or a variable if `parent` is empty.
 fn array<R: Read>(bytes: &mut Bytes<'_, R>, parent: &str, cells: u64, depth: usize) -> io::Result<Found> {
     let nothing = || Ok(Found::Columns(Vec::new()));
     if bytes.left == 0 {

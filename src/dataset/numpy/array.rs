@@ -34,7 +34,7 @@ struct Kind {
     seconds: Option<f64>,
 }
 
-/// A field of a structured array; the only one of any other, without a name.
+/// A field of a structured array. Any other array has one field, without a name.
 #[derive(Debug, Clone, PartialEq)]
 struct Field {
     name: String,
@@ -167,7 +167,7 @@ fn fields(described: &str) -> Result<Vec<Field>, Fault> {
 }
 
 impl Kind {
-    /// The type of numpy that is spelled so: `<f8`, `|b1`, `>i4`, `<M8[ns]`.
+    /// The type that numpy writes like this: `<f8`, `|b1`, `>i4`, `<M8[ns]`.
     fn of(text: &str) -> Result<Self, Fault> {
         let mut rest = text.chars();
         let big_endian = rest.next().ok_or(Fault::Damaged)? == '>';
@@ -201,7 +201,7 @@ impl Kind {
             ('i', width) => {
                 let shift = 64 - 8 * width as u32;
                 let whole = (unsigned << shift).cast_signed() >> shift;
-                // The least number stands for a date that is missing.
+                // The smallest integer stands for a missing date.
                 if self.seconds.is_some() && whole == i64::MIN {
                     column.put(None, String::new);
                 } else {

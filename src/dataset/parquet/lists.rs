@@ -9,8 +9,8 @@ use super::numbers::{Meaning, Value, each_value};
 /// Longest list whose places are columns: more than the joints of any robot. Pictures have more numbers.
 const LONGEST: usize = 1000;
 
-/// Adds the lists of a group of rows. The first list determines how many columns there are; a list of another length is
-/// no number in its row.
+/// Adds the lists of a group of rows. The first list determines how many columns there are; a list of another length
+/// counts as not a number in its row.
 ///
 /// # Errors
 /// They cannot be decoded.
@@ -22,7 +22,7 @@ pub(super) fn read(reader: ColumnReader, meaning: Meaning, defined: i16, columns
             list.clear();
         }
         begun = true;
-        // One more than allowed is enough to tell.
+        // One more than allowed is enough to recognise a list that is too long.
         if list.len() <= LONGEST {
             list.push(value);
         }

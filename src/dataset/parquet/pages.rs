@@ -34,7 +34,7 @@ struct Header {
 
 /// Checks the pages of a column in a group of `rows` rows; returns the decompressed size of all pages so far [bytes].
 ///
-/// `end`: where the pages of the file end.
+/// `end` is the position at which the pages of the file end.
 ///
 /// # Errors
 /// They do not lie within the file, or are too large.

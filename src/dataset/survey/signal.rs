@@ -75,7 +75,7 @@ fn noise(values: &[f64]) -> Option<f64> {
     Some(median / 0.6745 / 20_f64.sqrt())
 }
 
-/// Slopes of a signal; as long as it.
+/// Slopes of a signal, one per sample.
 pub(super) fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
     let last = values.len().saturating_sub(1);
     let slope = |k: usize| {
@@ -151,7 +151,7 @@ mod tests {
         let first = signal(motion);
         for delay_ in [0.0, 0.0123, -0.0304] {
             let found = delay(&first, &signal(|t| motion(t - delay_)), 1e-3).expect("a delay");
-            // A hundredth of a step: what the parabola leaves of a smooth peak.
+            // A hundredth of a step: the parabola finds a smooth peak that precisely.
             assert!((found - delay_).abs() < 1e-5, "{found} for {delay_}");
         }
         assert_eq!(delay(&first, &signal(|t| (7.0 * t).sin()), 1e-3), None);

@@ -5,7 +5,7 @@ use crate::diagnose::instruments::current_lag::Aligned;
 use crate::diagnose::result::{Findings, FoundEffect, Unexplained};
 use crate::robot::Model;
 
-/// Standard errors by which two lags have to differ: one joint and session scatters by 0.2 ms, and few are compared.
+/// Standard errors by which two lags have to differ: the lag of one joint in one session scatters by 0.2 ms, and few lags are compared.
 const SURELY: f64 = 4.0;
 
 /// Findings of both recordings about a late current: a new delay is named as a change, a delay of the reference is not.
@@ -32,7 +32,7 @@ fn in_words(model: &Model, before: &Aligned, now: Option<&Aligned>) -> Vec<Unexp
         let lag = aligned.late.lag;
         format!("{:.2} ± {:.2} ms", 1e3 * lag.value, 1e3 * lag.std_error)
     };
-    let now = now.map_or_else(|| "by nothing that can be told".to_owned(), |now| format!("by {}", words(now)));
+    let now = now.map_or_else(|| "by no measurable time".to_owned(), |now| format!("by {}", words(now)));
     let pattern = format!("the current lags behind the motion {now}; in the reference it lags by {}", words(before));
     model.joints.iter().map(|joint| Unexplained { joint: joint.name.clone(), pattern: pattern.clone() }).collect()
 }

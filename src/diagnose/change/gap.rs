@@ -29,7 +29,8 @@ pub struct SideGap {
     pub agreement: f64,
 }
 
-/// [1] Part of the reversals that have to agree on a gap before it is compared: if they scatter, some links cross the gap before the reversal.
+/// [1] Part of the reversals that have to agree on a gap before it is compared: if they scatter, the link sometimes crosses the gap before
+/// the reversal.
 const LEAST_AGREEMENT: f64 = 0.75;
 impl SideGap {
     /// Whether two gaps may be compared.
@@ -38,9 +39,10 @@ impl SideGap {
     }
 }
 
-/// `gaps[side][joint]`; `None` where the data do not determine the gap. Each side is first measured from any start. An error of the link share
-/// changes the gap, and few reversals agree if the search of one side has failed. Both sides are therefore measured again with the mean of
-/// their shares and from the gap on which more reversals agree; an error of either is then common to both sides.
+/// `gaps[side][joint]`; `None` where the data do not determine the gap. Each side is first measured without a given starting point. An
+/// error of the link share changes the gap, and few reversals agree if the search on one side has failed. Both sides are therefore measured
+/// again with the mean of their shares, starting from the gap on which more reversals agree; an error of either is then common to both
+/// sides.
 pub fn both_sides(
     model: &Model,
     sessions: [&[&TimeSeries]; 2],

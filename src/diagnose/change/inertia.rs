@@ -16,16 +16,16 @@ use crate::diagnose::fit::term::Term;
 use crate::diagnose::rows::zones::{Margins, rigid_zone};
 use crate::effects::{Diagnosable, Effect};
 
-/// Margins where the link floats for certain. On the tuning seeds 38100 to 38104 a change of 10 % is found within its error in these rows; in
-/// one eighth as many rows, without braking, its errors were up to 50 %.
+/// Margins that leave out only rows in which the link floats for certain. On the tuning seeds 38100 to 38104 a change of 10 % is found
+/// within its error in these rows; in one eighth as many rows, without braking, its errors were up to 50 %.
 const CLOSER: Margins = Margins { reversal: [0.0, 0.2], flank: [0.05, 0.15], doubt: [0.0, 0.0] };
 
 /// Standard errors that a change has to exceed. The errors come from the scatter of blocks of 5 s, some 16 fast ones per side: Student's t
 /// with as many degrees of freedom exceeds 3.5 with the probability that a normal error exceeds 3.0, the limit for other changes.
 const SURE_OF_FEW: f64 = 3.5;
 
-/// All changes, including those of rotor inertias that are significant in these rows, with the standing of the latter; `None`
-/// where no inertia is significant.
+/// All changes, including those of rotor inertias that are significant in these rows, and by how many standard errors each of the latter
+/// differs from zero; `None` where no inertia is significant.
 pub fn look_closer(
     problem: &mut Problem,
     changes: &Changes,

@@ -10,7 +10,8 @@ use crate::diagnose::fit::term::Term;
 /// Prior probability that a quantity has changed.
 const PRIOR: f64 = 0.03;
 
-/// Probability of a change of this many standard errors, including natural variation: a normal error against any larger value.
+/// Probability that a quantity has changed, if the difference is `z` standard errors, natural variation included: the likelihood of a
+/// normal error without a change is compared with the largest likelihood of a change.
 pub fn probability(z: f64) -> f64 {
     1.0 / (1.0 + (1.0 - PRIOR) / PRIOR * (-0.5 * z * z).exp())
 }

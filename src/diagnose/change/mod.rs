@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   rows of both recordings ─▶ one baseline + effects of the reference         (shared: an error of the model is on both sides)
-//!                              + changes, columns that are zero in the rows of the reference ─▶ evidence on held-out rows
+//!                              + changes, columns that are zero in the rows of the reference ─▶ evidence on folds of the training rows
 //!   reversals of each side  ─▶ its gap                                         ─▶ difference against both errors
 //! ```
 //!
@@ -99,10 +99,10 @@ fn compare_as_measured(
     let division = Division::new(before.len() + now.len(), sessions.len(), options.held_out_share);
     let sides = Sides { reference: 0..before.len(), now: before.len()..sessions.len() };
 
-    progress("what was there before", 0.1);
+    progress("finding the effects of the reference", 0.1);
     let own: Vec<&TimeSeries> = before.iter().map(AsRef::as_ref).collect();
     let were = effects_of(model, &own, of_before, options)?;
-    progress("fitting both", 0.3);
+    progress("fitting both recordings", 0.3);
     let mut problem = posed(model, &sessions, division, &sides, options)?;
     let shared = shared_terms(&problem, &were);
     drop(were);
@@ -125,7 +125,7 @@ fn effects_of(model: &Model, sessions: &[&TimeSeries], division: Division, optio
     selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))
 }
 
-/// Both recordings as one problem, in which changes are sought: what wide rows show, without inertias where masses are estimated.
+/// Both recordings as one problem, in which changes are sought that wide rows show; without inertias where masses are estimated.
 fn posed<'m>(
     model: &'m Model,
     sessions: &[&TimeSeries],
@@ -141,7 +141,7 @@ fn posed<'m>(
     Ok(problem)
 }
 
-/// The changes that evidence supports and that exceed what the machine does from session to session; `None` where nothing can be fitted.
+/// The changes that evidence supports and that exceed the natural variation between sessions; `None` where nothing can be fitted.
 fn changes(
     problem: &mut Problem,
     shared: Vec<Term>,
@@ -225,7 +225,7 @@ fn shared_terms(problem: &Problem, were: &Selection) -> Vec<Term> {
     inertias.chain(effects).collect()
 }
 
-/// Both recordings, and the findings from before their rows were made.
+/// Both recordings, and what was found before their rows were computed.
 struct Both<'b> {
     model: &'b Model,
     sessions: &'b [&'b TimeSeries],

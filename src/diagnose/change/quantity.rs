@@ -47,14 +47,14 @@ const fn about(
         kind: Kind::Physics,
         scope: Scope::Joint,
         parameters,
-        signature: "a term of the baseline that is larger or smaller than it was",
+        signature: "a term of the baseline that is larger or smaller than in the reference",
         look_alikes: &[],
         separate_by: "repeat both recordings with the same motions, slow and fast, both directions",
         reference: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit (1994), A survey of models, analysis tools and compensation methods for the control of machines with friction",
     }
 }
 
-const CHANGE: &str = "what it is now less what it was";
+const CHANGE: &str = "value now minus value in the reference";
 const EFFORT: &[ParameterSpec] = &[ParameterSpec::new("change", "Δ", "N·m", CHANGE)];
 const SPEED: &[ParameterSpec] = &[ParameterSpec::new("change", "Δ", "rad/s", CHANGE)];
 const DAMPING: &[ParameterSpec] = &[ParameterSpec::new("change", "Δ", "N·m·s/rad", CHANGE)];
@@ -101,7 +101,7 @@ pub fn levels() -> impl Iterator<Item = &'static MachineQuantity> {
     QUANTITIES.iter().filter(|quantity| matches!(quantity.what, What::Coulomb | What::Breakaway | What::Viscous))
 }
 
-/// The inertia of a rotor. Its error is fitted on both sides together, so that a wrong nominal value is no change.
+/// The inertia of a rotor. Its error is fitted on both sides together, so that a wrong nominal value is not taken for a change.
 pub fn rotor_inertia() -> &'static MachineQuantity {
     &QUANTITIES[4]
 }

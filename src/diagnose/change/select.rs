@@ -1,9 +1,9 @@
 //! Selection of the changes that the evidence supports.
 //!
 //! Both recordings share one baseline and the effects of the reference. Possible changes are tried in the rows of now only,
-//! the strongest is taken, and the rest is tried again. A term that explains both recordings as well as one is no change: it is an error of
-//! the model that the reference did not show well enough. At the end a change has to exceed the variation of the same quantity between
-//! sessions of the healthy machine.
+//! the strongest is taken, and the rest is tried again. A term that explains the data equally well when it acts in both recordings is no
+//! change: it is an error of the model that the reference did not show well enough. At the end a change has to exceed the variation of the
+//! same quantity between sessions of the healthy machine.
 
 use crate::diagnose::fit::cause::Cause;
 use std::ops::Range;
@@ -162,8 +162,8 @@ pub fn refresh(problem: &mut Problem, changes: &mut Changes) -> Option<()> {
     Some(())
 }
 
-/// Estimates with further changes of friction where friction has changed. A change is named alone only if the others are too small to see,
-/// and its size must not include them.
+/// Estimates beside the other changes of friction, on joints whose friction has changed. If only one change is named, the others are too
+/// small to be seen, but the size of the named one must not include them.
 pub fn estimates_beside_companions(problem: &Problem, changes: &Changes, sides: &Sides) -> Option<Estimates> {
     let terms = changes.terms();
     let taken = &terms[changes.shared.len()..];

@@ -12,8 +12,8 @@ use super::robust::Estimates;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::term::Term;
 
-/// Sessions count if their standard error is at most this multiple of the smallest one. A slow staircase determines an inertia poorly,
-/// and mainly by errors of the friction law.
+/// Sessions count if their standard error is at most this multiple of the smallest one. A slow staircase determines an inertia poorly: its
+/// result depends mainly on errors of the friction law.
 const AS_TELLING: f64 = 3.0;
 
 /// `τ²` of the first coefficient of an effect on its joints; 0 where only one session determines it.

@@ -10,7 +10,7 @@ use crate::robot::{EffectEntry, Model};
 /// Share of friction behind the gear where it is unknown.
 const LINK_SHARE: f64 = 0.1;
 
-/// What a fit tells of the joints of a model, one entry each.
+/// Results of a fit for the joints of a model, one entry per joint.
 #[derive(Debug, Clone, Copy)]
 pub struct Identified<'f> {
     /// Joints that were judged: the others stay as they are.
@@ -52,7 +52,7 @@ pub fn with_baseline(model: &Model, identified: &Identified) -> Model {
 
 /// The baseline model with the found effects added. Friction and rotors that were fitted in a torque with a wrong scale are corrected.
 ///
-/// Parameters of effects are in true torque, but for what the effects found correct.
+/// Parameters of the effects in `found` are in true torque, except for the scale that effects in `found` correct.
 pub fn with_effects(nominal: &Model, baseline: &Model, found: &[FoundEffect], catalogue: &Catalogue) -> Model {
     let mut model = baseline.clone();
     let factors: Vec<f64> = model.joints.iter().map(|joint| torque_factor(&joint.name, found, catalogue)).collect();
@@ -91,7 +91,7 @@ fn torque_factor(joint: &str, found: &[FoundEffect], catalogue: &Catalogue) -> f
     found.iter().filter(|effect| effect.joints.iter().any(|name| name == joint)).filter_map(of_effect).product()
 }
 
-/// Corrects friction that was fitted in a torque too small by `factor`; a falling part given by the nominal model was not fitted.
+/// Corrects friction that was fitted in a torque too small by `factor`; a falling part given by the nominal model was not fitted and stays.
 fn scale(law: &mut FrictionLaw, factor: f64, falling_given: bool) {
     if let FrictionLaw::Exponential(sides) = law {
         for side in sides {

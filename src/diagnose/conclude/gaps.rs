@@ -47,7 +47,7 @@ pub fn measured(
             return MeasuredGap { measured: Some(gap), ..MeasuredGap::default() };
         }
         if joint.torque_at == TorqueAt::Link {
-            let left_out = "its torque was measured behind the gear: no turn of the rotor shows there. For the same reason the friction is that of the \
+            let left_out = "its torque was measured behind the gear: reversals of the rotor do not show there. For the same reason the friction is that of the \
                             link side, and effects of motor and gear were not sought";
             return MeasuredGap { left_out: Some(left_out.to_owned()), ..MeasuredGap::default() };
         }
@@ -65,7 +65,7 @@ pub fn measured(
         let mean = &found.best.mean;
         if !(mean.std_error > 0.0 && mean.std_error.is_finite()) {
             return MeasuredGap {
-                left_out: Some("the turns of this motion do not determine it".to_owned()),
+                left_out: Some("the reversals of this motion do not determine it".to_owned()),
                 ..MeasuredGap::default()
             };
         }
@@ -77,8 +77,8 @@ pub fn measured(
     (0..model.joints.len()).map(measure).collect()
 }
 
-/// Adds the uncertainty of link angles by gaps. The rotor's angle does not show where in its gap `b` a link is: the angle of the link is within
-/// `± b/2` of it, which is a standard error of `b/√12`.
+/// Adds to angles of links the uncertainty that gaps cause. The rotor's angle does not show where in its gap `b` a link is: the angle of
+/// the link is within `± b/2` of it, which is a standard error of `b/√12`.
 pub fn blur(effects: &mut [FoundEffect], model: &Model, gaps: &[MeasuredGap], catalogue: &Catalogue) {
     for found in effects {
         let joint = model.joints.iter().position(|joint| Some(&joint.name) == found.joints.first());

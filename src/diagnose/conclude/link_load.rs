@@ -13,7 +13,8 @@ use crate::diagnose::select::selection::Selection;
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;
 
-/// Part of Coulomb friction above which a link is held: links had 0.1 to 0.45 of it on the machines of tuning seeds 4800 to 4901.
+/// Part of Coulomb friction above which a torque holds the link on a flank: on the machines of tuning seeds 4800 to 4901 it was 0.1 to
+/// 0.45.
 const HOLDS: f64 = 0.3;
 
 /// Why the gap of a joint cannot be measured in the first sessions of a problem; `None` where no named effect prevents it.
@@ -43,7 +44,7 @@ pub fn why_not(problem: &Problem, selection: &Selection, joint: usize, sessions:
     (!names.is_empty() && held > HOLDS * coulomb).then(|| {
         let unit = motion.model.joints[joint].kind.effort_unit();
         format!(
-            "{} holds the link on a flank of the gear ({held:.2} {unit} RMS, {:.0} % of Coulomb friction): the gap is not crossed as a reversal crosses it",
+            "{} holds the link on a flank of the gear ({held:.2} {unit} RMS, {:.0} % of Coulomb friction): the link does not cross the gap at a reversal as the estimate of the gap assumes",
             names.join(" and "),
             100.0 * held / coulomb.max(1e-300)
         )

@@ -125,7 +125,7 @@ pub fn conclude(
     })
 }
 
-/// Takes the parameters of effects of a joint from the torque of the nominal model to the true one.
+/// Converts the parameters of effects of a joint from torque as the nominal model computes it to true torque.
 fn in_true_torque(problem: &Problem, effects: &mut [FoundEffect], uncertainty: &Uncertainty, catalogue: &Catalogue) {
     let of_joint = |found: &&mut FoundEffect| {
         catalogue.find(&found.effect).is_some_and(|effect| effect.about().scope == Scope::Joint)

@@ -36,9 +36,9 @@ pub fn records(
         } else if !candidate.sensible {
             "its parameters would lie outside their ranges".to_owned()
         } else if !rules.support(total, log_scale) {
-            format!("evidence {total:.1} nats, {:.1} % of the error: below what is asked", 100.0 * log_scale)
+            format!("evidence {total:.1} nats, {:.1} % of the error: too little for a name", 100.0 * log_scale)
         } else {
-            format!("evidence {total:.0} nats alone, superfluous beside what was named")
+            format!("evidence {total:.0} nats alone, superfluous beside the named effects")
         };
         CandidateRecord {
             effect: candidate.effect().name().to_owned(),
@@ -90,7 +90,7 @@ fn baseline(deviates: bool) -> String {
         false => "masses and inertias stay as the model file gives them",
     };
     format!(
-        "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one a session; {nominal}"
+        "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one per session; {nominal}"
     )
 }
 
@@ -118,7 +118,7 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
         filter: filter(sessions),
         half_width,
         zones: format!(
-            "left out: 0.1 s before to 0.2 s after reversals, 0.1 s before to 0.15 s after a change of flank (0.4 and 0.3 s of what errors are judged on), joints with a gap only and no longer than it takes{}; fitted: {}",
+            "left out: from 0.1 s before to 0.2 s after reversals and from 0.1 s before to 0.15 s after changes of flank (for error figures to 0.4 s and 0.3 s after them), only for joints with a gap, and no longer than the link takes to cross it{}; fitted: {}",
             problem.widest_gap.words(),
             rigid.join(", ")
         ),

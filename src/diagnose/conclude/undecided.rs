@@ -1,7 +1,8 @@
 //! What could be behind an unexplained residual: effects that lower the error, with less evidence than a name needs.
 //!
 //! Evidence grows with the number of independent rows, the error that an effect removes does not: in a short or slow recording several
-//! effects may each remove most of the error, and none has enough evidence. They are said to be undecided, with the experiment that would tell.
+//! effects may each remove most of the error, and none has enough evidence. They are reported as undecided, with the experiment that would
+//! separate them.
 
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::options::{MODEL_ERROR, Rules};
@@ -9,7 +10,7 @@ use crate::diagnose::result::Unexplained;
 use crate::diagnose::select::candidates::Candidate;
 use crate::diagnose::select::selection::Selection;
 
-/// Adds to each unexplained residual of a joint without a named effect what could be behind it.
+/// Adds to each unexplained residual of a joint without a named effect the effects that could cause it.
 pub fn add(problem: &Problem, selection: &Selection, rules: &Rules, unexplained: &mut [Unexplained]) {
     for one in unexplained {
         let joint = problem.motion.model.joints.iter().position(|joint| joint.name == one.joint);
@@ -20,7 +21,7 @@ pub fn add(problem: &Problem, selection: &Selection, rules: &Rules, unexplained:
     }
 }
 
-/// Candidates that lower the error of a joint by more than the laws of the catalogue are wrong themselves, the largest fall first.
+/// Candidates that lower the error of a joint by more than the inaccuracy of the catalogue's laws, the largest fall first.
 fn possible<'c>(candidates: &'c [Candidate], joint: usize, rules: &Rules) -> Vec<(&'c Candidate, f64)> {
     let fall = |candidate: &Candidate| candidate.evidence[joint].log_scale;
     let could = |candidate: &&Candidate| {

@@ -100,10 +100,10 @@ pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
     residuals.iter().enumerate().map(of_joint).collect()
 }
 
-/// Residual torque of the joints without a pattern in `said`, where it is too large for an explained torque.
+/// Residual torque of the joints without a pattern in `said`, where it is too large to count as explained.
 ///
-/// Where rows in which a link floats are among those that are judged, the typical residual counts instead of the RMS, which a few such rows
-/// dominate. A torque that is missing all the time, such as that of a control loop that shakes the joint, is in both.
+/// If the judged rows include rows in which a link floats, the typical residual counts instead of the RMS, which a few such rows
+/// dominate. A torque that is missing all the time, such as that of a control loop that shakes the joint, shows in both.
 pub fn shapeless(
     problem: &Problem,
     residuals: &[Residual],
@@ -118,7 +118,7 @@ pub fn shapeless(
         let floors = left / one.floor.max(1e-300);
         let too_much = (percent > LEFT && floors > ABOVE_FLOOR) || (percent > LEFT_CLEARLY && floors > FAR_ABOVE_FLOOR);
         let pattern = format!(
-            "{percent:.0} % of the {}, {floors:.0} times what the sensors leave, in no shape that repeats (a control loop that shakes the joint looks so)",
+            "{percent:.0} % of the {}, {floors:.0} times what the sensors leave, in no shape that repeats (a control loop that shakes the joint looks like this)",
             one.quantity
         );
         too_much.then(|| Unexplained { joint: one.joint.clone(), pattern })

@@ -1,7 +1,8 @@
-//! Independent samples per row as a line sees them: the level of the residual around the order of the line.
+//! Independent samples per row for a line, from the level of the residual around the order of the line.
 //!
 //! Errors of a law of friction or of a nominal mass are slow. Their autocorrelation counts thousands of rows as a few independent samples. A
-//! wave of order `n` in the joint's angle is not slow: of the error it sees only the part that looks like waves of nearly the same order.
+//! wave of order `n` in the joint's angle is not slow: only the part of the error that looks like waves of nearly the same order disturbs
+//! it.
 //! `g(n)` is the gain of likelihood by a cosine and a sine of order `n` in [prewhitened](super::prewhitened) rows, taken as independent. Without a line it is exponential around the
 //! level of its neighbourhood, whatever causes that level. A joint that covers the range `R` resolves orders at the distance `c = 2π/R`, so that
 //! the gains at `n ± (1.5 + k) c` are independent samples of that level. Let `X` be the `m`-th smallest of `K` of them. Then by chance
@@ -10,10 +11,10 @@
 //!   P(g > α X) = Π_{i<m} (K − i)/(K − i + α)
 //! ```
 //! with any level: the `2K` degrees of freedom of the neighbours are part of the formula. The independent samples per row are `ι = T/(α_T X)`,
-//! with the `α_T` at which `−ln P = T`. `T` is the evidence that a name needs before the choice among `N` tried orders is paid for,
+//! with the `α_T` at which `−ln P = T`. `T` is the evidence that a name needs before the reduction for the choice among `N` tried orders,
 //! `T = 12 + ln N`. So `ι g − ln N` reaches 12 nats exactly where one of `N` orders exceeds its neighbours by chance once in `e¹²`.
 //! Neighbours are taken in pairs, one on either side, since a level that falls with the order is at most the mean of such a pair.
-//! Of `K` neighbours a quarter may contain other lines. Left out: lines of so low an order that they have too few neighbours below them:
+//! Of `K` neighbours a quarter may contain other lines. Left out: lines whose order is too low for enough neighbours below it;
 //! they are shapes of the whole stroke, and count as such.
 //! Reference: H. Rohling (1983), Radar CFAR thresholding in clutter and multiple target situations, eq. 16 and 17.
 
@@ -28,13 +29,13 @@ use crate::diagnose::fit::term::Term;
 const NEAREST: f64 = 1.5;
 /// Largest and smallest number of pairs of neighbours.
 const PAIRS: [usize; 2] = [10, 4];
-/// `m/K`: a quarter of the neighbours may be larger for a reason of their own.
+/// `m/K`: a quarter of the neighbours may be larger because they contain other lines.
 const RANK: f64 = 0.75;
-/// [nats] Evidence that a name needs after the choice among orders is paid for.
+/// [nats] Evidence that a name needs after the reduction for the choice among orders.
 const NEEDED: f64 = 12.0;
 
-/// Counts the evidence of those of the terms that are lines as the lines see the rows: where slow errors leave them too little for a name, and where
-/// their neighbours leave them less. Enough evidence beside the slow errors stays, so that it compares with that of other effects.
+/// Replaces the evidence of lines by the evidence against the level of their neighbours: where slow errors leave a line too little for a
+/// name, and where its neighbours leave it less. Otherwise the evidence stays as it is, comparable with that of other effects.
 ///
 /// `fitted` is the loose fit of all terms, `lines` are the places of the terms in question, `evidence` is that of each joint.
 pub fn count_lines(

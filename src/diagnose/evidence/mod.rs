@@ -2,7 +2,7 @@
 //!
 //! Takes a fit and gives the evidence for an effect, its probability, and the rivals that the recording cannot separate from it.
 //! - `prediction`: likelihood of rows that were not used for a fit, and the evidence from it
-//! - `local_level`: independent samples of the residual as a line at an order sees them
+//! - `local_level`: independent samples of the residual for a line at a given order
 //! - `prewhitened`: rows after a filter that makes their errors white
 //! - `probability`: calibrated probability of a named effect
 //! - `separability`: how well a recording separates an effect from all others

@@ -67,7 +67,7 @@ impl Prediction {
 pub struct Evidence {
     /// [nats] Gain of log-likelihood by cross-validation, reduced for the choice among shapes.
     pub nats: f64,
-    /// [1] Logarithm of the ratio of error scales, without the term over with it.
+    /// [1] Logarithm of the error scale without the term, divided by that with it.
     pub log_scale: f64,
 }
 
@@ -85,9 +85,9 @@ pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
 
 /// The evidence for terms whose prediction `after` belongs to the loose fit `with`, against the prediction `before` of the terms `without`.
 ///
-/// Deviations of the nominal model may imitate a term, at a price: the loss of their prior. So an error counts as lowered by as much as it rises
-/// without the term at the same deviations. Evidence from the rows counts where the error falls by more than `least_fall` (logarithm) even though
-/// the deviations are fitted again: below that the laws of friction are wrong themselves.
+/// Deviations of the nominal model may imitate a term, which costs the loss of their prior. The fall of the error by the term is therefore
+/// the rise of the error without the term at the same deviations. Evidence from the rows counts where the error falls by more than
+/// `least_fall` (logarithm) even though the deviations are fitted again: a smaller fall is within the inaccuracy of the friction laws.
 pub fn weighed(
     problem: &Problem,
     without: &[&Term],

@@ -4,9 +4,9 @@
 //!   e_i = Σ_k φ_k e_{i−k} + u_i          k = 1 … 3, least squares over neighbouring rows of the residual e;  u is nearly white
 //!   x'_i = x_i − Σ_k φ_k x_{i−k}         the same for the torque and for every column
 //! ```
-//! The regression of the filtered rows is the one with the smallest errors: a slow error, of friction or of a nominal mass, counts as little
-//! as it repeats from row to row. Three terms follow the overlap of neighbouring kernels and one slow decay.
-//! Left out: errors of another colour in fast than in slow motion.
+//! The regression of the filtered rows is the one with the smallest errors: the more a slow error, of friction or of a nominal mass,
+//! repeats from row to row, the less it counts. Three terms describe the overlap of neighbouring kernels and one slow decay.
+//! Left out: errors whose spectrum differs between fast and slow motion.
 //! References: D. Cochrane, G. H. Orcutt (1949), Application of least squares regression to relationships containing auto-correlated error
 //! terms; G. E. P. Box, G. M. Jenkins (1970), Time Series Analysis, ch. 3.2.
 
@@ -44,7 +44,7 @@ struct Filter {
 }
 
 impl Filter {
-    /// Of the residual of these rows; `None` where too few of them are neighbours.
+    /// Fitted to the residual of these rows; `None` where too few of them are neighbours.
     fn new(problem: &Problem, rows: &[usize], residual: &[f64]) -> Option<Self> {
         let part = &problem.motion.part;
         let follows = |i: &usize| {
@@ -111,7 +111,7 @@ impl Prewhitened {
         Some(elsewhere.min(fitted))
     }
 
-    /// Gain on the rows `judged` by the line, fitted to the rows `used`.
+    /// Gain by the line on the rows `judged`, with coefficients fitted to the rows `used`.
     fn fall(&self, used: &[bool], judged: &[bool]) -> Option<f64> {
         let [without, with] = [self.system.unknowns - self.own, self.system.unknowns].map(|count| {
             let residual = self.residual(count, used)?;

@@ -2,7 +2,7 @@
 //! alone and does not depend on the effects that are named.
 //!
 //! An effect adds the torque `S = Σ c_k column_k` to the measured motion. The baseline and a rival, with its own coefficients and its best
-//! shape, can reproduce a part of `S`; the remainder is `S⊥`. It costs, in nats of expected log-likelihood,
+//! shape, can reproduce a part of `S`; the remainder is `S⊥`. In nats of expected log-likelihood it costs
 //!
 //! ```text
 //!   Δ = ½ · (ν + 1)/(ν + 3) · n_eff/n · Σ S⊥²/s²
@@ -10,9 +10,9 @@
 //! `s` is the scale of the error and `n_eff/n` the independent samples per row, both of a fit that contains the effect; `(ν + 1)/(ν + 3)` is the
 //! Fisher information of Student's t of unit scale. Only training rows count. Without a rival, `Δ` is the visibility of the effect itself.
 //! A rival of one joint may act on every joint, each with its own shape.
-//! The nominal model deviates within its stated accuracy beside every rival: a deviation of `z` standard deviations costs `½ z²`, as one more
-//! row of the column does that has `1/√2` there and 0 in all other columns. On one joint the deviations are as free as their prior,
-//! whatever the other joints say of them, so that `Δ` is a lower bound for effects of a joint.
+//! The nominal model deviates within its stated accuracy beside every rival: a deviation of `z` standard deviations costs `½ z²`. One
+//! additional row represents this cost: it is `1/√2` in the column of the deviation and 0 in all other columns. On one joint the deviations
+//! are as free as their prior, whatever the other joints show, so that `Δ` is a lower bound for effects of a joint.
 //! Left out: two rivals together; effects that are identified by other data than torque against motion: by a joint at rest, by the
 //! command, by reversals.
 //! Reference: C. R. Rao (1945), Information and the accuracy attainable in the estimation of statistical parameters.
@@ -184,7 +184,7 @@ struct Field<'p, 'm> {
     motions: Vec<Motion<'m>>,
     /// Factor from the torque of a joint to the square root of nats.
     factor: Vec<f64>,
-    /// Number of deviations of the nominal model, each with a row for what it costs.
+    /// Number of deviations of the nominal model, each with one row for its cost.
     deviations: usize,
     basis: Vec<Vec<f64>>,
 }
@@ -248,7 +248,7 @@ impl<'p, 'm> Field<'p, 'm> {
         self.rows[place].iter().map(|row| column[*row]).collect()
     }
 
-    /// One vector from one part per joint, in units of its error, and no deviation; a missing part is zero.
+    /// One vector from one part per joint, each divided by its error; a missing part and the rows of the deviations are zero.
     fn joined(&self, parts: &[Vec<f64>]) -> Vec<f64> {
         let mut all = Vec::new();
         for ((part, rows), factor) in parts.iter().zip(&self.rows).zip(&self.factor) {

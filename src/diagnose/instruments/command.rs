@@ -5,8 +5,9 @@
 //! median of the remaining difference there. For each sample, `g = log p(i | 0) − log p(i | u)` compares its likelihood with zero current and with
 //! the commanded current. The log-likelihood of a dead band `u0` is the sum of `g` over all `|u| < u0`; its maximum is exact and needs no
 //! start value. Noise is Student's t, so that samples at a voltage limit have a small weight.
-//! The gain is that of the error within the band on held-out samples, at the `u0` of the training.
-//! Left out: a drive whose current follows more slowly than one sample; it has no band that blocks the current, with a normal response beyond it.
+//! The gain is the fall of the error within the band on held-out samples, with the `u0` of the training samples.
+//! Left out: a drive whose current follows more slowly than one sample: its samples do not show a band that blocks the current and a normal
+//! response beyond it.
 //! Reference: J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation.
 
 use super::claims::{Sighting, claimed};
@@ -248,7 +249,7 @@ fn shuts(sessions: &[Samples], u0: f64) -> bool {
     slope(INSIDE).is_some_and(|slope| slope.abs() < STAYS_AWAY) && slope(OUTSIDE).is_some_and(|slope| slope > FOLLOWS)
 }
 
-/// Gain in the current's error within the band, without the band and with it.
+/// Gain in the current's error within the band, from a model without the band to one with it.
 fn gain(sessions: &[Samples], u0: f64) -> Gain {
     let errors = |samples: &Samples| -> [Vec<f64>; 3] {
         let within = |k: &usize| samples.commands(*k).iter().all(|u| u.abs() < u0);

@@ -87,7 +87,7 @@ fn runs(sessions: &[&TimeSeries], division: Division, number: usize) -> Vec<Rang
     let Some(part) = division.training(number) else { return Vec::new() };
     let [from, to] = part.map(|place| (place * session.len() as f64) as usize);
     let dt = session.sample_interval();
-    // Both ends lose half of the wide kernel, and as much has to be left as they lose.
+    // Both ends lose half of the wide kernel, and what remains has to be at least as long as both losses together.
     let long = |run: &Range<usize>| run.len() as f64 * dt > 4.0 * BAND[1];
     let sampling = Sampling::new(&session.time, dt);
     let even: Vec<_> = sampling.even_runs(from..to).into_iter().filter(long).collect();

@@ -21,7 +21,8 @@ const CHANCE: f64 = 0.005;
 const NEIGHBOURS: [f64; 3] = [1.5, 6.0, 0.5];
 /// Approximate number of rows for a scan.
 const SCANNED_ROWS: usize = 2000;
-/// Share of the orders with a gain above [`LEAST_GAIN`] from which on the structure is no line: a line with its side lobes takes about 1 %.
+/// Largest share of the orders with a gain above [`LEAST_GAIN`]: with more, the structure is no line. A line with its side lobes takes
+/// about 1 %.
 const MOST_RAISED: f64 = 0.15;
 /// [nats, independent rows] Mean gain of the neighbours (1 if the errors are noise) above which a broad structure has to be explained
 /// before any line is judged: 0.4 to 2.5 on tuning machines without a delay (seeds 1000 to 1007, 2403, 3600 to 3701, 6800 to 6901),

@@ -7,7 +7,7 @@ use crate::drive::Sensing;
 use crate::effects::Motion;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// Samples in one block: the motion of all joints at each sample of half an hour would be larger than the recording.
+/// Samples in one block: the motion of all joints at each sample of half an hour would need more memory than the recording.
 const BLOCK: usize = 1 << 16;
 
 /// The first sessions of the problem, as many as are given, minus the torque of the terms that `taken_off` selects, sample by sample.

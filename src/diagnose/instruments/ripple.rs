@@ -5,7 +5,7 @@
 //! and thousands of rows average it. This instrument uses a second set of rows, a few encoder counts wide, where the joint moves and is away
 //! from its reversals. Effects that need narrow rows are judged there, together with other effects that repeat with an angle and look alike.
 //! Their torque is then subtracted from the recorded one, sample by sample, so that the wide rows do not contain it.
-//! Left out: phases of held-out sessions that differ from the training sessions, in the corrected recordings.
+//! Left out: in the corrected recordings, phases of held-out sessions that differ from those of the training sessions.
 
 use crate::diagnose::fit::pose::needs_narrow_rows;
 use crate::diagnose::options::Rules;

@@ -5,7 +5,7 @@
 //!   by the motor alone 0 … τ T²/J, rotor alone;   e: excess of D beyond this range, minus two counts · T²/(h₊ h₋)
 //!   during a slip all else is slow:   J Δθ + I Δq = 0,   Δq − Δθ = δ ± b   ⇒   Δθ = −(δ ± b) I/(I + J)
 //! ```
-//! The lighter rotor takes most of the slip. The position of the link in its gap `b` is unknown, and whether it bounces to the other flank, so
+//! The lighter rotor takes most of the slip. Where in its gap `b` the link is, and whether it bounces to the other flank, is unknown, so
 //! that sessions differ. Flanks that meet at a reversal move the rotor abruptly too, but less, and only where the joint reverses.
 //! A throw that shows in one session only may be a knock from outside and is not named. Throws are sought in the training sessions; the gain is
 //! the reduction of the largest throw of the held-out sessions without the slip. If no separate session is held out, nothing confirms the
@@ -117,7 +117,7 @@ fn in_words(model: &Model, one: &Step) -> String {
     let joint = &model.joints[one.joint];
     let (unit, Step { jump, time, sessions, .. }) = (joint.kind.position_unit(), one);
     format!(
-        "link and rotor step against each other by {:.2e} ± {:.1e} {unit} at {:.2} s in {sessions} sessions; hold a further session out to confirm it",
+        "link and rotor are displaced against each other by {:.2e} ± {:.1e} {unit} at {:.2} s in {sessions} sessions; hold out a further session to confirm it",
         jump.value, jump.std_error, time.value
     )
 }

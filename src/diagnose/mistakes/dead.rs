@@ -2,10 +2,10 @@
 //!
 //! Position: constant while the velocity channel moves the joint, in a whole session by a part of the joint's largest range, or from some sample
 //! on by more than that range. Velocity: constant while the position changes. Current or torque: constant while the joint moves in both
-//! directions, where friction alone changes the sign. A joint that is switched off reads zero in part of a session and swings; so only whole
-//! sessions count, or a nonzero value that stays to the end. Noise: a current or torque that takes a few values alone, of which direction,
-//! speed and angle explain nothing. With `R²` the share of its variance that they explain, noise has `R² ≈ p/N` for `p` columns; Coulomb friction of
-//! one step of the sensor already has tenths.
+//! directions, where friction alone changes the sign. The current of a joint that is switched off is zero in a part of a session while the
+//! joint swings; so only whole sessions count, or a nonzero value that stays to the end. Noise: a current or torque that has only a few
+//! values, which do not depend on direction, speed and angle. With `R²` the share of its variance that these explain, noise has `R² ≈ p/N`
+//! for `p` columns; Coulomb friction of one step of the sensor already has an `R²` of some tenths.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -75,7 +75,7 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Dead> {
     found
 }
 
-/// Its name in a recording.
+/// Name of a channel in a recording.
 pub const fn name(channel: Channel) -> &'static str {
     match channel {
         Channel::Position => "position",
@@ -158,7 +158,7 @@ fn path(time: &[f64], velocity: &[f64]) -> Vec<f64> {
     path.iter().enumerate().map(|(k, x)| x - slope * k as f64).collect()
 }
 
-/// First sample from which on a signal keeps its last value.
+/// First of the samples at the end of a signal that have its last value.
 fn frozen_since(values: &[f64]) -> usize {
     let last = values.last();
     values.len() - values.iter().rev().take_while(|value| Some(*value) == last).count()

@@ -1,7 +1,8 @@
 //! Steps of the position against the model's encoder: one count is `2π / (counts_per_turn · gear_ratio)` at the joint.
 //!
-//! A recorded encoder moves by whole counts, so the data give the size of a count with an error well below one percent. A gear ratio of another
-//! stage, an angle of the motor or degrees change it by exactly that factor. A delay or a resampling interpolates between two samples and gives
+//! A recorded encoder moves by whole counts, so the data give the size of a count with an error well below one percent. The gear ratio of
+//! another stage, angles of the motor, or degrees change it by exactly that factor. A delay or a resampling interpolates between two
+//! samples and gives
 //! parts of counts; repeated readings then still differ by whole counts. Positions that were rounded to a decimal place or filtered have no such
 //! steps, or steps of a round size, and are not judged.
 

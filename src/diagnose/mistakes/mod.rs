@@ -43,7 +43,7 @@ use crate::diagnose::result::{Diagnosis, Method, Parts};
 use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
-/// Mistakes that are likelier than physics; empty where the data show no contradiction to what data and model claim to be.
+/// Mistakes that are likelier than physics; empty where the data contradict neither the stated units and signs nor the model.
 pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     if model.joints.is_empty() {
         return Vec::new();
@@ -85,9 +85,9 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     merged(found.iter().map(|one| words::balance(model, &rows, one)).collect())
 }
 
-/// Recordings without the channels that are dead, and what these were. A joint without a torque is left out of a diagnosis, and a velocity is only
-/// compared with the position. A dead position is kept: nothing is known of the arm's posture without it. So is every channel where no joint would
-/// be left with a torque.
+/// Recordings without the dead channels, and a description of these channels. A joint without a torque is left out of a diagnosis, and a
+/// velocity is only compared with the position. A dead position is kept: nothing is known of the arm's posture without it. All channels are
+/// kept if otherwise no joint would have a torque.
 pub fn without_dead_channels(model: &Model, sessions: Vec<TimeSeries>) -> (Vec<TimeSeries>, Vec<String>) {
     let mut removed = dead::found(model, &sessions.iter().collect::<Vec<_>>());
     removed.retain(|dead| dead.channel != Channel::Position);

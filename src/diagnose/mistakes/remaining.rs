@@ -40,7 +40,7 @@ pub fn found(model: &Model, sessions: &[&TimeSeries], errors: &[FitError]) -> Ve
             joints: vec![joint.name.clone()],
             factor: None,
             evidence: format!(
-                "{}: {:.0} % of the torque on data held out is left after every effect was tried, and {:.0} % of it with masses, tilt, payload and a spring free.",
+                "{}: {:.0} % of the torque on data held out is unexplained after every effect was tried, and {:.0} % of the torque if masses, tilt, payload and a spring are free.",
                 joint.name,
                 fit.after_percent,
                 100.0 * left.sqrt()

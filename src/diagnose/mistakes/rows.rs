@@ -53,7 +53,7 @@ pub struct JointRows {
     pub v: Vec<f64>,
     /// [rad/s² or m/s²]
     pub a: Vec<f64>,
-    /// [rad/s² or m/s²] From the wide kernel: the acceleration that the link follows across a gap too.
+    /// [rad/s² or m/s²] From the wide kernel: the acceleration that the link also has while it crosses a gap.
     pub slow: Vec<f64>,
     /// [N·m or N] motor torque on the joint side.
     pub tau: Vec<f64>,

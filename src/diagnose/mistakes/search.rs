@@ -1,7 +1,7 @@
 //! Mistakes that the torque balance shows: the single change of data or model that makes it fit.
 //!
 //! The balance leaves the share `u` of the squared torque (see [`balance`](super::balance)). It is 0.000 to 0.06 on correct recordings, up to 0.25 on
-//! simulated machines with an effect of twice its full strength, and 0.1 to 1 with a wrong sign. If a joint leaves more than [`SUSPICIOUS`],
+//! simulated machines with an effect of twice its full strength, and 0.1 to 1 with a wrong sign. If `u` of a joint is above [`SUSPICIOUS`],
 //! every change is tried in turn. On correct data each change makes the balance worse or leaves it unchanged, and none halves the RMS. A change is
 //! named if the RMS of a joint falls to half or less, `Σ ln(u_before/u_after)` over all joints also exceeds `ln` [`FACTOR`], and the residual of that
 //! joint is as small as on correct data. Changes that are nearly as good are named as alternatives. The search then repeats with the change applied.

@@ -81,7 +81,7 @@ fn late(model: &Model, _sessions: &[&TimeSeries], ratios: &[Option<(Channel, Rat
         let (channel, ratio) = (*found)?;
         let left = |correlation: f64| 1.0 - correlation * correlation;
         let clear = channel == Channel::Velocity && left(ratio.at_lag) < BETTER * left(ratio.correlation);
-        // Without a sign of its own, the current takes that of the velocity: a late one turns it around reversals.
+        // A current without a sign gets that of the velocity: if the velocity is late, the sign is wrong around reversals.
         let signs = model.joints[joint].current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
         let least = if ratio.lag > 0.0 && !signs { LATE_VELOCITY } else { LATE };
         (clear && ratio.lag.abs() >= least).then(|| words::late_velocity(model, joint, &ratio))

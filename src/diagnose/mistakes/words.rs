@@ -55,7 +55,7 @@ pub fn dead(model: &Model, found: &[Dead]) -> Vec<Mistake> {
             if one.since > 0.0 { format!("from {} s on", figure(one.since)) } else { "all the time".to_owned() };
         let reads = match one.levels {
             1 => format!("is {} {since}", figure(one.value)),
-            levels => format!("takes {levels} values only, on which the motion has no influence"),
+            levels => format!("has only {levels} values, which do not depend on the motion"),
         };
         let evidence = format!(
             "{}: {joint}.{} {reads}, while the joint moves by {} {unit}.",
@@ -109,7 +109,7 @@ pub fn time_base(model: &Model, wrong: &[(usize, Channel, Ratio)], ratio: f64) -
         joints: all(model),
         factor: Some(factor),
         evidence: format!(
-            "Change of position over integral of velocity is the same factor on every joint, and 1 where the time is right: {}.",
+            "Change of position divided by integral of velocity is the same factor on every joint; it is 1 if the time is right: {}.",
             list.join(", ")
         ),
         remedy: format!(
@@ -133,7 +133,7 @@ pub fn velocity(
     let own = name(model, joint);
     let column = if channel == Channel::Velocity { "velocity" } else { "reference_velocity" };
     let evidence = format!(
-        "{own}: change of position over integral of {column} is {} (1 where both are right), correlation {:.3}.",
+        "{own}: change of position divided by integral of {column} is {} (1 where both are right), correlation {:.3}.",
         figure(b),
         ratio.at_lag
     );
@@ -141,12 +141,15 @@ pub fn velocity(
         Meaning::Sign if turned => (
             "sign_of_joint",
             -1.0,
-            "the position runs against velocity and torque: `scale = -1` for `position` in the manifest".to_owned(),
+            "the position has the opposite sign to velocity and torque: `scale = -1` for `position` in the manifest"
+                .to_owned(),
         ),
         Meaning::Sign => (
             "sign_of_velocity",
             -1.0,
-            format!("the velocity runs against position and torque: `scale = -1` for `{column}` in the manifest"),
+            format!(
+                "the velocity has the opposite sign to position and torque: `scale = -1` for `{column}` in the manifest"
+            ),
         ),
         Meaning::Position(unit) => (unit, 1.0 / b, position_remedy(unit)),
         Meaning::Velocity(unit) => (unit, b, velocity_remedy(unit, column)),
@@ -264,7 +267,7 @@ fn count(model: &Model, joint: usize, ratio: f64) -> Mistake {
         ("motor_degrees_for_joint_angle", DEG / n, position_remedy("motor"), Vec::new())
     } else {
         let remedy = format!(
-            "`gear_ratio = {}` for {own} in the model file, if `counts_per_turn` is right; else `counts_per_turn` is {} times what it says",
+            "`gear_ratio = {}` for {own} in the model file, if `counts_per_turn` is right; otherwise multiply `counts_per_turn` by {}",
             figure(n / ratio),
             figure(1.0 / ratio)
         );
@@ -407,7 +410,7 @@ pub fn balance(model: &Model, rows: &[Rows], found: &Culprit) -> Mistake {
     });
     let names: Vec<String> = joints.iter().map(|joint| name(model, *joint)).collect();
     let mut evidence = format!(
-        "Inertia, weight and friction leave {:.0} % of the torque of {} unexplained as recorded, and {:.0} % with this undone.",
+        "Inertia, weight and friction leave {:.0} % of the torque of {} unexplained as recorded, and {:.0} % with this mistake corrected.",
         found.before,
         name(model, found.joint),
         found.after
@@ -418,7 +421,7 @@ pub fn balance(model: &Model, rows: &[Rows], found: &Culprit) -> Mistake {
     others.dedup();
     if !others.is_empty() {
         let list: Vec<String> = others.iter().map(|joint| name(model, *joint)).collect();
-        evidence += &format!(" The same on {} instead explains the data as well.", list.join(" or "));
+        evidence += &format!(" The same mistake on {} instead would explain the data equally well.", list.join(" or "));
     }
     Mistake {
         remedy: remedy(model, rows, found.change, &names),
@@ -437,8 +440,8 @@ fn remedy(model: &Model, rows: &[Rows], change: Change, names: &[String]) -> Str
     let factor = factor.unwrap_or(1.0);
     match change {
         Change::TorqueSign(_) => format!("`scale = -1` for `{column}` in the manifest"),
-        Change::MotionSign(_) => "`scale = -1` for `position` and `velocity` in the manifest, or turn the joint's `<axis>` in the URDF round".to_owned(),
-        Change::AxisSign(_) => "turn the joint's `<axis>` in the URDF round, or `scale = -1` for all its channels in the manifest".to_owned(),
+        Change::MotionSign(_) => "`scale = -1` for `position` and `velocity` in the manifest, or reverse the joint's `<axis>` in the URDF".to_owned(),
+        Change::AxisSign(_) => "reverse the joint's `<axis>` in the URDF, or `scale = -1` for all its channels in the manifest".to_owned(),
         Change::SwapTorque(..) => format!("exchange the columns `{column}` of {list} in the manifest"),
         Change::SwapMotion(..) => format!("exchange the columns `position` and `velocity` of {list} in the manifest"),
         Change::SwapJoints(..) => format!("exchange all columns of {list} in the manifest"),
@@ -450,7 +453,7 @@ fn remedy(model: &Model, rows: &[Rows], change: Change, names: &[String]) -> Str
         Change::TimeScale(_) => format!("multiply the column `time` by {}: its unit or the sample rate is not what the file says", figure(factor)),
         Change::MotionScale(..) if mistake == "motor_angle_for_joint_angle" => position_remedy("motor"),
         Change::MotionScale(..) if mistake == "degrees_for_radians" => "positions are in degrees: `unit = \"deg\"` for `position` and `unit = \"deg/s\"` for `velocity` in the manifest".to_owned(),
-        Change::MotionScale(..) => format!("`scale = {}` for `position` and `velocity` in the manifest: they are in another unit than is said", figure(factor)),
+        Change::MotionScale(..) => format!("`scale = {}` for `position` and `velocity` in the manifest: they are in another unit than stated", figure(factor)),
         Change::TorqueScale(..) => match mistake {
             "sign_of_current" | "sign_of_torque" => format!("`scale = -1` for `{column}` in the manifest"),
             "milliampere_for_ampere" => "currents are in mA: `unit = \"mA\"` for `current` in the manifest".to_owned(),

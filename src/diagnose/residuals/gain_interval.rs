@@ -19,7 +19,8 @@
 use crate::distributions::student_975;
 use crate::replay::{Gain, Pairs};
 
-/// [s] Shortest block: the width of a smoothing kernel and more; shorter where the data hold fewer than [`WANTED_BLOCKS`] of it.
+/// [s] Shortest block: longer than a smoothing kernel. Blocks are shorter where the data contain fewer than [`WANTED_BLOCKS`] of this
+/// length.
 const SHORTEST_BLOCK: f64 = 0.5;
 /// Number of blocks in short data: twice the fewest.
 const WANTED_BLOCKS: f64 = 8.0;

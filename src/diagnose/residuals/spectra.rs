@@ -21,7 +21,7 @@ const FREQUENCIES: usize = 200;
 const LEAST_RIGID: f64 = 0.3;
 /// Number of frequencies on either side of a line from which its background is taken.
 const AROUND: usize = 8;
-/// Amplitude relative to the strongest line of a joint's velocity from which on a frequency belongs to the motion and is not reported.
+/// Amplitude relative to the strongest line of a joint's velocity above which a frequency belongs to the motion and is not reported.
 const OF_MOTION: f64 = 0.02;
 /// Noise bandwidth of the Hann window, in frequency steps.
 const HANN_BANDWIDTH: f64 = 1.5;

@@ -244,7 +244,8 @@ pub struct TwoEncoders {
     /// Total gap after the correction of the delay, unconstrained: a negative value is noise. `None` where the load stays on one flank.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash: Option<Measured>,
-    /// Increase of the encoder difference after a turn of the motion, beyond what friction before the gear causes; given where masses are
+    /// Increase of the encoder difference after a reversal of the motion, beyond what friction before the gear causes; given where masses
+    /// are
     /// estimated. It contains the gap only as far as the link follows the direction of motion and not the load.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lost_motion: Option<Measured>,

@@ -1,4 +1,4 @@
-//! What a diagnosis returns of residuals: shares, maps, spectra, series.
+//! Residuals in the result of a diagnosis: shares, maps, spectra, series.
 
 use serde::Serialize;
 

@@ -4,8 +4,8 @@
 //!   at the motor       τ = J q̈ + F_r(q̇) + τ_link        J rotor, F_r friction of the rotor side
 //!   behind the gear    τ = τ_link = M q̈ + h + F_l(q̇)    F_l friction of the link side
 //! ```
-//! A joint torque sensor sees neither rotor nor motor nor the friction before it. A joint counts as measured there if no session has its current or
-//! its motor torque: these tell of the whole joint.
+//! A joint torque sensor sees neither rotor nor motor nor the friction before it. A joint counts as measured there if no session has its
+//! current or its motor torque, because these show the whole joint.
 
 use std::borrow::Cow;
 
@@ -26,7 +26,7 @@ pub fn as_measured<'m>(model: &'m Model, sessions: &[&TimeSeries]) -> Cow<'m, Mo
     seen
 }
 
-/// Gives the joints of a result what was not seen of them in the model that a diagnosis began with.
+/// Adds to the joints of a result what such a measurement does not show, from the model that the diagnosis began with.
 pub fn complete(result: &mut Model, nominal: &Model) {
     let joints = result.joints.iter_mut().zip(&nominal.joints);
     for (joint, nominal) in joints.filter(|(joint, _)| joint.torque_at == TorqueAt::Link) {

@@ -26,7 +26,8 @@ const ROW_SPACING: f64 = 0.6;
 /// Largest number of rows of a recording, so that the computing time grows slowly with its length.
 const MOST_ROWS: usize = 24_000;
 
-/// Torque [N·m or N, joint side] of a joint, and whether it comes from a current: the motor's, or where the model says so the link's.
+/// Torque [N·m or N, joint side] of a joint, and whether it comes from a current. It is the motor's torque, or the link's where the model
+/// says so.
 pub fn motor_torque(
     model: &Model,
     index: usize,
@@ -169,7 +170,7 @@ fn reach(width: f64, dt: f64) -> usize {
     ((width / dt).round() as usize).max(3)
 }
 
-/// What is asked of the rows.
+/// Requirements on the rows.
 struct Request<'i> {
     /// [kg·m² or kg] Typical inertia of each joint with its rotor.
     inertia: &'i [f64],
@@ -188,9 +189,9 @@ struct Widths<'s> {
     noise: Vec<f64>,
     /// [rad/s or m/s] Speed below which each joint counts as resting.
     rest: Vec<f64>,
-    /// Kernel that a speed is judged by.
+    /// Kernel from which the speed is computed.
     rough: Kernel,
-    /// [s] The narrowest that this machine can need.
+    /// [s] Smallest half width that this machine can need.
     narrowest: f64,
     sampling: &'s Sampling<'s>,
 }
@@ -217,7 +218,7 @@ impl<'s> Widths<'s> {
         let noise = signals.torque.iter().map(|torque| asked.noise_share * root_mean_square(torque)).collect();
         let mut widths =
             Self { model, signals, inertia: asked.inertia, noise, rest, rough, narrowest: HALF_WIDTHS[0], sampling };
-        // Counts of a joint that stands still are far apart in time, and would ask for the widest kernel.
+        // Counts of a joint that stands still are far apart in time, and would require the widest kernel.
         let moving = |joint: &usize| fastest[*joint] > widths.rest[*joint];
         for joint in (0..fastest.len()).filter(moving).collect::<Vec<_>>() {
             widths.narrowest = widths.narrowest.max(widths.wanted(joint, fastest[joint]));
@@ -225,13 +226,13 @@ impl<'s> Widths<'s> {
         widths
     }
 
-    /// [s] Of one joint at a speed.
+    /// [s] Half width that one joint needs at a speed.
     fn wanted(&self, joint: usize, speed: f64) -> f64 {
         let step = self.model.joints[joint].encoder_step();
         wanted_half_width(step, speed, self.inertia[joint], self.noise[joint], self.sampling.median)
     }
 
-    /// [s] Of the row at a sample of a part: the widest that a moving joint needs.
+    /// [s] Half width of the row at a sample of a part: the largest that a moving joint needs.
     fn at(&self, centre: usize, part: usize) -> f64 {
         let mut width = self.narrowest;
         let window = self.sampling.window(&self.rough, centre, part);

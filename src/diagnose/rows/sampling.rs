@@ -94,7 +94,7 @@ impl<'t> Sampling<'t> {
         runs
     }
 
-    /// Samples of a part that are at least `edge` [s] away from both ends, and have neighbours enough for a window.
+    /// Samples of a part that are at least `edge` [s] away from both ends, and have enough neighbours for a window.
     pub fn inner(&self, part: &Range<usize>, edge: f64) -> Range<usize> {
         if part.len() <= 2 * LEAST {
             return part.start..part.start;

@@ -27,7 +27,7 @@ use crate::units::JointKind;
 pub const RIGID: Margins = Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15] };
 /// For error figures, which are plain RMS: a few floating rows would dominate them.
 pub const JUDGED: Margins = Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], doubt: [-0.6, -0.08] };
-/// [1] Part of Coulomb friction from which on a torque that neither rigid body nor friction explains counts as a load. Smaller torques can
+/// [1] Part of Coulomb friction above which a torque that neither rigid body nor friction explains counts as a load. Smaller torques can
 /// come from friction of another law.
 const LOADED: f64 = 0.6;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
@@ -35,7 +35,7 @@ const SETTLING: f64 = 0.1;
 /// [1] Multiple of the crossing time of a gap after which the link rests on the other flank. For an unknown gap 0.2 s are left out, which
 /// corresponds to 8 mrad at 4 rad/s².
 const CROSSINGS: f64 = 3.0;
-/// [1] Part of a joint's RMS torque that may be neglected: as much as noise of the acceleration makes in a row.
+/// [1] Part of a joint's RMS torque that may be neglected: as much as the noise of the acceleration causes in a row.
 const FELT: f64 = NOISE_SHARE;
 /// Number of poses over which the coupling of the joints is averaged.
 const POSES: usize = 16;
@@ -61,9 +61,9 @@ impl Widest {
     pub const fn words(self) -> &'static str {
         match self {
             Self::Any => "",
-            Self::OfGears => " (unknown gaps taken for at most 15 mrad or 0.5 mm, else too few rows remain)",
-            Self::Precise => " (unknown gaps taken for at most 3 mrad or 0.1 mm, else too few rows remain)",
-            Self::None => " (unknown gaps taken for zero, else too few rows remain)",
+            Self::OfGears => " (unknown gaps assumed to be at most 15 mrad or 0.5 mm, otherwise too few rows remain)",
+            Self::Precise => " (unknown gaps assumed to be at most 3 mrad or 0.1 mm, otherwise too few rows remain)",
+            Self::None => " (unknown gaps assumed to be zero, otherwise too few rows remain)",
         }
     }
 

@@ -21,7 +21,7 @@ const MANY_SHAPES: usize = 6;
 const LEAST_GAIN: f64 = 10.0;
 /// Approximate number of rows for a scan of many shapes.
 const SCANNED_ROWS: usize = 2500;
-/// Steps by which a shape follows the coefficients: each leaves the square of the relative error before it.
+/// Steps in which a shape is adapted to the coefficients: each step squares the relative error.
 const IMPROVEMENTS: usize = 3;
 /// Steps of the golden section that refines a shape.
 const REFINEMENTS: usize = 12;
@@ -58,7 +58,7 @@ impl Candidate {
         self.terms.iter().flat_map(|term| term.joints.clone()).collect()
     }
 
-    /// Whether it is one term of a single joint, which is judged beside what the other joints say of the nominal model's deviations.
+    /// Whether it is one term of a single joint, which is judged with the nominal model's deviations as the other joints show them.
     fn is_of_one_joint(&self) -> bool {
         self.terms.len() == 1 && self.terms[0].joints.len() == 1
     }
@@ -267,7 +267,7 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
     }
     gathered.iter_mut().filter(|candidate| candidate.terms.len() > 1).for_each(|one| together(&search, one));
     strongest_first(&mut gathered);
-    // What the other joints say of the deviations is an estimate: the one that would be taken is fitted with all joints.
+    // The deviations that the other joints show are an estimate, so the candidate that would be taken is fitted with all joints.
     let mut fitted: Vec<Cause> = Vec::new();
     while let Some(best) = choose(&gathered, rules).filter(|best| best.is_of_one_joint()).map(Candidate::effect) {
         if fitted.contains(&best) {
@@ -290,8 +290,8 @@ pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate
     found.iter().filter(|other| other.is_accepted(rules)).filter(as_good).min_by_key(|other| other.complexity())
 }
 
-/// The evidence for an effect of joints, fitted with all joints at once. Each joint alone counts the same deviations of the nominal model as explained.
-/// What a joint paid for its shapes stays paid.
+/// The evidence for an effect of joints, fitted with all joints at once. Each joint alone counts the same deviations of the nominal model
+/// as explained. The evidence that each joint lost for the choice of its shapes remains lost.
 fn together(search: &Search, candidate: &mut Candidate) {
     let problem = search.problem;
     let mut terms = search.terms.clone();

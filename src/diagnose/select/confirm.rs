@@ -1,8 +1,9 @@
 //! Confirmation of the chosen effects: an effect is named if its parameters lie in their ranges and it gains on held-out data.
 //!
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
-//! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. So is an effect with a parameter that a later fit
-//! moves out of its range, the weakest of several that gain nothing together, and an effect that is no larger than its standard error.
+//! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
+//! a later fit moves out of its range, the weakest of several effects that gain nothing together, and an effect that is no larger than its
+//! standard error.
 
 use super::own_gains;
 use super::selection::{Selection, evidence_beside, resettle};
@@ -33,7 +34,7 @@ pub fn confirm(
 ) -> Option<Confirmed> {
     let mut withdrawn = Vec::new();
     loop {
-        // Evidence is weighed against deviations of the model, a gain is what the model as it is now loses.
+        // Evidence is computed with free deviations of the model; a gain is computed with the deviations held.
         problem.free();
         let strength = strength(problem, selection);
         problem.hold_again();
@@ -49,7 +50,7 @@ pub fn confirm(
         let compensating = || {
             let judged: Vec<usize> = judged().collect();
             let index = least_of_compensating(problem, selection, &judged, &strength)?;
-            Some((index, "no gain on data held out together with the other effects named there".to_owned()))
+            Some((index, "together with the other effects named there, no gain on data held out".to_owned()))
         };
         let without_size = || {
             let index = least_sure(problem, selection, &judged().collect::<Vec<_>>())?;
@@ -87,7 +88,8 @@ fn least_of_compensating(
         .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
 }
 
-/// The term whose size is known worst, if its standard error is larger. Between that and twice the standard error a size lowers the probability.
+/// The term with the least certain size, if the size is below its standard error. A size between one and two standard errors lowers the
+/// probability.
 fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize]) -> Option<usize> {
     if judged.is_empty() {
         return None;
@@ -140,7 +142,8 @@ fn of_gain(gain: &EffectGain) -> String {
     format!("no gain on data held out: {:.1} % ({low:.1} to {high:.1})", gain.gain_percent)
 }
 
-/// The first parameter of a term that lies outside its range, with a description; or that the term is not what it is named after.
+/// Description of the first parameter of a term that lies outside its range; or that the values of the term are not those of such an
+/// effect.
 fn outside_of_range(problem: &Problem, term: &Term, selection: &Selection, index: usize) -> Option<String> {
     let at = selection.fitted.term_at[index];
     let coefficients = &selection.fitted.solution.coefficients.as_slice()[at..at + term.coefficients()];
@@ -150,7 +153,7 @@ fn outside_of_range(problem: &Problem, term: &Term, selection: &Selection, index
         |name: &str| about.parameters.iter().position(|spec| spec.name == name).and_then(|k| values.get(k).copied());
     let unlike = || {
         let itself = term.effect.is_itself(&problem.motion, term.joints[0], &term.shape, coefficients);
-        (!itself).then(|| "its values, fitted beside all others, are not those of such an effect".to_owned())
+        (!itself).then(|| "fitted together with all others, its values are not those of such an effect".to_owned())
     };
     outside(about, &value).or_else(unlike)
 }

@@ -29,8 +29,9 @@ pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength
     Some(gains)
 }
 
-/// Whether some terms together gain on held-out data: those of a pair whose torques compensate each other gain beside each other, and
-/// together nothing. The gain has to be significant on rows weighted as for one effect, and there must be no significant loss on all rows.
+/// Whether some terms together gain on held-out data: of two terms whose torques compensate each other, each gains beside the other, but
+/// together they gain nothing. The gain has to be significant on rows weighted as for one effect, and there must be no significant loss on
+/// all rows.
 /// `None` where the other terms cannot be fitted.
 pub fn gain_together(problem: &Problem, selection: &Selection, group: &[usize]) -> Option<bool> {
     let terms = selection.terms();

@@ -177,9 +177,9 @@ fn join(taken: &mut Vec<Taken>) {
     *taken = joined;
 }
 
-/// Judges each taken effect and its rivals again beside the others. With `exchange`, the first one beside which another effect predicts better is
-/// replaced by that effect; returns whether one was. The new search may find less of the effect than was taken, such as a line at another order on
-/// fewer joints: what was taken counts.
+/// Judges each taken effect and its rivals again beside the others. With `exchange`, the first one in whose place another effect predicts
+/// better is replaced by that effect; returns whether one was. The new search may find less of the effect than was taken, such as a line at
+/// another order on fewer joints: what was taken counts.
 fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchange: bool) -> bool {
     for index in 0..taken.len() {
         let effect = taken[index].terms[0].effect;

@@ -17,9 +17,9 @@ use crate::diagnose::fit::term::Term;
 /// 7000 of `benches/blind`); in the place of a substitute for an effect removed from the catalogue by 0.09 to 2.
 const CLEARLY: f64 = 0.1;
 
-/// [1] Part of the fall of the error's logarithm by a name that may remain beside patterns which replace it: half-way between a name that they
-/// replace (0) and one that they do not touch (1). Not calibrated; on a recorded arm of six joints two ripples of a motor kept more than all of it,
-/// since patterns lower the other errors.
+/// [1] Largest part of the fall of the error's logarithm that a name may keep beside patterns that replace it: half-way between a name that
+/// they replace (0) and one that they do not affect (1). Not calibrated; on a recorded arm of six joints two ripples of a motor kept more
+/// than the whole fall, since the patterns lower the other errors.
 const KEPT: f64 = 0.5;
 
 /// Withdraws the names that a pattern describes better; `None` where the rest cannot be fitted.

@@ -1,14 +1,14 @@
-//! How likely the counts of one reversal are, if the gap is `b` and the measured current drove the rotor.
+//! Likelihood of the encoder counts of one reversal, if the gap is `b` and the measured current drove the rotor.
 //!
-//! An ensemble of guesses at rotor and link runs along the reversal, each with its own torque noise and its own idea of the
-//! friction. At every sample the encoder says that the rotor is in one count, `lo ≤ θ < lo + δ`. The ensemble's mean `μ` and
-//! variance `σ²` of `θ` tell how likely that was, and are moved to the moments of the normal variable cut off at the count's
-//! ends; all other states follow by their covariance with `θ`:
+//! An ensemble of guesses at the state of rotor and link is simulated along the reversal, each with its own torque noise and its own
+//! friction. At every sample the encoder shows that the rotor is in one count, `lo ≤ θ < lo + δ`. The ensemble's mean `μ` and
+//! variance `σ²` of `θ` give the likelihood of this reading. They are then moved to the moments of the normal distribution truncated to
+//! the count; all other states follow by their covariance with `θ`:
 //!
 //! ```text
 //!   S² = σ² + σ_o²     μ ← μ + (σ²/S) d     σ² ← σ² (1 − σ²/S² k)     ln L += ln Z         d, k, Z: `truncated`
 //! ```
-//! so an edge, or its absence, places the rotor inside a count, wherever the current says that it should be.
+//! So an edge, or its absence, places the rotor inside a count, even where the current predicts another position.
 //!
 //! Left out: correlation of the torque noise in time. The likelihood is therefore too sharp; the scatter of the reversals
 //! gives the standard error.
@@ -21,10 +21,10 @@ use rand_distr::{Distribution, StandardNormal};
 use super::transmission::{Member, Transmission};
 use super::truncated::Truncated;
 
-/// Least `ln Z` of one sample: a reading that no guess explains counts, but does not drown all others.
+/// Lower bound of `ln Z` of one sample: a reading that no guess explains counts, but does not outweigh all others.
 const WORST_SAMPLE: f64 = -20.0;
 
-/// How near to the far flank a guess may come before gaps part ways, in counts.
+/// Distance of a guess from the far flank, in counts, at which the runs for different gaps separate.
 const MARGIN: f64 = 2.0;
 
 /// The measured reversal, with what is known of the machine there.
@@ -40,13 +40,13 @@ pub(super) struct Window<'a> {
     pub position: &'a [f64],
     /// `τ` [N·m or N] motor torque between a sample and the next.
     pub torque: Vec<f64>,
-    /// [rad/s or m/s] velocity at the first sample, roughly.
+    /// [rad/s or m/s] approximate velocity at the first sample.
     pub velocity: f64,
     /// Seed of the ensemble's noise; the same for every gap, so that likelihoods compare.
     pub seed: u64,
 }
 
-/// How wide the guesses spread.
+/// Spread of the guesses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Spread {
     /// Number of guesses.
@@ -74,7 +74,7 @@ pub(super) struct Score {
     pub share: [f64; 2],
 }
 
-/// The guesses that a reversal starts with, and the noise that each meets.
+/// Random numbers of a reversal: for the initial guesses, and for the noise on each of them.
 #[derive(Debug)]
 pub(super) struct Draws {
     start: Vec<[f64; 4]>,
@@ -92,7 +92,7 @@ impl Draws {
     }
 }
 
-/// An ensemble on its way along a reversal.
+/// An ensemble at one sample of a reversal.
 #[derive(Debug, Clone)]
 pub(super) struct Run<'a> {
     window: &'a Window<'a>,
@@ -106,7 +106,7 @@ pub(super) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// The stretch that all gaps from `smallest` to `largest` have in common: until a guess comes near the far flank of the
+    /// Runs the stretch that is the same for all gaps from `smallest` to `largest`: until a guess comes near the far flank of the
     /// smallest.
     pub fn before_contact(
         window: &'a Window,
@@ -122,7 +122,7 @@ impl<'a> Run<'a> {
         run
     }
 
-    /// The rest of the reversal for the gap `b`. Below `floor` it is given up: what is left could only lower it.
+    /// Runs the rest of the reversal for the gap `b`. It stops once `ln L` is below `floor`: the remaining samples could only lower it.
     pub fn score(&self, gap: f64, floor: f64) -> Score {
         let mut run = self.with(gap);
         while run.log_likelihood >= floor && run.step() {}
@@ -147,7 +147,7 @@ impl<'a> Run<'a> {
         run
     }
 
-    /// One sample on; false at the end of the window.
+    /// Advances by one sample; false at the end of the window.
     fn step(&mut self) -> bool {
         let Window { transmission, torque, interval, position, count, .. } = self.window;
         let Some(tau) = torque.get(self.sample) else { return false };
@@ -188,7 +188,7 @@ fn guesses(window: &Window, draws: &Draws, gap: f64, spread: &Spread) -> Vec<Mem
         .collect()
 }
 
-/// Moves the guesses to what the encoder says; returns `ln Z` of that reading.
+/// Corrects the guesses by an encoder reading; returns `ln Z` of that reading.
 fn assimilate(members: &mut [Member], middle: f64, count: f64, blur: f64) -> f64 {
     let [mean, deviation] = moments(members.iter().map(|member| member.theta));
     let variance = deviation * deviation;
@@ -216,7 +216,7 @@ fn assimilate(members: &mut [Member], middle: f64, count: f64, blur: f64) -> f64
 /// Covariance of v, q, w, s and the level with θ.
 fn covariances(members: &[Member], mean_theta: f64) -> [f64; 5] {
     let n = members.len() as f64;
-    // Σ(θ − mean) = 0, so any reference will do; one close by keeps the digits.
+    // Σ(θ − mean) = 0, so any reference value gives the same sum; a close one keeps the precision.
     let states = |m: &Member| [m.v, m.q, m.w, m.share, m.level];
     let mut products = [0.0; 5];
     let first = states(&members[0]);

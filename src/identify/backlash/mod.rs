@@ -9,9 +9,9 @@
 //!                 t1   t2                           t1       t2
 //! ```
 //!
-//! Two estimators stand side by side, each with every single value:
+//! Two estimators are reported, each with every single value:
 //! - `paper`: equation 15 of L. Márton, B. Lantos (2009), literally and with the filter that noisy current needs;
-//! - `best`: the likelihood of the counts seen, given the current that flowed, pooled over all reversals.
+//! - `best`: the likelihood of the recorded counts, given the measured current, pooled over all reversals.
 //!
 //! The gap is the total one at the joint, `b` (the paper's equation 3 has ±β, half of it, at the motor).
 
@@ -37,12 +37,13 @@ use crate::gearhead::Friction;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
-/// The gap of one joint, by the paper's procedure and by the estimator that the program stands behind.
+/// The gap of one joint, by the paper's procedure and by the estimator whose result the program uses.
 ///
-/// `friction` is the law just identified on the same data; its `link_share` need not be known, the fit frees it.
+/// `friction` is the law just identified on the same data; its `link_share` need not be known, because the fit estimates it.
 ///
 /// # Errors
-/// The data lack position or current of the joint (a current without sign needs its command beside it), hold fewer than three reversals of it, or none that tells of the gap.
+/// The data lack position or current of the joint (a current without sign needs its command as well), hold fewer than three reversals
+/// of it, or none that determines the gap.
 pub fn identify(
     model: &Model,
     joint: usize,
@@ -52,8 +53,8 @@ pub fn identify(
     identify_from(model, joint, data, friction, Known::default())
 }
 
-/// As [`identify`], for a gap that is known to be within some counts of `near` [rad or m], with the link share held: gap and share make
-/// up for each other, so two recordings of one machine compare best at one share.
+/// As [`identify`], for a gap that is known to be within some counts of `near` [rad or m], with the link share held. Errors of gap and
+/// share can compensate each other, so two recordings of one machine are best compared at one share.
 ///
 /// # Errors
 /// As [`identify`].

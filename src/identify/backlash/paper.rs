@@ -5,10 +5,10 @@
 //!   b = |∫ θ̇ dt|,  t1 … t2,  by the trapezoid rule
 //! ```
 //!
-//! Literally, the first local minimum of a noisy current is the first pair of samples: the estimate collapses. The filter that
-//! the rule needs is a zero-phase mean over [`WIDTH`], and a minimum between a fall and a rise above the noise ([`RISE`]).
-//! It still ends the gap too early: while the rotor crosses the gap alone the current shows a plateau, and where friction falls
-//! with speed, bursts.
+//! Taken literally, the first local minimum of a noisy current is at the first pair of samples, and the estimate collapses. The filter
+//! that the rule needs is a zero-phase mean over [`WIDTH`], and a minimum between a fall and a rise above the noise ([`RISE`]).
+//! The filtered rule still ends the gap too early: while the rotor crosses the gap alone the current shows a plateau, and where
+//! friction falls with speed, bursts.
 //! Left out in both forms: the link coasting through the gap while the motor brakes, and the lag of the velocity channel.
 //! Reference: L. Márton, B. Lantos (2009), section III-B.
 
@@ -16,11 +16,11 @@ use super::result::{EstimatorResult, LeftOut, Reason, ReversalGap};
 use super::reversal::{Reversal, Session};
 use crate::identify::signals::Signals;
 
-/// Number of the last reversals that the gap is taken from.
+/// The gap is computed from this number of the last reversals.
 const LAST_REVERSALS: usize = 10;
 /// [s] Width of the zero-phase mean of the current.
 const WIDTH: f64 = 0.060;
-/// Fall from the peak before the minimum, and rise after it, that count, as a part of the steady current's magnitude after the reversal.
+/// Least fall from the peak before the minimum, and least rise after it, as a part of the steady current's magnitude after the reversal.
 const RISE: f64 = 0.2;
 
 /// Equation 15 on the raw current.
@@ -33,7 +33,7 @@ pub(super) fn filtered(sessions: &[Session]) -> EstimatorResult {
     estimate("paper_filtered", sessions, WIDTH, RISE)
 }
 
-/// The values of the last ten reversals, and those of them that have none.
+/// The values of the last ten reversals that have one, and the reversals that have none.
 fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> EstimatorResult {
     let (mut values, mut left_out) = (Vec::new(), Vec::new());
     for Session { signals, reversals, .. } in sessions {

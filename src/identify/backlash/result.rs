@@ -1,4 +1,4 @@
-//! What comes out: each value measured, their mean, and what was left out with the reason.
+//! Results: each measured value, their mean, and the reversals that were left out, with the reason.
 
 use crate::identify::quantity::Quantity;
 
@@ -14,9 +14,9 @@ pub struct BacklashIdentification {
     pub paper: EstimatorResult,
     /// Equation 15 taken literally: raw current, first local minimum.
     pub paper_literal: EstimatorResult,
-    /// The estimator that the program stands behind.
+    /// The estimator whose result the program uses.
     pub best: EstimatorResult,
-    /// [1] Part of the friction that acts on the link, a by-product of `best`; `None` where the data do not tell.
+    /// [1] Part of the friction that acts on the link, a by-product of `best`; `None` if the data do not determine it.
     pub link_share: Option<Quantity>,
 }
 
@@ -28,7 +28,7 @@ impl BacklashIdentification {
         }
     }
 
-    /// Whether the gap that `best` found cannot be told from none: its 95 % interval reaches zero.
+    /// Whether the gap that `best` found cannot be distinguished from zero: its 95 % interval reaches zero.
     pub fn consistent_with_zero(&self) -> bool {
         self.best.mean.interval[0] <= 0.0
     }
@@ -45,7 +45,7 @@ pub struct EstimatorResult {
     pub mean_deviation_percent: f64,
     /// The value of each reversal.
     pub values: Vec<ReversalGap>,
-    /// The reversals that told nothing.
+    /// The reversals that give no value.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -63,13 +63,13 @@ pub struct ReversalGap {
     pub std_error: f64,
 }
 
-/// Serde's wish for a reference.
+/// Takes a reference because serde requires one.
 #[allow(clippy::trivially_copy_pass_by_ref)]
 fn not_a_number(value: &f64) -> bool {
     value.is_nan()
 }
 
-/// A reversal that told nothing about the gap.
+/// A reversal that gives no value of the gap.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct LeftOut {
     /// [s] When the rotor turned.
@@ -78,7 +78,7 @@ pub struct LeftOut {
     pub reason: Reason,
 }
 
-/// Why a reversal tells nothing.
+/// Why a reversal gives no value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {

@@ -6,10 +6,10 @@ use crate::identify::signals::Signals;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
-/// Reversals below which no gap is estimated.
+/// Fewest reversals from which a gap is estimated.
 const FEWEST: usize = 3;
 
-/// Reversals of a session that the gap is taken from at most.
+/// Largest number of reversals of a session that are used.
 const MOST: usize = 12;
 /// Part of the steady speed below which a stroke counts as braking.
 const BRAKING: f64 = 0.9;
@@ -31,8 +31,8 @@ pub(super) struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// The signals of a joint and their reversals; `None` where the recording lacks them, or where the current's sign was lost
-    /// and its command, which tells it, was not recorded.
+    /// The signals of a joint and their reversals; `None` if the recording lacks them, or if the current's sign was not measured
+    /// and its command, which gives the sign, was not recorded.
     pub fn of(model: &'a Model, joint: usize, series: &'a TimeSeries) -> Option<Self> {
         let mut signals = Signals::of(model, joint, series)?;
         if signals.rectified {
@@ -56,11 +56,11 @@ fn sign_by_command(torque: &mut [f64], command: &[f64]) {
 /// A turn of the motor between two strokes. Sample indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reversal {
-    /// Where the stroke before it is half done.
+    /// Middle of the stroke before it.
     pub start: usize,
     /// First sample at the extreme position.
     pub turn: usize,
-    /// Where the stroke after it is half done.
+    /// Middle of the stroke after it.
     pub end: usize,
     /// Direction after it: +1 or −1.
     pub direction: i8,
@@ -112,7 +112,7 @@ fn gentlest(mut reversals: Vec<Reversal>, position: &[f64], interval: f64) -> Ve
     let span = (SPEED_SPAN / interval).round().max(1.0) as usize;
     reversals.sort_by_cached_key(|reversal| {
         let (start, steady) = braking(position, reversal, span);
-        // A deceleration in any unit, ordered as its bits are: it is not negative.
+        // A deceleration in any unit. It is not negative, so its bits sort in the same order.
         (steady / (reversal.turn - start).max(1) as f64).to_bits()
     });
     reversals.truncate(MOST);
@@ -120,7 +120,7 @@ fn gentlest(mut reversals: Vec<Reversal>, position: &[f64], interval: f64) -> Ve
     reversals
 }
 
-/// Start, every extreme that is left by at least `stroke` on both sides, and the end of the last stroke.
+/// Start, every extreme with a stroke of at least `stroke` on both sides, and the end of the last stroke.
 fn extremes(position: &[f64], stroke: f64) -> Vec<usize> {
     let mut found = Vec::new();
     let (mut low, mut high, mut direction) = (0, 0, 0i8);
@@ -162,13 +162,13 @@ pub(super) fn enough(sessions: &[Session], joint: &str) -> Result<()> {
     Ok(())
 }
 
-/// The error of data in which no reversal tells of the gap.
+/// The error of data in which no reversal determines the gap.
 pub(super) fn uninformative(joint: &str) -> Error {
     Error::TooLittleData {
         quantity: "backlash",
         joint: joint.to_owned(),
         found: 0,
-        unit: "reversals that tell of it",
+        unit: "reversals that determine it",
         needed: FEWEST,
         advice: "reverse where gravity on the joint is nearly zero, and brake gently",
     }

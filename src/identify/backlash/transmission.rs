@@ -4,12 +4,12 @@
 //!   J v̇ = τ − T(x, ẋ) − (1 − s) F(v)         x = θ − q
 //!   I ẇ = T(x, ẋ) − s F(w) − G(q)            T: the gearhead's flanks, b < 0 meaning that they are preloaded; F: its law
 //! ```
-//! Friction is set-valued: a step that it can stop ends at rest, and rest holds until the torque exceeds breakaway.
+//! Friction is set-valued: a motion that it can stop within a step ends at rest, and stays at rest until the torque exceeds breakaway.
 //! In the gap and at rest a whole sample is one step; near and in contact it is [`CONTACT_STEPS`].
 
 use crate::gearhead::{DeadZone, Direction, FrictionLaw, slowed};
 
-/// Steps a sample in contact: the rotor on the gear's stiffness turns by 0.1 rad a step at 400 rad/s and 1 ms.
+/// Steps per sample in contact: the rotor's oscillation on the gear's stiffness advances by 0.1 rad per step at 400 rad/s and 1 ms.
 pub(super) const CONTACT_STEPS: usize = 5;
 
 /// What is known of a joint at one reversal.
@@ -19,7 +19,7 @@ pub(super) struct Transmission {
     pub rotor_inertia: f64,
     /// `I` [kg·m² or kg] inertia of all that the joint moves, at this posture.
     pub link_inertia: f64,
-    /// The flanks; their gap is what is sought.
+    /// The flanks; their gap is the unknown.
     pub dead_zone: DeadZone,
     /// `F` friction of rotor and link together.
     pub friction: FrictionLaw,
@@ -33,7 +33,7 @@ pub(super) struct Transmission {
     pub origin: f64,
 }
 
-/// A guess at the state of rotor and link, with what it takes the friction to be.
+/// A guess at the state of rotor and link, with the friction that it assumes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Member {
     /// `θ` [rad or m] rotor.
@@ -76,7 +76,7 @@ impl Transmission {
         let h = dt / steps as f64;
         let rotor = self.levels(member.v, on_rotor, reach / dt);
         let link = self.levels(member.w, on_link, reach / dt);
-        // What a torque changes in a step: one division each, not four in every step.
+        // Change of velocity per torque in a step, computed once: two divisions instead of four in every step.
         let [of_rotor, of_link] = [h / self.rotor_inertia, h / self.link_inertia];
         for _ in 0..steps {
             let torque = gear.of_flanks(member.theta - member.q, member.v - member.w);
@@ -95,7 +95,7 @@ impl Transmission {
         }
     }
 
-    /// Whether friction at rest stands up to a torque.
+    /// Whether friction at rest holds against a torque.
     fn holds(&self, factor: f64, tau: f64) -> bool {
         tau.abs() <= factor * self.breakaway[Direction::of(tau).index()]
     }

@@ -11,10 +11,10 @@ use std::f64::consts::PI;
 
 use crate::distributions::normal_upper_tail as upper_tail;
 
-/// Beyond this many standard deviations an interval's end is as good as infinite, or a tail is its asymptote.
+/// Beyond this many standard deviations an interval's end counts as infinite, and a tail is replaced by its asymptote.
 const FAR: f64 = 6.0;
 
-/// What an interval says of a standard normal variable.
+/// Moments of a standard normal variable that lies in an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Truncated {
     /// `ln Z`.

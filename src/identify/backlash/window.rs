@@ -1,4 +1,4 @@
-//! The stretch of a recording about a reversal that tells of the gap, with what is known of the machine there.
+//! The part of a recording around a reversal that shows the gap, with what is known of the machine there.
 
 use super::ensemble::Window;
 use super::reversal::{Reversal, SPEED_SPAN, Session, braking};
@@ -10,13 +10,13 @@ use crate::robot::JointModel;
 const LONGEST_LEAD: f64 = 0.5;
 /// [s] Longest stretch after the turn.
 const LONGEST_TAIL: f64 = 6.0;
-/// [s] What is looked at after the rotor has gone further than the gap.
+/// [s] Time that is evaluated after the rotor has moved farther than the gap.
 const AFTER_CONTACT: f64 = 0.10;
-/// Smallest count, as a part of the range of motion: what an exact encoder is taken for.
+/// Smallest count, as a part of the range of motion: an exact encoder is treated as one with this count.
 const FINEST_COUNT: f64 = 1e-5;
 
-/// [rad] Most by which rotor and link turn on the spring of a rigid gear in a step: the symplectic steps keep its energy within `x²/8`,
-/// 1 %.
+/// [rad] Largest phase by which rotor and link, on the spring of a rigid gear, oscillate in a step: the symplectic steps keep its
+/// energy within `x²/8`, 1 %.
 const STEP_ANGLE: f64 = 0.3;
 
 /// A reversal with its window.
@@ -89,7 +89,7 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
     let rotor_inertia = joint.rotor_beside(link_inertia);
     let mobility = 1.0 / rotor_inertia + 1.0 / link_inertia;
     let known = joint.flanks(0.0, rotor_inertia + link_inertia, mobility);
-    // A rigid gear is not stiffer than the steps of a sample in contact can follow.
+    // The stiffness of a rigid gear is limited to what the steps of a sample in contact can follow.
     let followed = (STEP_ANGLE * CONTACT_STEPS as f64 / session.signals.interval).powi(2) / mobility;
     let softer = if joint.gear_stiffness.is_none() { (followed / known.stiffness).min(1.0) } else { 1.0 };
     Transmission {

@@ -1,12 +1,14 @@
-//! The arm in three dimensions: its shapes, with the poses of its links.
+//! The arm in three dimensions: the meshes of its links, or their collision shapes, with the poses of the links.
+
+use std::fs;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rerun::RecordingStream;
-use rerun::components::FillMode;
+use rerun::components::{FillMode, MediaType};
 
 use super::Motion;
 use super::entities::{failed, log_static, single, times};
-use crate::dynamics::Dynamics;
+use crate::dynamics::{Dynamics, convex_hull};
 use crate::error::Result;
 use crate::robot::{Geometry, Robot, Shape};
 
@@ -17,19 +19,23 @@ const LINKS: [[u8; 3]; 6] =
 /// Colour of obstacles.
 const OBSTACLE: [u8; 3] = [200, 80, 60];
 
-/// Shapes below `arm/<link>`, obstacles below `arm/obstacles`, and the motion of their links from `start` [s] on.
+/// [bytes] Most of all mesh files: a recording is to be opened at once.
+const MOST_BYTES: u64 = 64 << 20;
+
+/// Meshes and shapes below `arm/<link>`, obstacles below `arm/obstacles`, and the motion of their links from `start` [s] on.
 pub fn log(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Result<()> {
     let robot = motion.robot;
-    for (index, shape) in robot.base_shapes.iter().enumerate() {
+    let drawn = log_meshes(stream, robot)?;
+    for (index, shape) in robot.base_shapes.iter().enumerate().filter(|_| !drawn.contains(&None)) {
         log_shape(stream, &format!("arm/base/{index}"), shape, LINKS[0])?;
     }
-    for (number, body) in robot.bodies.iter().enumerate() {
+    for (number, body) in robot.bodies.iter().enumerate().filter(|(number, _)| !drawn.contains(&Some(*number))) {
         let colour = LINKS[1 + number % (LINKS.len() - 1)];
         for (index, shape) in body.shapes.iter().enumerate() {
             log_shape(stream, &format!("arm/{}/{index}", body.name), shape, colour)?;
         }
     }
-    if extent_of_shapes(robot).is_none() {
+    if drawn.is_empty() && extent_of_shapes(robot).is_none() {
         log_skeleton(stream, robot)?;
     }
     for obstacle in motion.obstacles {
@@ -163,10 +169,45 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
             let spheres = rerun::Ellipsoids3D::from_centers_and_radii(centre, [single(*radius)]);
             log_static(stream, path, &spheres.with_colors([colour]).with_fill_mode(FillMode::Solid))
         }
-        Geometry::ConvexHull(corners) => {
-            let points =
-                corners.iter().map(|corner| <[f32; 3]>::from((shape.pose * Point3::from(*corner)).coords.map(single)));
-            log_static(stream, path, &rerun::Points3D::new(points).with_colors([colour]))
-        }
+        Geometry::ConvexHull(points) => log_static(stream, path, &hull(points, &shape.pose, colour)),
     }
+}
+
+/// The convex hull of some points, its triangles shaded as plane faces.
+fn hull(points: &[Vector3<f64>], pose: &Isometry3<f64>, colour: [u8; 3]) -> rerun::Mesh3D {
+    let triangles = convex_hull(points).unwrap_or_default();
+    let corners =
+        triangles.iter().flatten().map(|corner| <[f32; 3]>::from((pose * Point3::from(*corner)).coords.map(single)));
+    let normal =
+        |[a, b, c]: &[Vector3<f64>; 3]| <[f32; 3]>::from((pose * (b - a).cross(&(c - a)).normalize()).map(single));
+    let normals = triangles.iter().flat_map(|triangle| [normal(triangle); 3]);
+    rerun::Mesh3D::new(corners).with_vertex_normals(normals).with_albedo_factor(tint(colour))
+}
+
+fn tint([red, green, blue]: [u8; 3]) -> rerun::components::AlbedoFactor {
+    rerun::Rgba32::from_rgb(red, green, blue).into()
+}
+
+/// Meshes of links below `arm/<link>/drawn`; returns the bodies that are drawn by meshes, and `None` for the base. A file that cannot be read
+/// leaves its link to the collision shapes.
+fn log_meshes(stream: &RecordingStream, robot: &Robot) -> Result<Vec<Option<usize>>> {
+    let mut drawn = Vec::new();
+    let mut left = MOST_BYTES;
+    for (index, mesh) in robot.drawn.iter().enumerate() {
+        let fits = |file: &fs::Metadata| file.is_file() && file.len() <= left;
+        let content = fs::metadata(&mesh.file).ok().filter(fits).and_then(|_| fs::read(&mesh.file).ok());
+        let (Some(content), Some(format)) = (content, MediaType::guess_from_path(&mesh.file)) else { continue };
+        left = left.saturating_sub(content.len() as u64);
+        let name = mesh.body.map_or("base", |body| robot.bodies[body].name.as_str());
+        let path = format!("arm/{name}/drawn/{index}");
+        let place = rerun::Transform3D::from_translation_rotation_scale(
+            translation(&mesh.pose),
+            quaternion(&mesh.pose),
+            <[f32; 3]>::from(mesh.scale.map(single)),
+        );
+        log_static(stream, &path, &place)?;
+        log_static(stream, &path, &rerun::Asset3D::new(content).with_media_type(format))?;
+        drawn.push(mesh.body);
+    }
+    Ok(drawn)
 }

@@ -1,7 +1,7 @@
 //! Actuators and equalities: what drives a joint, and which joints follow others.
 //!
 //! ```text
-//!   effort limit = |g| · max |forcerange|          g: first number of `gear`; without a range of forces, a `motor`'s range of controls
+//!   effort limit = |g| · max |forcerange|          g: first number of `gear`; for a `motor` without a force range, its control range
 //!   q_1 − q_1ref = a_0 + a_1 (q_2 − q_2ref)        equality of two joints: joint 1 mimics joint 2
 //! ```
 //! Left out: gains, biases and dynamics of actuators, which belong to a controller; tendons, sites and bodies that they drive; equalities of
@@ -18,7 +18,7 @@ use crate::robot::remark::Remark;
 /// What drives a joint.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Actuated {
-    /// [N·m or N] Sum over its actuators; `None` if one of them has none.
+    /// [N·m or N] Sum of the limits of its actuators; `None` if one of them has no limit.
     pub effort: Option<f64>,
     /// [1] Largest `|gear|`.
     pub gear: f64,
@@ -27,7 +27,7 @@ pub(super) struct Actuated {
 /// The actuators by their joints.
 ///
 /// # Errors
-/// A number is none.
+/// A value is not a number.
 pub(super) fn actuators(
     root: &Node,
     classes: &Classes,
@@ -75,10 +75,10 @@ fn effort(item: &Item<'_>, compiler: &Compiler) -> Result<Option<f64>> {
     Ok(limited(item, compiler, "ctrlrange", "ctrllimited")?.map(|range| largest(range) * gain.abs()))
 }
 
-/// A range that is a limit.
+/// A range that acts as a limit; `None` for one that does not.
 ///
 /// # Errors
-/// It is not two numbers.
+/// The range is not two numbers.
 pub(super) fn limited(item: &Item<'_>, compiler: &Compiler, range: &str, switch: &str) -> Result<Option<[f64; 2]>> {
     let on = item.switch(switch)?.unwrap_or(compiler.autolimits);
     Ok(item.array::<2>(range)?.filter(|_| on))
@@ -95,7 +95,7 @@ pub(super) struct Mimic {
 /// Joints that follow others, by their names.
 ///
 /// # Errors
-/// A number is none.
+/// A value is not a number.
 pub(super) fn mimics(root: &Node, classes: &Classes, remarks: &mut Vec<Remark>) -> Result<BTreeMap<String, Mimic>> {
     let mut found = BTreeMap::new();
     for node in root.all("equality").flat_map(|section| &section.children) {

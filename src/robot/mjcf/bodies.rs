@@ -16,13 +16,13 @@ use crate::robot::remark::Remark;
 use crate::robot::tree::Inertia;
 use crate::robot::urdf::written_inertial;
 
-/// Most bodies within each other.
+/// Largest depth of nested bodies.
 const MOST_NESTED: usize = 64;
 
-/// Most bodies: a humanoid with hands has a hundred, a scene some hundred.
+/// Largest number of bodies: a humanoid with hands has a hundred, a scene a few hundred.
 const MOST_BODIES: usize = 5000;
 
-/// Elements of a body that have mass or motion and are not read.
+/// Elements of a body that add mass or motion but are not read.
 const UNREAD: [&str; 5] = ["composite", "flexcomp", "replicate", "attach", "plugin"];
 
 /// The walk through the bodies of a file.
@@ -42,14 +42,14 @@ pub(super) struct Walk<'n> {
     remarks: Vec<Remark>,
 }
 
-/// Where an element of a body is: the body's children are in a `frame` of it, below a class.
+/// Where a child element of a body stands: the `<frame>` around it, and the class that applies there.
 #[derive(Clone, Copy)]
 struct Around<'n> {
     class: Option<&'n str>,
     frame: Isometry3<f64>,
 }
 
-/// What a body consists of, its frames resolved.
+/// The parts of a body, with the frames around them resolved.
 #[derive(Default)]
 struct Parts<'n> {
     joints: Vec<(&'n Node, Around<'n>)>,
@@ -62,7 +62,7 @@ impl<'n> Walk<'n> {
     /// Prepares the walk: names of meshes, references of joints.
     ///
     /// # Errors
-    /// A mesh has no file, a number is none.
+    /// A mesh has no file, or a value is not a number.
     pub fn new(
         root: &'n Node,
         classes: &'n Classes,
@@ -99,8 +99,7 @@ impl<'n> Walk<'n> {
         let scale = item.array::<3>("scale")?.unwrap_or([1.0; 3]);
         for moved in ["refpos", "refquat"] {
             if item.text(moved).is_some() {
-                self.remarks
-                    .push(node.remark(&format!("{moved} is not taken: the mesh collides where its file has it")));
+                self.remarks.push(node.remark(&format!("{moved} is not taken: the coordinates of the file are used")));
             }
         }
         self.meshes.insert(name, (format!("{}{file}", self.compiler.mesh_folder), scale));
@@ -110,7 +109,7 @@ impl<'n> Walk<'n> {
     /// Writes the base and all bodies.
     ///
     /// # Errors
-    /// A value has no meaning, a name of a class is unknown, bodies are nested too deeply.
+    /// A value has no meaning, a class is unknown, or bodies are nested too deeply.
     pub fn all(mut self, root: &'n Node) -> Result<(Written, Drives, Vec<Remark>)> {
         let worlds: Vec<&Node> = root.all("worldbody").collect();
         let around = Around { class: None, frame: Isometry3::identity() };
@@ -122,7 +121,7 @@ impl<'n> Walk<'n> {
         let line = worlds.first().map_or(root.main_line, |world| world.main_line);
         let base = own_name(&mut self.links, "world");
         self.written.line(line, &format!("<link name=\"{}\">", escaped(&base)));
-        self.collisions(&parts, &Isometry3::identity(), line)?;
+        self.shapes(&parts, &Isometry3::identity(), line)?;
         self.written.line(line, "</link>");
         for (node, around) in parts.bodies {
             self.body(node, around, &base, &Isometry3::identity(), 1)?;
@@ -130,7 +129,7 @@ impl<'n> Walk<'n> {
         Ok((self.written, self.drives, self.remarks))
     }
 
-    /// A body below a link in whose frame its parent body has this pose.
+    /// Writes a body below a link. `at` is the pose of the parent body in the frame of that link.
     fn body(
         &mut self,
         node: &'n Node,
@@ -147,7 +146,7 @@ impl<'n> Walk<'n> {
         }
         let item = self.classes.with(node, around.class)?;
         if item.number_or("gravcomp", 0.0)? != 0.0 {
-            self.remarks.push(node.remark("gravcomp is not taken: the body has its weight"));
+            self.remarks.push(node.remark("gravcomp is not taken: gravity acts on the body in full"));
         }
         let inner = Around { class: node.attribute("childclass").or(around.class), frame: Isometry3::identity() };
         let mut parts = Parts::default();
@@ -177,7 +176,7 @@ impl<'n> Walk<'n> {
         if let Some((line, inertia)) = self.inertia(node, &parts)? {
             self.written.line(line, &written_inertial(&inertia.seen_from(&at)));
         }
-        self.collisions(&parts, &at, node.main_line)?;
+        self.shapes(&parts, &at, node.main_line)?;
         self.written.line(node.main_line, "</link>");
         for (child, around) in parts.bodies {
             self.body(child, around, &name, &at, depth + 1)?;
@@ -185,7 +184,7 @@ impl<'n> Walk<'n> {
         Ok(())
     }
 
-    /// Gathers what a body consists of, through its frames.
+    /// Collects the parts of a body, including those inside its frames.
     fn gather(&mut self, node: &'n Node, around: Around<'n>, parts: &mut Parts<'n>) -> Result<()> {
         for child in &node.children {
             match child.name.as_str() {
@@ -199,7 +198,7 @@ impl<'n> Walk<'n> {
                     self.gather(child, Around { class, frame: around.frame * pose }, parts)?;
                 }
                 name if UNREAD.contains(&name) => {
-                    self.remarks.push(child.remark("it is not read, with all that it contains"))
+                    self.remarks.push(child.remark("it is not read, nor is anything inside it"))
                 }
                 _ => {}
             }
@@ -207,7 +206,7 @@ impl<'n> Walk<'n> {
         Ok(())
     }
 
-    /// References of all joints, before any equality asks for them.
+    /// Reads `ref` of all joints; equalities need them.
     fn find_references(&mut self, nodes: &[&'n Node], around: Around<'n>) -> Result<()> {
         let mut waiting: Vec<(&Node, Around<'n>)> = nodes.iter().map(|node| (*node, around)).collect();
         while let Some((node, around)) = waiting.pop() {
@@ -234,7 +233,7 @@ impl<'n> Walk<'n> {
         Ok(if kind(item)? == "hinge" { self.compiler.angle } else { 1.0 })
     }
 
-    /// Writes a joint; the pose of the body in the frame of the link that it moves.
+    /// Writes a joint and returns the pose of the body in the frame of the link that the joint moves.
     fn joint(
         &mut self,
         node: &'n Node,
@@ -295,12 +294,12 @@ impl<'n> Walk<'n> {
         Ok(format!("<limit{range} effort=\"{effort}\" velocity=\"inf\"/>"))
     }
 
-    /// `<dynamics>` and `<mimic>` of a joint; its drive is noted.
+    /// `<dynamics>` and `<mimic>` of a joint; also stores its drive data.
     fn dynamics(&mut self, item: &Item<'_>, name: &str) -> Result<String> {
         let damping = item.numbers("damping", 1, 3)?.unwrap_or_default();
         let friction = item.magnitude_or("frictionloss", 0.0)?;
         if damping.iter().skip(1).any(|higher| *higher != 0.0) {
-            self.remarks.push(item.node.remark("of its damping only the part proportional to velocity is taken"));
+            self.remarks.push(item.node.remark("only the part of its damping linear in velocity is taken"));
         }
         if item.numbers("stiffness", 1, 3)?.is_some_and(|stiffness| stiffness.iter().any(|value| *value != 0.0)) {
             self.remarks.push(item.node.remark("its spring (stiffness) is not taken"));
@@ -337,7 +336,7 @@ impl<'n> Walk<'n> {
         );
     }
 
-    /// Inertia of a body in its frame, with the line where it stands.
+    /// Inertia of a body in its frame, with its line in the file.
     fn inertia(&mut self, body: &'n Node, parts: &Parts<'n>) -> Result<Option<(usize, Inertia)>> {
         let own = parts.inertial.filter(|_| self.compiler.inertia != FromGeoms::Always || parts.geoms.is_empty());
         if let Some(node) = own {
@@ -372,18 +371,20 @@ impl<'n> Walk<'n> {
         Ok(Inertia { mass, com: Vector3::zeros(), tensor }.seen_from(&self.compiler.pose(&item)?))
     }
 
-    /// Writes the geoms that collide, `at`: the body in the frame of its link.
-    fn collisions(&mut self, parts: &Parts<'n>, at: &Isometry3<f64>, line: usize) -> Result<()> {
+    /// Writes the geoms that collide, and the meshes that are only drawn; `at` is the pose of the body in the frame of its link.
+    fn shapes(&mut self, parts: &Parts<'n>, at: &Isometry3<f64>, line: usize) -> Result<()> {
         for (node, around) in &parts.geoms {
             let geom = Geom::read(self.classes.with(node, around.class)?, self.compiler, &around.frame)?;
-            if !geom.collides || ["plane", "hfield"].contains(&geom.kind) {
+            if ["plane", "hfield"].contains(&geom.kind) {
                 continue;
             }
+            let element = if geom.collides { "collision" } else { "visual" };
             match geom.urdf(|mesh| self.mesh_element(mesh)) {
                 Some(shape) => {
                     let origin = origin(&(at * geom.pose));
-                    self.written.line(line, &format!("<collision>{origin}<geometry>{shape}</geometry></collision>"));
+                    self.written.line(line, &format!("<{element}>{origin}<geometry>{shape}</geometry></{element}>"));
                 }
+                None if !geom.collides => {}
                 None => self.remarks.push(node.remark(&format!("a {} is not taken as a collision shape", geom.kind))),
             }
         }
@@ -396,10 +397,10 @@ impl<'n> Walk<'n> {
     }
 }
 
-/// Names that are taken, each with the number of times that it was asked for.
+/// Names in use, each with the number of times that it was requested.
 type Names = BTreeMap<String, usize>;
 
-/// A name that no other one of the set has: the wanted one, or with a number behind it.
+/// A unique name: the wanted one, followed by a number if it is in use.
 fn own_name(names: &mut Names, wanted: &str) -> String {
     let mut name = wanted.to_owned();
     while names.contains_key(&name) {

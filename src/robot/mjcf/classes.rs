@@ -1,7 +1,7 @@
-//! Default classes, and the values of attributes with them.
+//! Default classes, and the values that attributes take from them.
 //!
 //! An attribute is the element's own; else that of its `class`; else that of the innermost `childclass` around it; else that of the class `main`.
-//! A class has all that its parent class has, and what it says itself.
+//! A class inherits all attributes of its parent class and may override them.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ const LARGEST: f64 = 1e12;
 /// Name of the outermost class.
 const MAIN: &str = "main";
 
-/// Most attributes of all classes together, the inherited ones included: models of many robots have some thousand.
+/// Largest number of attributes of all classes together, inherited ones included: models of many robots have a few thousand.
 const MOST_ATTRIBUTES: usize = 200_000;
 
 type Attributes = BTreeMap<String, String>;
@@ -70,7 +70,7 @@ impl Classes {
         Ok(())
     }
 
-    /// An element with its defaults; `around`: the innermost childclass.
+    /// An element with its defaults; `around` is the innermost `childclass` around it.
     ///
     /// # Errors
     /// Its class does not exist.
@@ -81,7 +81,7 @@ impl Classes {
     }
 }
 
-/// The name under which an element has defaults.
+/// The element name under which the classes store the defaults of an element.
 fn shared(name: &str) -> &str {
     if ACTUATORS.contains(&name) { ACTUATORS[0] } else { name }
 }
@@ -100,10 +100,10 @@ impl<'n> Item<'n> {
         self.node.attribute(name).or_else(default).filter(|value| !value.is_empty())
     }
 
-    /// The numbers of an attribute, from one of these counts to the other.
+    /// The numbers of an attribute: at least `least` and at most `most` of them.
     ///
     /// # Errors
-    /// A word is not a number, not finite, too large, or their count is another one.
+    /// A word is not a number, a number is not finite or too large, or their count is wrong.
     pub fn numbers(&self, name: &str, least: usize, most: usize) -> Result<Option<Vec<f64>>> {
         let Some(text) = self.text(name) else { return Ok(None) };
         let parsed: Option<Vec<f64>> = text.split_whitespace().map(|word| word.parse().ok()).collect();

@@ -9,31 +9,31 @@ use crate::robot::remark::Remark;
 use crate::robot::tree::STANDARD_GRAVITY;
 use crate::units::DEG;
 
-/// [1] Shorter axes and quaternions have no direction.
+/// [1] Axes and quaternions shorter than this count as zero.
 const LEAST_LENGTH: f64 = 1e-9;
 
 /// Where the inertia of bodies comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FromGeoms {
     Never,
-    /// Where a body has no `<inertial>`.
+    /// From geoms where a body has no `<inertial>`.
     Auto,
     Always,
 }
 
-/// How values of the file are meant.
+/// The settings that define how values of the file are read.
 #[derive(Debug, Clone)]
 pub(super) struct Compiler {
-    /// [rad] One unit of an angle.
+    /// [rad] Size of the unit of angles.
     pub angle: f64,
-    /// Folder of meshes, from that of the main file; empty or with a slash at its end.
+    /// Folder of meshes, relative to the folder of the main file; empty or with a slash at its end.
     pub mesh_folder: String,
-    /// Whether a range alone makes a limit.
+    /// Whether a range acts as a limit without `limited="true"`.
     pub autolimits: bool,
     pub inertia: FromGeoms,
     /// [m/s²]
     pub gravity: Vector3<f64>,
-    /// Axes of Euler angles; capitals: fixed axes.
+    /// Axes of Euler angles; capital letters mean fixed axes.
     euler: [char; 3],
 }
 
@@ -120,7 +120,7 @@ impl Compiler {
     /// Pose of an element: `pos`, and one of `quat`, `axisangle`, `euler`, `xyaxes`, `zaxis`.
     ///
     /// # Errors
-    /// A value is not what it should be.
+    /// A value is not of the expected form.
     pub fn pose(&self, item: &Item<'_>) -> Result<Isometry3<f64>> {
         let position = item.array::<3>("pos")?.unwrap_or_default();
         Ok(Isometry3::from_parts(Translation3::from(Vector3::from(position)), self.rotation(item)?))
@@ -158,7 +158,7 @@ impl Compiler {
         Ok(UnitQuaternion::identity())
     }
 
-    /// Small letters turn about the axes as they have turned, capitals about the fixed ones.
+    /// Small letters mean rotations about the rotating axes, capital letters rotations about the fixed axes.
     fn euler(&self, angles: [f64; 3]) -> UnitQuaternion<f64> {
         let mut rotation = UnitQuaternion::identity();
         for (letter, angle) in self.euler.into_iter().zip(angles) {
@@ -174,7 +174,7 @@ impl Compiler {
     }
 }
 
-/// The direction of a vector; `None` for one without.
+/// The direction of a vector; `None` for a vector that is zero.
 pub(super) fn unit(vector: Vector3<f64>) -> Option<Unit<Vector3<f64>>> {
     Unit::try_new(vector, LEAST_LENGTH)
 }

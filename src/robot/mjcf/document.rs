@@ -9,7 +9,7 @@ use crate::robot::remark::Remark;
 use crate::robot::urdf::{Element, elements};
 use crate::toml_input::{nearest, read_text};
 
-/// Most files of one model.
+/// Largest number of included files.
 const MOST_FILES: usize = 200;
 
 /// [bytes] Longest included file.
@@ -18,10 +18,10 @@ const LONGEST: u64 = 8 << 20;
 /// [bytes] Longest text of all included files together.
 const LONGEST_TOGETHER: usize = 8 << 20;
 
-/// Most elements of all files together: a humanoid with hands has some thousand.
+/// Largest number of elements in all files together: a humanoid with hands has a few thousand.
 const MOST_ELEMENTS: usize = 200_000;
 
-/// Most files that include each other in a row: a recursive reader would overflow the stack.
+/// Largest depth of nested includes: deeper ones could overflow the stack of this recursive reader.
 const MOST_NESTED: usize = 8;
 
 /// An element; an `<include>` is replaced by what the file contains.
@@ -32,7 +32,7 @@ pub(super) struct Node {
     pub children: Vec<Node>,
     file: Rc<PathBuf>,
     line: usize,
-    /// Line of the main file: of the element itself, or of the `<include>` that brings it.
+    /// Line in the main file: that of the element, or of the `<include>` through which it was read.
     pub main_line: usize,
 }
 
@@ -64,12 +64,12 @@ impl Node {
         Remark::new(&self.file, Place::Line(self.line), &self.title(), text)
     }
 
-    /// Its children of one name.
+    /// The children with this name.
     pub fn all<'n>(&'n self, name: &'n str) -> impl Iterator<Item = &'n Node> {
         self.children.iter().filter(move |child| child.name == name)
     }
 
-    /// One of the words that an attribute may have.
+    /// Checks that the value of an attribute is one of these words, and returns it.
     pub fn word(&self, attribute: &str, value: &str, words: &[&'static str]) -> Result<&'static str> {
         words.iter().find(|word| **word == value).copied().ok_or_else(|| {
             let near =
@@ -82,14 +82,14 @@ impl Node {
 /// Reads the element `<mujoco>` of a text, with all that it includes.
 ///
 /// # Errors
-/// A text is no XML; an included file cannot be read, is included twice, or there are too many.
+/// A text is not XML; an included file cannot be read or is included twice; or there are too many files.
 pub(super) fn read(file: &Path, text: &str) -> Result<Node> {
     let folder = file.parent().unwrap_or(Path::new("")).to_owned();
     let mut reader = Reader { folder, seen: BTreeSet::new(), length: 0, elements: 0, depth: 0 };
     let mut roots = reader.parse(file, text, None)?;
     match (roots.pop(), roots.is_empty()) {
         (Some(root), true) => Ok(root),
-        _ => Err(Error::input(file, Place::Line(1), "MJCF", "", "one <mujoco> around everything")),
+        _ => Err(Error::input(file, Place::Line(1), "MJCF", "", "one outermost element <mujoco>")),
     }
 }
 
@@ -100,7 +100,7 @@ struct Reader {
     /// [bytes] read of included files.
     length: usize,
     elements: usize,
-    /// Files that are being read.
+    /// Number of included files that are open around the current one.
     depth: usize,
 }
 
@@ -153,7 +153,7 @@ impl Reader {
         Ok(vec![node])
     }
 
-    /// The content of an included file. Its path is that from the main file's folder, or from the folder of the file that includes it.
+    /// The content of an included file. Its path is relative to the main file's folder or, if no file is there, to the including file's.
     fn include(&mut self, node: &Node) -> Result<Vec<Node>> {
         let name = node.attribute("file").ok_or_else(|| node.error("file", "", "the name of a file (missing)"))?;
         let beside = node.file.parent().unwrap_or(Path::new("")).join(name);

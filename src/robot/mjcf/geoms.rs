@@ -26,10 +26,10 @@ const DENSITY: f64 = 1000.0;
 /// Types of geoms.
 const TYPES: [&str; 9] = ["sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "plane", "hfield", "sdf"];
 
-/// A geom that is a solid of simple form, or a mesh.
+/// A geom: a primitive solid or a mesh.
 pub(super) struct Geom<'n> {
     pub kind: &'static str,
-    /// Radius, or half sides, [m]; the last of a capsule or cylinder is half of its length.
+    /// [m] Radius, or half sides; for a capsule or a cylinder, radius and half length.
     pub size: [f64; 3],
     /// Pose in the frame of its body.
     pub pose: Isometry3<f64>,
@@ -44,7 +44,7 @@ impl<'n> Geom<'n> {
     /// Reads a geom.
     ///
     /// # Errors
-    /// A value is not what it should be, or a size is missing.
+    /// A value is not of the expected form, or a size is missing.
     pub fn read(item: Item<'n>, compiler: &Compiler, frame: &Isometry3<f64>) -> Result<Self> {
         let node = item.node;
         let mesh = item.text("mesh");
@@ -85,10 +85,10 @@ impl<'n> Geom<'n> {
         Ok(Self { kind, size, pose: frame * pose, mesh, collides, item })
     }
 
-    /// Inertia in the frame of its body; `None` for a geom that has none here.
+    /// Inertia in the frame of its body; `None` for a geom whose mass is not read.
     ///
     /// # Errors
-    /// Mass or density are no numbers, or negative.
+    /// Mass or density is not a number, or is negative.
     pub fn inertia(&self) -> Result<Option<Inertia>> {
         let given = self.item.array::<1>("mass")?.map(|_| self.item.magnitude_or("mass", 0.0)).transpose()?;
         let density = self.item.magnitude_or("density", DENSITY)?;
@@ -98,7 +98,7 @@ impl<'n> Geom<'n> {
         Ok(Some(Inertia { mass, com: Vector3::zeros(), tensor }.seen_from(&self.pose)))
     }
 
-    /// Whether it has a mass that is not read: that of a mesh.
+    /// Whether the geom has a mass that is not read, because it is a mesh or an `sdf`.
     pub fn has_unread_mass(&self) -> Result<bool> {
         let solid = self.mesh.is_some() || self.kind == "sdf";
         Ok(solid && self.item.number_or("mass", 1.0)? > 0.0 && self.item.number_or("density", 1.0)? > 0.0)
@@ -131,7 +131,7 @@ impl<'n> Geom<'n> {
         })
     }
 
-    /// The shape as a URDF has it; `None` for a form that it does not have.
+    /// The shape as a URDF element; `None` for a shape that URDF does not have.
     pub fn urdf(&self, mesh: impl Fn(&str) -> Option<String>) -> Option<String> {
         let [a, b, c] = self.size;
         match (self.mesh, self.kind) {

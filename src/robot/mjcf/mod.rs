@@ -1,14 +1,14 @@
-//! From MJCF, the XML of MuJoCo, to the words of a URDF.
+//! Converts MJCF, the XML format of MuJoCo, to a URDF.
 //!
 //! ```text
-//!   body with joints j_1 … j_k  →  k links in a row, all but the last without mass
-//!   frame of a link             =  frame of its body moved to the anchor of the joint that moves it, so that the joint's motion is its alone
-//!   joint with a reference      →  origin turned or moved back by `ref`: positions are MuJoCo's qpos
+//!   body with joints j_1 … j_k  →  k links in series, all but the last without mass
+//!   frame of a link             =  frame of its body, moved to the anchor of the joint that moves the link: no other joint moves it
+//!   joint with a reference      →  origin turned or moved back by `ref`: positions equal MuJoCo's qpos
 //!   armature                    →  rotor inertia of the first model, J_r = armature / N²
 //! ```
-//! Damping and dry friction of a joint become `<dynamics>`, ranges and forces `<limit>`, an equality of two joints `<mimic>`; free and ball joints stay
-//! what they are, and the reader of URDFs holds them. What is not taken is remarked, with its line; an element of an included file that the
-//! reader of URDFs speaks of has the line of the `<include>`.
+//! Damping and dry friction of a joint become `<dynamics>`, ranges and forces `<limit>`, an equality of two joints `<mimic>`. Free and ball
+//! joints become floating and spherical ones, which the URDF reader holds fixed. What is not taken is remarked, with its line. Where the
+//! URDF reader reports an element of an included file, it gives the line of the `<include>`.
 //! Left out: masses of meshes, springs of joints, tendons, closed loops, contacts, sensors, keyframes, gains of actuators.
 //! Reference: MuJoCo documentation, XML reference, version 4.0.
 
@@ -29,7 +29,7 @@ use super::remark::Remark;
 use super::robot_file::RobotFile;
 use crate::error::Result;
 
-/// Sections that are read, or that only a display, a log or another program needs.
+/// Sections that are read, and sections that are ignored without a remark because they do not change the motion.
 const READ: [&str; 12] = [
     "compiler",
     "option",
@@ -45,7 +45,7 @@ const READ: [&str; 12] = [
     "sensor",
 ];
 
-/// Whether a text is MJCF: its outermost element is `<mujoco>`. A text that is broken further on is the one or the other as well.
+/// Whether a text is MJCF: its outermost element is `<mujoco>`. This also works for a text with errors further on.
 pub(super) fn is_mjcf(text: &str) -> bool {
     let opening = |name: &str| text.find(&format!("<{name}")).unwrap_or(usize::MAX);
     opening("mujoco") < opening("robot")
@@ -54,7 +54,7 @@ pub(super) fn is_mjcf(text: &str) -> bool {
 /// The robot of an MJCF text; included files are read from disk.
 ///
 /// # Errors
-/// It is no XML, an included file cannot be read, a value has no meaning.
+/// It is not XML, an included file cannot be read, or a value has no meaning.
 pub(super) fn read(file: &Path, text: &str) -> Result<RobotFile> {
     let root = document::read(file, text)?;
     let mut remarks: Vec<Remark> = Vec::new();

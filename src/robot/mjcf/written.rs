@@ -1,18 +1,18 @@
-//! A URDF as it is written, one element a line, with the line of the MJCF that each comes from.
+//! Builds the text of a URDF, one element per line, and stores for each line the MJCF line that it comes from.
 
 use nalgebra::{Isometry3, Rotation3};
 
-/// [1] Cosine of the pitch below which roll and yaw turn about the same line: a yaw of zero then is wrong by less than 1e-8 rad.
+/// [1] Below this cosine of the pitch, roll and yaw turn about the same line, and yaw is set to zero: an error of less than 1e-8 rad.
 const POLE: f64 = 1e-8;
 
-/// The text of a URDF, and the lines.
+/// The text of a URDF, and for each line the line of the MJCF.
 pub(super) struct Written {
     text: String,
     lines: Vec<usize>,
 }
 
 impl Written {
-    /// Of a robot of this name.
+    /// Starts the URDF of a robot of this name.
     pub fn new(robot: &str, line: usize) -> Self {
         let mut written = Self { text: String::new(), lines: Vec::new() };
         written.line(line, &format!("<robot name=\"{}\">", escaped(robot)));
@@ -33,20 +33,20 @@ impl Written {
     }
 }
 
-/// A name as an attribute's value.
+/// A name with the characters escaped that XML does not allow in an attribute.
 pub(super) fn escaped(name: &str) -> String {
     name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
-/// `<origin>` of a pose.
+/// The element `<origin>` of a pose.
 pub(super) fn origin(pose: &Isometry3<f64>) -> String {
     let p = pose.translation.vector;
     let [roll, pitch, yaw] = angles(&pose.rotation.to_rotation_matrix());
     format!("<origin xyz=\"{} {} {}\" rpy=\"{roll} {pitch} {yaw}\"/>", p.x, p.y, p.z)
 }
 
-/// Rotations about the fixed axes x, y, z in this order [rad]. The pitch comes from an arctangent: an arcsine loses half of the digits at 90°, where
-/// many joints stand.
+/// Rotations about the fixed axes x, y, z in this order [rad]. The pitch is computed by an arctangent: an arcsine loses half of the digits
+/// near 90°, a common angle.
 fn angles(rotation: &Rotation3<f64>) -> [f64; 3] {
     let r = rotation.matrix();
     let cosine = r[(0, 0)].hypot(r[(1, 0)]);

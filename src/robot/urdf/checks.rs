@@ -9,14 +9,14 @@ use crate::error::{Error, Place, Result};
 use crate::robot::remark::Remark;
 use crate::toml_input::nearest;
 
-/// Most collision shapes: a link that is divided into convex parts has some tens.
+/// Largest number of collision shapes: a link that is divided into convex parts has a few tens.
 const MOST_SHAPES: usize = 2000;
 
 /// Name of the base in files that attach a robot to it without describing it as a link.
 const WORLD: &str = "world";
 
 impl Urdf<'_> {
-    /// Limits the number of collision shapes: the number of pairs to check grows with its square.
+    /// Checks the number of collision shapes: the number of pairs grows with its square.
     pub(super) fn check_shapes(&self) -> Result<()> {
         let shapes: usize = self.robot.links.iter().map(|link| link.collision.len()).sum();
         if shapes <= MOST_SHAPES {
@@ -26,8 +26,8 @@ impl Urdf<'_> {
         Err(Error::input(self.text.file(), Place::File, "collision shapes", shapes, expected))
     }
 
-    /// Limits and dynamics of a joint that moves. Limits that are missing or cannot be meant count as not given, and that is remarked:
-    /// exporters write 0 and -1 for unknown ones.
+    /// Checks limits and dynamics of a joint that moves. Limits that are missing or not plausible count as not given, with a remark:
+    /// exporters write 0 and -1 for unknown limits.
     pub(super) fn check_joint(&self, joint: &Joint, remarks: &mut Vec<Remark>) -> Result<()> {
         let refuse =
             |part, value: String, expected: &str| Err(self.text.error("joint", &joint.name, part, value, expected));
@@ -71,7 +71,7 @@ impl Urdf<'_> {
     }
 }
 
-/// A joint may hang on a `world` that is no link of the file: that is the base, and is added as a link without content.
+/// The parent of a joint may be a `world` that is not a link of the file: it is the base, and is added as a link without content.
 pub(super) fn with_world(text: &UrdfText<'_>, mut robot: Robot, remarks: &mut Vec<Remark>) -> Robot {
     let known = robot.links.iter().any(|link| link.name == WORLD);
     if let Some(joint) = robot.joints.iter().find(|joint| joint.parent.link == WORLD && !known) {
@@ -82,7 +82,7 @@ pub(super) fn with_world(text: &UrdfText<'_>, mut robot: Robot, remarks: &mut Ve
     robot
 }
 
-/// Index of the root link, after a check that all other links hang from it. Links without any joint are left out, and that is remarked.
+/// Index of the root link, after a check that joints connect all other links to it. Links without any joint are left out, with a remark.
 pub(super) fn root_of(text: &UrdfText<'_>, robot: &Robot, remarks: &mut Vec<Remark>) -> Result<usize> {
     let parent = parents(text, robot)?;
     let roots: Vec<usize> = (0..parent.len()).filter(|&link| parent[link].is_none()).collect();
@@ -106,10 +106,10 @@ pub(super) fn root_of(text: &UrdfText<'_>, robot: &Robot, remarks: &mut Vec<Rema
     for &link in alone {
         remarks.push(text.remark("link", name(link), "", "no joint attaches it to the robot: it is left out"));
     }
-    // Every link has one parent and there is one root: links that do not hang from the root form a cycle.
+    // Every link has one parent and there is one root: links that are not connected to the root form a cycle.
     for (index, found) in hanging_from(root, &parent).into_iter().enumerate() {
         if !found && !alone.contains(&index) {
-            return Err(text.error("link", name(index), "", "", "a link that hangs from the base, not from itself"));
+            return Err(text.error("link", name(index), "", "", "a link connected to the base, not a closed loop"));
         }
     }
     Ok(root)
@@ -118,7 +118,7 @@ pub(super) fn root_of(text: &UrdfText<'_>, robot: &Robot, remarks: &mut Vec<Rema
 /// Index of each link's parent.
 ///
 /// # Errors
-/// A name occurs twice, a joint names a link that is not there, or two joints move one link.
+/// A name occurs twice, a joint names a link that does not exist, or two joints move the same link.
 fn parents(text: &UrdfText<'_>, robot: &Robot) -> Result<Vec<Option<usize>>> {
     let mut index: BTreeMap<&str, usize> = BTreeMap::new();
     for (i, link) in robot.links.iter().enumerate() {
@@ -146,7 +146,7 @@ fn parents(text: &UrdfText<'_>, robot: &Robot) -> Result<Vec<Option<usize>>> {
     Ok(parent)
 }
 
-/// Which links hang from the root.
+/// Which links are connected to the root.
 fn hanging_from(root: usize, parent: &[Option<usize>]) -> Vec<bool> {
     let mut children = vec![Vec::new(); parent.len()];
     for (link, above) in parent.iter().enumerate() {

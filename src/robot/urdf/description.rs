@@ -1,4 +1,4 @@
-//! The only place that names urdf-rs: reads a checked text with it, and gives what it reads in the types of the project.
+//! The only place that names urdf-rs: reads a checked text with it, and converts the result to the types of this project.
 
 use std::path::Path;
 
@@ -13,14 +13,14 @@ use crate::error::Result;
 use crate::robot::tree::{Geometry, Inertia, Limits};
 use crate::units::JointKind;
 
-/// [rad or m, rad/s or m/s, N·m or N] Limits from here on count as none: exporters write 1e16 or the largest number for
+/// [rad or m, rad/s or m/s, N·m or N] Limits of this size or more count as none: exporters write 1e16 or the largest number for
 /// a continuous joint.
 const UNLIMITED: f64 = 1e9;
 
 /// Links and joints of a checked text, in the order of the file.
 ///
 /// # Errors
-/// urdf-rs does not read the text; the error has the line of the first link or joint that it does not read.
+/// urdf-rs refuses the text; the error gives the line of the first link or joint that it refuses.
 pub(super) fn read(text: &UrdfText<'_>) -> Result<Robot> {
     let content = || text.owners("link").chain(text.owners("joint"));
     urdf_rs::read_from_string(&mended(text, content())).map_err(|error| {
@@ -68,7 +68,7 @@ pub(super) fn limits_of(joint: &Joint) -> Limits {
     Limits { lower, upper, effort: given(effort), velocity: given(velocity) }
 }
 
-/// Inertia of a link as it stands in the file, in the link's frame, rotated from its inertial frame.
+/// Inertia of a link as written in the file, rotated from its inertial frame into the link's frame.
 pub(super) fn inertia_of(link: &Link) -> Inertia {
     let urdf_rs::Inertia { ixx, ixy, ixz, iyy, iyz, izz } = link.inertial.inertia;
     let tensor = Matrix3::new(ixx, ixy, ixz, ixy, iyy, iyz, ixz, iyz, izz);
@@ -129,7 +129,7 @@ mod tests {
         for file in files.filter(|file| file.extension().is_some_and(|extension| extension == "urdf")) {
             let text = std::fs::read_to_string(&file).unwrap();
             let (own, mut other) = (robot(&text).unwrap(), urdf_rs::read_from_string(&text).unwrap());
-            // What nothing reads is cut out; everything else is written alike.
+            // Elements that nothing reads are removed; everything else must be the same in both.
             other.materials.clear();
             for link in &mut other.links {
                 link.visual.clear();
@@ -164,7 +164,7 @@ mod tests {
             let origin = format!("rpy=\"1 0 0\" quat_xyzw=\"{} {} {} {}\"", coords.x, coords.y, coords.z, coords.w);
             let found = turned("1.1", &origin);
             assert_eq!(found.translation.vector, Vector3::new(1.0, 2.0, 3.0));
-            // An arcsine at 89.9° has a slope of 1 / cos 89.9° = 573: that of some ten roundings of 1e-16.
+            // An arcsine at 89.9° has a slope of 1 / cos 89.9° = 573: it multiplies some ten roundings of 1e-16.
             assert!(found.rotation.angle_to(&rotation) < 1e-12, "{found}");
             assert!(
                 turned("1.0", &origin).rotation.angle_to(&UnitQuaternion::from_euler_angles(1.0, 0.0, 0.0)) < 1e-12

@@ -1,7 +1,7 @@
 //! Required content of a URDF: its elements, their names, and attributes that are valid numbers.
 //!
-//! Unknown elements are extensions of some tool and are ignored, unless they look like a misspelt URDF element. So is what only a display
-//! needs. An element of xacro is not URDF.
+//! Unknown elements are extensions of some tool and are ignored, unless they look like a misspelt URDF element. Elements that only a
+//! display needs are ignored too. An element of xacro is refused: it is not URDF.
 
 use std::collections::BTreeSet;
 
@@ -11,17 +11,17 @@ use crate::error::{Error, Place, Result};
 use crate::robot::remark::Remark;
 use crate::toml_input::nearest;
 
-/// How often an element may occur in another.
+/// How often an element may occur inside its parent.
 pub(super) enum Count {
     Any,
-    /// The first one counts.
+    /// Of several, the first one counts.
     AtMostOne,
     One,
 }
 use Count::{Any, AtMostOne, One};
 
 impl Count {
-    /// How many count.
+    /// How many of them are read.
     pub(super) fn most(&self) -> usize {
         match self {
             Any => usize::MAX,
@@ -63,13 +63,13 @@ pub(super) const NAMES: &[(&str, &str)] = &[
     ("mimic", "joint"),
 ];
 
-/// Types of joints; the last one is of Bullet's dialect.
+/// Types of joints; the last one occurs in Bullet's dialect only.
 const TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
 
-/// Elements that only a display needs: their content is not looked at.
+/// Elements that only a display needs: their content is not checked.
 const DISPLAY: [&str; 2] = ["visual", "material"];
 
-/// What an XML name space of xacro has in its address.
+/// The word that the address of xacro's XML namespace contains.
 const XACRO: &str = "xacro";
 
 /// An attribute that holds numbers.
@@ -155,12 +155,12 @@ const NUMBERS: &[Numbers] = &[
 /// Checks every element that belongs to URDF.
 ///
 /// # Errors
-/// The first element that lacks something, has it twice, or has an invalid number or name; an element of xacro.
+/// The first element that lacks a part, has one twice, or has an invalid number or name; or an element of xacro.
 pub(super) fn check(text: &UrdfText<'_>) -> Result<Vec<Remark>> {
     let elements = text.elements();
     if elements.first().is_none_or(|root| root.name != "robot") {
         let line = elements.first().map_or(1, |root| root.line);
-        return Err(text.broken(line, "one <robot> around everything"));
+        return Err(text.broken(line, "one outermost element <robot>"));
     }
     check_plain(text)?;
     let mut remarks = Vec::new();
@@ -180,7 +180,7 @@ pub(super) fn check(text: &UrdfText<'_>) -> Result<Vec<Remark>> {
     Ok(remarks)
 }
 
-/// A URDF has no elements of xacro. A name space of xacro that is declared and not used does no harm.
+/// Refuses elements of xacro. A namespace of xacro that is declared but not used is accepted.
 fn check_plain(text: &UrdfText<'_>) -> Result<()> {
     let spaces = text.elements().first().map_or(&[][..], |robot| &robot.attributes);
     let declared = spaces.iter().filter(|(_, address)| address.contains(XACRO));
@@ -203,7 +203,7 @@ pub(super) fn children_of(name: &str) -> &'static [(&'static str, Count)] {
     ELEMENTS.iter().find(|(parent, _)| *parent == name).map_or(&[], |(_, children)| children)
 }
 
-/// The attributes of an element that hold numbers. A scale is checked where the mesh is read: a faulty one costs a shape, not the file.
+/// The attributes of an element that hold numbers. A scale is checked where the mesh is read: a faulty scale loses one shape, not the file.
 pub(super) fn numbers_of(name: &str) -> impl Iterator<Item = &'static str> {
     let scale = (name == "mesh").then_some("scale");
     NUMBERS.iter().filter(move |numbers| numbers.element == name).map(|numbers| numbers.attribute).chain(scale)
@@ -279,7 +279,7 @@ fn check_numbers<'a>(text: &UrdfText<'a>, element: &Element<'a>, remarks: &mut V
             None if *needed => {
                 return Err(error(text, element, attribute, "", &format!("{} (missing)", numbers.expected())));
             }
-            // Moments may be left out where the frame is that of the principal axes.
+            // Products of inertia may be left out where the frame is that of the principal axes.
             None if element.name == "inertia" => {
                 remarks.push(text.remark_at(element, &format!("inertia without {attribute}: taken as 0")));
             }

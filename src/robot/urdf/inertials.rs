@@ -1,4 +1,4 @@
-//! The text of a URDF with other inertias, all else unchanged.
+//! Writes new inertias into the text of a URDF; all else stays unchanged.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -10,8 +10,8 @@ use super::scan::Element;
 use crate::robot::tree::{Inertia, Robot};
 
 impl Urdf<'_> {
-    /// The text with the inertias of some bodies of a tree. The link that a joint moves gets the inertia of its whole body, so that links fixed
-    /// to it have none.
+    /// The text with the inertias of some bodies of a tree. The link that a joint moves gets the inertia of its whole body; links fixed
+    /// to it lose theirs.
     pub(in crate::robot) fn with_inertias(&self, text: &str, robot: &Robot, changed: &[usize]) -> String {
         let bodies: BTreeMap<&str, usize> = changed.iter().map(|body| (&*robot.bodies[*body].name, *body)).collect();
         let mut edits: Vec<(Range<usize>, String)> = Vec::new();
@@ -34,7 +34,7 @@ impl Urdf<'_> {
         out
     }
 
-    /// Name of the link whose body a link is part of: of the next link towards the base that a joint of the tree moves.
+    /// Name of the link that represents a link's body: going from the link towards the base, the first one that a joint of the tree moves.
     fn carrier<'s>(&'s self, link: &'s str, robot: &Robot) -> Option<&'s str> {
         let mut at = link;
         loop {
@@ -46,7 +46,7 @@ impl Urdf<'_> {
         }
     }
 
-    /// Where a link's elements `inertial` are or one belongs, and the new text: a second one goes, it would count in place of the first.
+    /// Places of a link's `<inertial>` elements, or the place for one, with their new text. A second one is removed; else it would count.
     fn edits(&self, text: &str, link: &Element<'_>, inertial: String) -> Vec<(Range<usize>, String)> {
         let own: Vec<_> = link
             .children
@@ -66,7 +66,7 @@ impl Urdf<'_> {
     }
 }
 
-/// `<inertial>` of an inertia in the frame of its link.
+/// The element `<inertial>` of an inertia in the frame of its link.
 pub(in crate::robot) fn written(inertia: &Inertia) -> String {
     let (c, i) = (inertia.com, inertia.tensor);
     let mut out = String::new();

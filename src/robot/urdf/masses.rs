@@ -1,7 +1,7 @@
-//! Masses of moving bodies: what a body is made of, the nearest body where none can exist, and whether a joint has anything to move.
+//! Masses of moving bodies: the sum of a body's links, the nearest possible inertia if the sum is impossible, joints that move no mass.
 //!
-//! Links fixed to each other are summed first. Only the sum enters the equations of motion, so only the sum must be a body that can exist;
-//! inertias of links that do not move have no effect and are not looked at.
+//! Links fixed to each other are summed first. Only the sum enters the equations of motion, so only the sum must be physically
+//! possible; inertias of links that do not move have no effect and are not checked.
 
 use nalgebra::Matrix3;
 
@@ -12,7 +12,7 @@ use crate::robot::remark::Remark;
 use crate::robot::tree::{Inertia, Robot};
 use crate::units::JointKind;
 
-/// [kg] Least mass, that of a speck of dust. A smaller one counts as none.
+/// [kg] Least mass, that of a speck of dust. A smaller mass counts as zero.
 const LEAST_MASS: f64 = 1e-9;
 
 /// [kg·m²] Least moment of inertia about a joint: that mass at a tenth of a millimetre from the axis.
@@ -44,7 +44,7 @@ impl Urdf<'_> {
         let sum = parts.iter().fold(Inertia::zero(), |sum, part| sum.joined(&part.inertia));
         let sum = if sum.mass < LEAST_MASS { Inertia { mass: 0.0, ..sum } } else { sum };
         let used = sum.physical();
-        // What only rounding keeps from being a body becomes one without a remark.
+        // An inertia that is impossible only by rounding is corrected without a remark.
         if used != sum && sum.fault().is_some() {
             remarks.push(self.replaced(parts, &sum, &used));
         } else {
@@ -53,7 +53,7 @@ impl Urdf<'_> {
         Ok(used)
     }
 
-    /// The remark that a body gets another tensor, at the first of its links whose own inertia no body can have.
+    /// The remark that a body gets another tensor. It is placed at the first of its links whose own inertia is impossible.
     fn replaced(&self, parts: &[Part<'_>], sum: &Inertia, used: &Inertia) -> Remark {
         let faulty = parts.iter().find(|part| part.inertia.fault().is_some());
         let name = faulty.or(parts.first()).map_or("", |part| part.link.name.as_str());
@@ -67,7 +67,7 @@ impl Urdf<'_> {
         self.text.remark("link", name, "inertia", &text)
     }
 
-    /// The remark on a link that cannot exist alone, in a body that can.
+    /// The remark on a link whose own inertia is impossible, in a body whose sum is possible.
     fn odd(&self, part: &Part<'_>, together: bool) -> Option<Remark> {
         let fault = part.inertia.fault()?;
         let whole = if together { ", summed with the links fixed to it" } else { "" };
@@ -75,7 +75,7 @@ impl Urdf<'_> {
         Some(self.text.remark("link", &part.link.name, "inertia", &text))
     }
 
-    /// A joint must move some inertia, its own link's or that of links beyond.
+    /// Checks that each joint moves some inertia: that of its own link or of links further out.
     pub(super) fn check_bodies(&self, tree: &Robot, remarks: &mut Vec<Remark>) -> Result<()> {
         for ((body, carried), moved) in tree.bodies.iter().zip(tree.carried()).zip(tree.moved_inertias()) {
             let joint = &body.joint.name;
@@ -95,7 +95,7 @@ impl Urdf<'_> {
                 return Err(self.text.error("link", &body.name, part, value, expected));
             }
             if body.inertia == Inertia::zero() {
-                let text = format!("no mass: joint {joint} moves only what hangs on this link");
+                let text = format!("no mass: joint {joint} moves only the links beyond this one");
                 remarks.push(self.text.remark("link", &body.name, "mass", &text));
             }
         }
@@ -118,7 +118,7 @@ fn moves_nothing(kind: JointKind, moved: f64) -> bool {
     moved < least
 }
 
-/// A tensor in the words of a URDF.
+/// A tensor with the names that a URDF uses.
 fn written(tensor: &Matrix3<f64>) -> String {
     let entry = |name: &str, row, column| format!("{name} {:.4e}", tensor[(row, column)]);
     let entries = [("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2)];

@@ -1,5 +1,5 @@
-//! Mends a checked text for urdf-rs: only what is read stays, and every value that the grammar takes otherwise than it stands there is
-//! written as it is taken.
+//! Rewrites a checked text for urdf-rs: only elements that are read stay, and every value that the grammar does not take as written is
+//! replaced by the value that it takes.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -11,19 +11,19 @@ use super::mesh::Unread;
 use super::scan::Element;
 use super::text::UrdfText;
 
-/// From this version on an `<origin>` may have `quat_xyzw`.
+/// From this version of URDF on, an `<origin>` may have `quat_xyzw`.
 const QUATERNIONS: (u32, u32) = (1, 1);
 
-/// From this version on a missing limit is no limit.
+/// From this version of URDF on, a missing limit means that there is none.
 const OPEN_LIMITS: (u32, u32) = (1, 2);
 
 /// Elements of URDF that nothing reads.
 const UNUSED: [&str; 2] = ["calibration", "safety_controller"];
 
-/// Attributes that are no numbers and may be missing.
+/// Attributes that are not numbers and may be missing.
 const WORDS: [(&str, &str); 2] = [("robot", "name"), ("mesh", "filename")];
 
-/// What a missing number is where urdf-rs demands it or has zero. A missing tensor is that of a point.
+/// Value of a missing number that urdf-rs requires or would take as zero. A missing tensor is that of a point mass.
 const DEFAULTS: [(&str, &str, &str); 8] = [
     ("inertia", "ixx", "0"),
     ("inertia", "ixy", "0"),
@@ -35,10 +35,10 @@ const DEFAULTS: [(&str, &str, &str); 8] = [
     ("limit", "velocity", "inf"),
 ];
 
-/// The same for limits that are open.
+/// The same for limits in versions where a missing limit means none.
 const OPEN: [(&str, &str, &str); 2] = [("limit", "lower", "-inf"), ("limit", "upper", "inf")];
 
-/// A URDF of some links and joints of a text. It has no version: what depends on it is written out.
+/// A URDF of some links and joints of a text. It states no version: values that depend on the version are written explicitly.
 pub(super) fn mended<'e>(text: &UrdfText<'_>, content: impl Iterator<Item = &'e Element<'e>>) -> String {
     let mut out = String::new();
     if let Some(robot) = text.elements().first() {
@@ -49,7 +49,7 @@ pub(super) fn mended<'e>(text: &UrdfText<'_>, content: impl Iterator<Item = &'e 
     out
 }
 
-/// Why the shape of a `<collision>` cannot be read, if it is of no known kind or a mesh without a file or with a scale that is none.
+/// Why the shape of a `<collision>` cannot be read: its kind is unknown, or it is a mesh without a file or with an invalid scale.
 pub(super) fn unread(text: &UrdfText<'_>, collision: &Element<'_>) -> Option<Unread> {
     let shape = text.child(collision, "geometry").and_then(|geometry| text.inside(geometry).next());
     let name = shape.map_or("", |shape| shape.name);
@@ -67,7 +67,7 @@ pub(super) fn unread(text: &UrdfText<'_>, collision: &Element<'_>) -> Option<Unr
     }
 }
 
-/// An element with all that is read of it.
+/// Writes an element with those parts of it that are read.
 fn write(text: &UrdfText<'_>, element: &Element<'_>, out: &mut String) {
     open(text, element, out);
     for (name, count) in grammar::children_of(element.name).iter().filter(|(name, _)| !UNUSED.contains(name)) {
@@ -83,7 +83,7 @@ fn write(text: &UrdfText<'_>, element: &Element<'_>, out: &mut String) {
     let _ = writeln!(out, "</{}>", element.name);
 }
 
-/// Its opening tag.
+/// Writes the opening tag of an element.
 fn open(text: &UrdfText<'_>, element: &Element<'_>, out: &mut String) {
     let of_element = |(owner, name): &(&str, &'static str)| (*owner == element.name).then_some(*name);
     let words = grammar::NAMES.iter().chain(&WORDS).filter_map(of_element);
@@ -101,7 +101,7 @@ fn tag<'n>(name: &str, attributes: impl Iterator<Item = (&'n str, String)>, out:
     out.push('>');
 }
 
-/// Number or numbers of an attribute as urdf-rs reads them; `None` where it has the same default.
+/// The numbers of an attribute in the form that urdf-rs reads; `None` where the default of urdf-rs is right.
 fn number(text: &UrdfText<'_>, element: &Element<'_>, name: &str) -> Option<String> {
     let version = text.version();
     let turned = || rotation(element).filter(|_| version >= QUATERNIONS);
@@ -124,7 +124,7 @@ fn rotation(origin: &Element<'_>) -> Option<String> {
     Some(format!("{roll} {pitch} {yaw}"))
 }
 
-/// Numbers without commas.
+/// Numbers with their commas replaced by spaces.
 fn plain(value: &str) -> String {
     value.replace(',', " ")
 }

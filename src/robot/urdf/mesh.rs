@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::error::Error;
 use crate::toml_input::read_bytes;
 
-/// Meshes with more points are made for display, not for collision checks.
+/// Largest number of points. Meshes with more are made for display, not for collision checks.
 const MAX_POINTS: usize = 200_000;
 
 /// [bytes] Longest mesh file; with the largest number of points it has 20 MB.
@@ -22,7 +22,10 @@ pub(super) type Unread = (PathBuf, String);
 /// The points of a mesh file that a URDF names, scaled.
 pub(super) fn points(urdf: &Path, name: &str, scale: &Vector3<f64>) -> Result<Vec<Vector3<f64>>, Unread> {
     let Some(file) = resolve(urdf, name) else {
-        return Err((PathBuf::from(name), "a package whose folder is above the URDF".to_owned()));
+        return Err((
+            PathBuf::from(name),
+            "a package whose folder is above the URDF, or beside a folder above it".to_owned(),
+        ));
     };
     let scaled = |points: Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
         points.iter().map(|point| point.component_mul(scale)).collect()
@@ -53,7 +56,7 @@ fn read(file: &Path) -> Result<Vec<Vector3<f64>>, String> {
         "obj" => text_points(&bytes, "v"),
         _ => return Err("an STL or OBJ mesh".to_owned()),
     };
-    let points = points.ok_or("a whole mesh")?;
+    let points = points.ok_or("a complete mesh")?;
     match points.len() {
         0..4 => Err(format!("at least 4 points, not {}", points.len())),
         count if count > MAX_POINTS => Err(format!("at most {MAX_POINTS} points for a collision shape, not {count}")),
@@ -64,15 +67,18 @@ fn read(file: &Path) -> Result<Vec<Vector3<f64>>, String> {
     }
 }
 
-/// The file: absolute, beside the URDF, or `package://NAME/...` with a folder NAME above the URDF.
-fn resolve(urdf: &Path, name: &str) -> Option<PathBuf> {
+/// The file: absolute, beside the URDF, or `package://NAME/...` with a folder NAME above the URDF, or beside a folder above it as in a workspace.
+pub(super) fn resolve(urdf: &Path, name: &str) -> Option<PathBuf> {
     let folder = urdf.parent().unwrap_or(Path::new(""));
     let Some(path) = name.strip_prefix("package://") else {
         return Some(folder.join(name.strip_prefix("file://").unwrap_or(name)));
     };
     let (package, rest) = path.split_once('/')?;
-    let above = folder.ancestors().find(|folder| folder.file_name().is_some_and(|name| name == package))?;
-    Some(above.join(rest))
+    // A path relative to the working folder does not name the folders above that.
+    let folder = std::path::absolute(folder.join(".")).ok()?;
+    let above = folder.ancestors().find(|folder| folder.file_name().is_some_and(|name| name == package));
+    let beside = || folder.ancestors().map(|folder| folder.join(package)).find(|folder| folder.is_dir());
+    Some(above.map(Path::to_owned).or_else(beside)?.join(rest))
 }
 
 /// Many binary files begin with "solid" like text files; a binary file is recognised by its size, which follows from

@@ -1,8 +1,8 @@
-//! From URDF to the tree.
+//! Reads a URDF and builds the tree.
 //!
-//! The scanner knows lines, finds what is wrong, and mends the text; urdf-rs reads the mended text.
-//! Fixed joints, and movable ones that are held, are merged: their link becomes part of the parent's body. A value that is taken otherwise
-//! than it stands in the file is remarked, with its line.
+//! The scanner knows lines. With it the text is checked and rewritten; urdf-rs reads the rewritten text.
+//! Fixed joints, and movable ones that are held, are merged: their link becomes part of the parent's body. A value that is not
+//! taken as written is remarked, with its line.
 
 mod checks;
 mod description;
@@ -15,6 +15,7 @@ mod scan;
 mod text;
 mod transmissions;
 mod tree;
+mod visuals;
 
 use std::path::Path;
 
@@ -46,7 +47,7 @@ impl<'a> Urdf<'a> {
         Self::of_text(UrdfText::scan(file, text, None)?)
     }
 
-    /// Reads the URDF of a robot file; errors and remarks have lines of the file.
+    /// Reads the URDF of a robot file; errors and remarks give lines of that file.
     ///
     /// # Errors
     /// As [`parse`](Self::parse).
@@ -66,7 +67,7 @@ impl<'a> Urdf<'a> {
         Ok(urdf)
     }
 
-    /// Names of the joints that turn or slide on their own, in the order of the file.
+    /// Names of the joints that turn or slide and do not mimic another joint, in the order of the file.
     pub(super) fn movable_joints(&self) -> Vec<&str> {
         let movable = self.robot.joints.iter().filter(|joint| kind_of(joint).is_some() && joint.mimic.is_none());
         movable.map(|joint| joint.name.as_str()).collect()

@@ -15,7 +15,7 @@ pub(in crate::robot) struct Element<'a> {
     pub children: Vec<usize>,
     /// Bytes of the text from its opening to its closing tag.
     pub range: std::ops::Range<usize>,
-    /// Byte behind its opening tag.
+    /// First byte after its opening tag.
     pub inside: usize,
 }
 

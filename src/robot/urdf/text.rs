@@ -15,10 +15,10 @@ pub(super) struct UrdfText<'a> {
 }
 
 impl<'a> UrdfText<'a> {
-    /// Scans a text. `lines`: the line of the file for every line of the text, where the two differ.
+    /// Scans a text. `lines` gives the line of the file for every line of the text, if the two differ.
     ///
     /// # Errors
-    /// It is no XML, or its elements are nested too deep.
+    /// The text is not XML, or its elements are nested too deeply.
     pub(super) fn scan(file: &'a Path, text: &'a str, lines: Option<&[usize]>) -> Result<Self> {
         let of_file = |line: usize| lines.and_then(|lines| lines.get(line - 1)).copied().unwrap_or(line);
         let broken = |(line, expected)| Error::input(file, Place::Line(of_file(line)), "URDF", "", expected);
@@ -36,7 +36,7 @@ impl<'a> UrdfText<'a> {
         &self.elements
     }
 
-    /// The link or joint that contains an element, as `link forearm`; outside of both the element's own name.
+    /// The link or joint that contains an element, such as `link forearm`; for an element outside of both, its own name.
     pub(super) fn title(&self, element: &Element<'a>) -> String {
         let mut at = element;
         while let Some(parent) = at.parent.map(|index| &self.elements[index]) {
@@ -92,12 +92,12 @@ impl<'a> UrdfText<'a> {
         element.children.iter().map(|&child| &self.elements[child])
     }
 
-    /// Those of one name.
+    /// The elements of one name directly inside another one.
     pub(super) fn children(&self, element: &Element<'a>, name: &str) -> impl Iterator<Item = &Element<'a>> {
         self.inside(element).filter(move |child| child.name == name)
     }
 
-    /// The first of one name.
+    /// The first element of one name directly inside another one.
     pub(super) fn child(&self, element: &Element<'a>, name: &str) -> Option<&Element<'a>> {
         self.children(element, name).next()
     }

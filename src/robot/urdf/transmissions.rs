@@ -5,9 +5,9 @@
 //!   <motorTorqueConstant>0.06</motorTorqueConstant>      ROS
 //!   <drake:gear_ratio value="160"/> <drake:rotor_inertia value="1e-5"/>
 //! ```
-//! A reduction of 1 is what templates contain, and says nothing. Its sign is that of the motor's wiring; here positive current drives the joint in
-//! its positive direction.
-//! Left out: transmissions of several joints, whose matrix belongs into `[coupling]` of the model file.
+//! A reduction of 1 is ignored: templates contain it. The sign of a reduction describes the motor's wiring and is ignored too: here
+//! positive current drives the joint in its positive direction.
+//! Left out: transmissions of several joints, whose matrix belongs in `[coupling]` of the model file.
 
 use std::ops::RangeInclusive;
 
@@ -16,7 +16,7 @@ use super::scan::Element;
 use crate::robot::drives::{DriveData, Drives};
 use crate::robot::remark::Remark;
 
-/// [1 or rad/m] Reductions that a gear can have, and that say something.
+/// [1 or rad/m] Reductions that a gear can have; 1 is excluded as a template value.
 const REDUCTIONS: RangeInclusive<f64> = 1.01..=1e6;
 
 /// [kg·m²] Inertias that a rotor can have, from a motor of 2 mm to that of a wind turbine.
@@ -29,7 +29,7 @@ const CONSTANTS: RangeInclusive<f64> = 1e-9..=1e5;
 const ALIKE: f64 = 1e-3;
 
 impl Urdf<'_> {
-    /// What the file says of drives, by joint. What it says without a meaning is remarked.
+    /// Drive data of the file, by joint. Values without a meaning are remarked.
     pub(in crate::robot) fn drives(&self, remarks: &mut Vec<Remark>) -> Drives {
         let mut drives = Drives::new();
         let of_control =
@@ -64,7 +64,7 @@ impl Urdf<'_> {
         }
     }
 
-    /// The one value that elements of these names have anywhere inside a transmission.
+    /// The value of the elements of these names anywhere inside a transmission; further values that differ are remarked.
     fn one(
         &self,
         transmission: &Element<'_>,

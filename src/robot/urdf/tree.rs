@@ -1,4 +1,4 @@
-//! Builds the tree: a link becomes a body, or part of the body that it is fixed to.
+//! Builds the tree: a link becomes a body, or a part of the body that it is fixed to.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -10,18 +10,18 @@ use super::description::{
 };
 use super::masses::Part;
 use super::scan::Element;
-use super::{Urdf, mend, mesh};
+use super::{Urdf, mend, mesh, visuals};
 use crate::error::Result;
 use crate::robot::remark::Remark;
 use crate::robot::tree::{self, Body, Geometry, Inertia, Robot, STANDARD_GRAVITY, Shape, UnreadShape};
 use crate::units::JointKind;
 
-/// A tree, and what is to be said of it.
+/// A tree, and the remarks on it.
 pub(in crate::robot) struct Built {
     pub robot: Robot,
-    /// Movable joints that are held at zero because they are not to move.
+    /// Movable joints that are held at zero because they are not among the moving ones.
     pub held: Vec<String>,
-    /// What of the file is taken otherwise than it stands there.
+    /// Values of the file that are not taken as written.
     pub remarks: Vec<Remark>,
 }
 
@@ -36,7 +36,7 @@ impl Urdf<'_> {
         Ok(built)
     }
 
-    /// The tree in which all joints move that move anything and are not held for a reason; the others are held at zero, and that is remarked.
+    /// The tree in which every joint moves that has a mass to move and no reason to be held; the others are held at zero, with a remark.
     ///
     /// # Errors
     /// As [`tree`](Self::tree); no joint moves anything.
@@ -57,13 +57,14 @@ impl Urdf<'_> {
         Ok(built)
     }
 
-    /// The tree, its bodies not checked.
+    /// The tree; its bodies are not checked yet.
     fn grown(&self, moving: &BTreeSet<&str>) -> Result<Built> {
         let robot = Robot {
             name: self.robot.name.clone(),
             gravity: STANDARD_GRAVITY,
             base_shapes: Vec::new(),
             unread_shapes: Vec::new(),
+            drawn: Vec::new(),
             bodies: Vec::new(),
             coupling: None,
         };
@@ -76,11 +77,11 @@ impl Urdf<'_> {
         for joint in &self.robot.joints {
             children.entry(&joint.parent.link).or_default().push(joint);
         }
-        // One list of parts a body.
+        // One list of parts per body.
         let mut parts: Vec<Vec<Part<'_>>> = Vec::new();
         let root = &self.robot.links[self.root];
         self.add_link(&mut built.robot, &mut parts, links[root.name.as_str()], None, &Isometry3::identity())?;
-        // Joints still to be visited, the first of the file on top: body of the parent link, and the link's pose in it.
+        // Joints still to be visited, the first of the file on top: with the body of the parent link, and that link's pose in the body.
         let mut waiting = Vec::new();
         let push = |waiting: &mut Vec<_>, link: &str, body, pose| {
             waiting.extend(children.get(link).into_iter().flatten().rev().map(|&joint| (joint, body, pose)));
@@ -107,7 +108,7 @@ impl Urdf<'_> {
         Ok(built)
     }
 
-    /// Displacement of a joint that does not move. One that follows another joint is held where it is with that one at zero: at its offset.
+    /// Displacement of a joint that does not move. A joint that mimics another is held at its offset: its position with the other at zero.
     fn held_at(&self, joint: &Joint, built: &mut Built) -> Result<Isometry3<f64>> {
         let mut remark = |part: &str, text: &str| {
             built.remarks.push(self.text.remark("joint", &joint.name, part, text));
@@ -118,7 +119,7 @@ impl Urdf<'_> {
                 let unit = kind.position_unit();
                 remark(
                     "mimic",
-                    &format!("it mimics {other}, which is not simulated: it is held at its offset, {offset} {unit}"),
+                    &format!("it mimics {other}; this is not simulated: it is held at its offset, {offset} {unit}"),
                 );
                 if offset == 0.0 {
                     Ok(Isometry3::identity())
@@ -191,6 +192,9 @@ impl Urdf<'_> {
         let unread = collisions.filter_map(|collision| mend::unread(&self.text, collision));
         let noted = |(file, expected)| UnreadShape { link: link.name.clone(), file, expected };
         robot.unread_shapes.extend(unread.map(noted));
+        let drawn =
+            element.into_iter().flat_map(|element| visuals::of_link(self.file, &self.text, element, body, pose));
+        robot.drawn.extend(drawn);
         let mut shapes = Vec::new();
         for collision in &link.collision {
             match self.geometry(link, &collision.geometry)? {
@@ -212,7 +216,7 @@ impl Urdf<'_> {
         Ok(())
     }
 
-    /// A collision geometry; the inner error is a shape that was not read, with what was expected of it.
+    /// A collision geometry; the inner error describes a shape that was not read, and what was expected.
     fn geometry(&self, link: &Link, geometry: &Solid) -> Result<Result<Geometry, mesh::Unread>> {
         let (shape, name, sizes) = match shape_of(self.file, geometry) {
             Ok(shape) => shape,

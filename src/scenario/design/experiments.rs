@@ -23,7 +23,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Whether it includes that kind; an added mass is moved fast.
+    /// Whether it includes that kind; an experiment with an added mass includes fast motion.
     pub fn holds(&self, kind: Experiment) -> bool {
         self.parts.iter().any(|part| *part == kind || (*part == Experiment::AddedMass && kind == Experiment::Fast))
     }

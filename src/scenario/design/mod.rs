@@ -5,7 +5,7 @@
 //! other strengths and noise are simulated. The confidence of an experiment is the smaller of the two causes' mean
 //! probabilities that the right cause is named and the other one is ruled out. Experiments that the effects declare as
 //! best are tried first, shorter before longer ones, and the first one that decides is taken. For a single cause it is
-//! the experiment with the smallest standard error of the cause's first parameter.
+//! the experiment with the smallest standard error of the cause's largest parameter.
 
 mod experiments;
 
@@ -53,7 +53,9 @@ impl Question {
                     return Err(refused(format!("names of `lostmotion list effects`{hint}")));
                 }
                 Some(effect) if !effect.can_be_told() => {
-                    return Err(refused(format!("effects that a diagnosis can tell; {name} can only be simulated")));
+                    return Err(refused(format!(
+                        "effects that a diagnosis can recognise; {name} can only be simulated"
+                    )));
                 }
                 Some(_) => {}
             }
@@ -78,7 +80,7 @@ pub struct Forecast {
     pub machines: usize,
     /// Probability that it is named and the other cause is not, 0 to 1; mean over the machines.
     pub probability: f64,
-    /// [1] Relative standard error of its first parameter, if it is named.
+    /// [1] Relative standard error of its largest parameter, if it is named.
     pub relative_error: Option<f64>,
     /// Other effects that are named.
     pub also_named: Vec<String>,
@@ -245,7 +247,7 @@ fn affordable(
     }
 }
 
-/// Simulates experiments until one decides; with the last error of those that are too short for this machine.
+/// Simulates experiments until one decides; also returns the last error of those that are too short for this machine.
 fn try_in_order(
     question: &Question,
     experiments: Vec<PlannedRun>,

@@ -19,7 +19,8 @@ use crate::robot::Model;
 /// [Hz] Distance of the frequencies at which it is computed.
 const SPACING: f64 = 0.5;
 
-/// [1] Stiffness of a rigid gear over `ω² M`: it yields by this part, and the difference of two such terms keeps ten digits.
+/// [1] Stiffness of a rigid gear divided by `ω² M`: such a gear yields by the inverse of this, and the difference of two such terms keeps
+/// ten digits.
 const RIGID: f64 = 1e6;
 
 /// `1/R̄` of a joint at many frequencies.

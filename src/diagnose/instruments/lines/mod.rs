@@ -103,8 +103,8 @@ fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(us
     all.into_iter().zip(own).filter(|(_, own)| *own).map(|(line, _)| line).collect()
 }
 
-/// The sessions, or both parts of each session if none is held out: their runs at even times, and where there are none, what lies between
-/// pauses; training pieces come first.
+/// Pieces of the sessions, or of both parts of each session if no session is held out: runs of samples at even times, or where there are
+/// none, all samples between two pauses. Training pieces come first.
 fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Vec<Piece> {
     let all = sessions.iter().enumerate().flat_map(|(number, session)| {
         let sampling = Sampling::new(&session.time, session.sample_interval());
@@ -163,8 +163,8 @@ impl<'s> MotorTorque<'s> {
         self.0.iter().map(of_session).fold(0.0, f64::max)
     }
 
-    /// Whether a line is strong enough, certain enough, and not made by the motor. A control loop responds little above its bandwidth; a line
-    /// made by the motor excites rotor and gear. Below the bandwidth the two cases look alike, and none is named.
+    /// Whether a line is strong enough, certain enough, and not caused by the motor. A control loop responds little above its bandwidth; a
+    /// line that the motor causes excites rotor and gear. Below the bandwidth the two cases look alike, and none is named.
     fn is_disturbed_by(&self, line: &Line) -> bool {
         let Estimate { value, std_error, .. } = line.amplitude;
         value > SURE * std_error

@@ -5,8 +5,8 @@
 //! that the slow motion does not spread over the spectrum. Second differences over `h` remove most of the slow motion first;
 //! they multiply a line by `H = −4 sin²(π f h)`, in position and torque. Where samples lie at uneven times, the difference from a mean in true time
 //! does the same: `x − (⟨x⟩ − w²/14 ⟨ẍ⟩)` over a kernel of half width `w`, whose second moment is `w²/7`, with `H = 1 − (1 + (2π f w)²/14) K̂(2π f w)`.
-//! It leaves of a slow motion what its fourth derivative moves within `w`: sums over uneven times would spread more than that over all
-//! frequencies. Each sample counts with the time that it stands for.
+//! Of a slow motion it leaves only the part that is due to the fourth derivative within `w`; sums over uneven times would spread a larger
+//! rest over all frequencies. Each sample is weighted with the time that it stands for.
 
 use nalgebra::DMatrix;
 use rustfft::num_complex::Complex;
@@ -31,7 +31,7 @@ const AROUND: f64 = 0.1;
 /// [s] Length of the cosine at the ends of an interval, and shortest interval.
 const RISE: f64 = 0.1;
 const SHORTEST: f64 = 0.3;
-/// [s] Length of samples from which an interval can be left.
+/// [s] Shortest run of samples in which an interval can remain.
 pub const SHORTEST_RUN: f64 = 2.0 * AROUND + SHORTEST;
 /// [s] `h`.
 const DIFFERENCE: f64 = 2e-3;
@@ -244,8 +244,8 @@ fn weights(velocity: &[f64], count: f64, dt: f64) -> Vec<f64> {
     weight
 }
 
-/// Position and torque of a motor. `None` where one is missing, or the torque is that behind the gear: ripple of motor and gear does not pass on to
-/// the link as the rotor's balance has it.
+/// Position and torque of a motor. `None` where one is missing, or where the torque was measured behind the gear: the torque balance of the
+/// rotor does not describe how ripple of motor and gear reaches the link.
 fn of_motor<'s>(model: &Model, joint: usize, session: &'s TimeSeries) -> Option<(&'s [f64], Vec<f64>)> {
     let series =
         session.joint(&model.joints[joint].name).filter(|_| model.joints[joint].torque_at == TorqueAt::Motor)?;

@@ -1,4 +1,5 @@
-//! Simulation of one joint's gear along the measured motion of its rotor: the torque of the motor beyond that for a link that follows.
+//! Simulation of one joint's gear along the measured motion of its rotor: the torque that the motor needs beyond that for a link that
+//! follows.
 //!
 //! The rotor's motion `θ(t)` is given. The link follows a flank or floats between the flanks; flanks are hard and do not bounce:
 //!
@@ -118,7 +119,7 @@ impl Run<'_> {
         self.gear.share * (dry + self.grown(k) + self.law.viscous * w.abs())
     }
 
-    /// Torque of the motor if the link follows the rotor [N·m or N], without its rotor's friction.
+    /// Torque of the motor if the link follows the rotor [N·m or N], without the rotor's friction.
     fn usual(&self, k: usize) -> f64 {
         let v = self.path.v[k];
         self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.law.viscous * v.abs())

@@ -40,8 +40,8 @@ pub struct TurnRules {
 }
 
 impl Default for TurnRules {
-    /// Simulated machines without effects reach 25 nats and 3 %, not at the same time. An effect that reaches more there has its own
-    /// [reserve](crate::effects::AtTurns::reserve).
+    /// Simulated machines without effects reach 25 nats and 3 %, not at the same time. An effect that reaches more on such machines has its
+    /// own [reserve](crate::effects::AtTurns::reserve).
     fn default() -> Self {
         Self { nats: 30.0, log_scale: 0.06 }
     }

@@ -9,7 +9,7 @@ use crate::timeseries::TimeSeries;
 
 /// [s] Least time before and after a reversal that belongs to it.
 const AROUND: [f64; 2] = [0.1, 0.4];
-/// Distance of the rotor after a reversal, in gaps, that belongs to it.
+/// Travel of the rotor after a reversal that belongs to the reversal, in gaps.
 const TRAVEL: f64 = 3.0;
 
 /// The rows of one joint around its reversals.

@@ -13,7 +13,7 @@ use crate::units::JointKind;
 
 /// Share of friction that acts behind the gear if the model file does not give it.
 const LINK_SHARE: f64 = 0.1;
-/// Part of the largest load (95 % of the rows are below it) below which the link lies on neither flank for certain.
+/// Part of the largest load (95 % of the rows are below it) below which it is uncertain on which flank the link lies.
 const UNLOADED: f64 = 0.05;
 
 /// Rows of a joint where both encoders were recorded and the link lies on a flank, as far as that is known.

@@ -36,7 +36,7 @@ pub struct AxisFit {
     pub wind_up: Estimate,
     /// Total gap [rad or m]; `None` where the load stays on one flank.
     pub gap: Option<Estimate>,
-    /// [rad or m] Change of the encoders' difference after a turn of the motion, beyond the effect of friction before the gear;
+    /// [rad or m] Change of the encoders' difference after a reversal of the motion, beyond the effect of friction before the gear;
     /// only where the load contains that friction.
     pub lost: Option<Estimate>,
     /// [1] Share of the squared difference of the encoders that a lag alone explains.
@@ -171,7 +171,7 @@ impl Step {
         Regression { rows: &self.rows, columns: &self.columns, solved: &self.solved }
     }
 
-    /// Friction before the gear [N·m or N]: what the direction takes, in units of the load.
+    /// Friction before the gear [N·m or N]: the coefficient of the direction, converted to units of the load.
     fn friction(&self) -> f64 {
         let c = &self.solved.coefficients;
         let (load, way) = (c[self.layout.load()], c[self.layout.way()]);
@@ -207,8 +207,9 @@ impl AxisFit {
     }
 }
 
-/// [s] Contribution of viscous friction to the lag, and its error. Before the gear, viscous friction is part of the motor's torque but winds
-/// up nothing, which looks like a lag of `−F_V/k`. Where the load is that of the links, the part behind the gear has the same uncertainty.
+/// [s] Contribution of viscous friction to the lag, and its error. Before the gear, viscous friction is part of the motor's torque but does
+/// not wind up the gear, which looks like a lag of `−F_V/k`. Where the load is that of the links, the part behind the gear has the same
+/// uncertainty.
 fn by_friction(problem: &Problem, rows: &Difference, wind_up: Estimate) -> [f64; 2] {
     let known = problem.motion.joints[rows.joint].friction.viscous;
     let viscous =

@@ -50,7 +50,7 @@ const SURELY: f64 = 4.0;
 const SOFT: f64 = 1.5;
 /// Standard deviations of the stated accuracy of a stiffness within which a softer gear is no surprise.
 const STATED: f64 = 1.96;
-/// Largest of them together: a stiffness that is known to a factor of four is hardly known.
+/// Largest product of [`STATED`] and the stated accuracy: a stiffness that is known to a factor of four is hardly known.
 const MOST_STATED: f64 = 0.75;
 /// The quantity in which the gains are given here.
 const LINK_POSITION: &str = "link position";
@@ -272,7 +272,7 @@ fn varies(problem: &Problem, uneven: &Varying) -> Sighting {
         evidence_nats: uneven.log_odds,
         gain: Some(EffectGain::of(uneven.gain, LINK_POSITION)),
         words: format!(
-            "the gap varies by ± {:.2e} {unit}, {:.2} periods a turn",
+            "the gap varies by ± {:.2e} {unit}, {:.2} periods per turn",
             wave.amplitude.value, wave.order.value
         ),
     }

@@ -14,8 +14,8 @@ const SAMPLES: usize = 4;
 /// Number of points within `w`: at a quarter of it, a cubic through the values and slopes of a kernel average has an error of
 /// `(w/4)⁴/384` of its fourth derivative, 1e-5 of an oscillation of period `2 w`.
 const POINTS: f64 = 4.0;
-/// [s] Time at the start of a recording, and after a pause, that is not compared: a filter still shows what was before. What is left of it then
-/// is e^−2.5 of the velocity at the start for a time constant of 0.2 s; recordings begin at rest.
+/// [s] Time at the start of a recording, and after a pause, that is not compared: a filter still responds to the motion before it. After
+/// this time e^−2.5 of the velocity at the start is left for a time constant of 0.2 s; recordings begin at rest.
 const SETTLING: f64 = 0.5;
 
 /// Points of an uninterrupted part of a session.

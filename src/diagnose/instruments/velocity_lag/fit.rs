@@ -23,7 +23,7 @@ const FEWEST_BLOCKS: usize = 6;
 const RULED_OUT: f64 = 3.0;
 /// Number of lags that are tried before the best is refined: steps of 19 ms, a twentieth of the period of motion up to 2.6 Hz.
 const TRIED: usize = 16;
-/// Steps of the golden section: 0.618¹⁴ of the interval is 0.1 %; the error of the lag is below that of its estimate by far, because least
+/// Steps of the golden section: 0.618¹⁴ of the interval is 0.1 %. This error of the lag is far below its standard error, because least
 /// squares are flat at their minimum.
 const STEPS: usize = 14;
 /// [1] Range of the sum of both lags relative to that of the better one: a low-pass needs a longer time constant than a delay for one lag in
@@ -99,7 +99,7 @@ impl Channels {
         Fitted { delay, time_constant, gain, offset: (y - gain * x) / n, squares: vy - gain * cov, power: vy }
     }
 
-    /// [s] First-order estimate of the lag: `y ≈ g (v − L v̇)`, and what that leaves of the squares of the channel [1].
+    /// [s] First-order estimate of the lag: `y ≈ g (v − L v̇)`, and the share of the channel's squares [1] that it leaves.
     pub fn roughly(&self) -> [f64; 2] {
         let rows: usize = self.stretches.iter().map(Stretch::trained).sum();
         let mut matrix: DMatrix<f64> = DMatrix::zeros(3, 3);
@@ -122,7 +122,7 @@ impl Channels {
         [if c[0] > 0.0 { -c[1] / c[0] } else { 0.0 }, left]
     }
 
-    /// The best of some lags [s] along a way from 0 to 1.
+    /// The best of the lags [s] that `lags` gives for a parameter from 0 to 1.
     fn best(&self, lags: &dyn Fn(f64) -> [f64; 2]) -> Fitted {
         let step = 1.0 / TRIED as f64;
         let squares = |k: usize| self.along(lags, k as f64 * step).squares;
@@ -136,10 +136,10 @@ impl Channels {
         self.at(delay, time_constant)
     }
 
-    /// The best lags along a way, between two places of it.
+    /// The best of these lags between two values of the parameter.
     fn refined(&self, lags: &dyn Fn(f64) -> [f64; 2], ends: [f64; 2]) -> Fitted {
         let x = narrowed(ends, |x| -self.along(lags, x).squares);
-        // The end may be the best place: a lag of zero.
+        // The best value may be at an end: a lag of zero.
         let better = |best: Fitted, x: f64| {
             let one = self.along(lags, x);
             if one.squares < best.squares { one } else { best }
@@ -210,7 +210,7 @@ impl Channels {
         blocks
     }
 
-    /// Estimates with their errors; `free`: whether delay and time constant are.
+    /// Estimates with their errors; `free`: whether delay and time constant are fitted.
     fn estimated(&self, fitted: &Fitted, free: [bool; 2]) -> Option<Lags> {
         let Fitted { delay, time_constant, gain, offset, .. } = *fitted;
         // A tenth of a step: the slopes of the signal over it are those at the lag, up to 1e-4 of their change over a step.

@@ -1,7 +1,7 @@
 //! Velocity channel against the derivative of the position: a delay, or a low-pass that the model does not know.
 //!
-//! Both are averaged by one kernel, which leaves their relation as it is ([`channel`]): what a linear filter or a delay does to a signal, it does
-//! to its average. The expected velocity passes the low-pass of the model's sensor; the lag beyond it is fitted ([`fit`]).
+//! Both are averaged by one kernel, which does not change their relation ([`channel`]): a linear filter or a delay acts on the average of a
+//! signal as on the signal itself. The expected velocity passes the low-pass of the model's sensor; the lag beyond it is fitted ([`fit`]).
 //! A lag is reported if it exceeds one sample interval by [`SURELY`] standard errors: a difference of two readings is half an interval old, and
 //! a reading that waits for its message another half. Its gain is the fall of the channel's error on held-out data.
 //! Rows do not use the channel, so nothing else of a diagnosis changes.
@@ -24,7 +24,8 @@ use fit::Lags;
 
 /// Standard errors by which a lag has to exceed the threshold.
 const SURELY: f64 = 4.0;
-/// [1] First-order lag, in thresholds, below which there is none: it is too small by `(ω L)²/3`, a third for `ω L` = 1.
+/// [1] First-order estimate of the lag, in thresholds, below which there is none. The estimate is too small by `(ω L)²/3`, a third for `ω
+/// L` = 1.
 const ROUGHLY: f64 = 0.5;
 /// [1] Squares of the channel that a first-order lag may leave; a larger rest may be a lag beyond the first order.
 const LEFT: f64 = 0.1;

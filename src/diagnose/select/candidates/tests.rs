@@ -27,7 +27,7 @@ const LENGTH: f64 = 10.0;
 type Line = Option<(f64, f64)>;
 
 /// A motion of three drawn waves, and a torque with friction, a slow error of correlation time 0.1 to 0.5 s, white noise, and errors of the
-/// model: friction that falls and grows with speed as no baseline has it, a mass, a spring.
+/// model: friction that falls and grows with speed in a way that no baseline contains, a mass, a spring.
 fn drawn<'m>(model: &'m Model, seed: u64, line: Line) -> Motion<'m> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let waves: Vec<[f64; 3]> = (0..3)
@@ -110,9 +110,9 @@ fn property_slow_errors_show_no_line() {
     assert!(named.len() <= 1, "{} false alarms: {named:?}", named.len());
 }
 
-/// A line of 1.5 N·m beside slow errors of up to 1 N·m is found at its order, as the law that it has: on 17 of these 20 recordings, and one of
-/// 0.5 N·m on 10. Orders are scanned in rows that are not filtered: where slow errors weigh more than the line there, it is not among the orders
-/// that are judged. No other line is named in its place.
+/// A line of 1.5 N·m beside slow errors of up to 1 N·m is found at its order and with the right law on 17 of these 20 recordings, and one
+/// of 0.5 N·m on 10. Orders are scanned in rows that are not filtered: where slow errors weigh more than the line there, it is not among
+/// the orders that are judged. No other line is named in its place.
 #[test]
 fn recover_a_line_in_slow_errors() {
     let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
