@@ -95,6 +95,6 @@ fn regress_large_files_are_refused_in_time() {
     files.put("scenario.toml", text);
     let place = "scenario.toml:17: session[1].joints.turn.positions_deg";
     files
-        .refused(&["check", "scenario.toml"], place, &["at most 100000 places"])
+        .refused(&["check", "scenario.toml"], place, &["at most 100000 positions"])
         .unwrap_or_else(|fault| panic!("{fault}"));
 }
