@@ -115,7 +115,8 @@ fn diagnose_as_measured(
     if let Some(as_recorded) = as_recorded {
         selection.as_recorded = as_recorded.at_rows_of(&problem);
     }
-    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &|_| true).ok_or_else(|| nothing_moves(model))?;
+    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &|_| true, Some(&options.rules))
+        .ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions: &sessions, division, earlier, shaken };
     let mut parts = conclude::conclude(&data, &problem, &selection, &confirmed, options, progress)?;
     parts.mistakes = mistakes::remaining::found(model, &recorded, &parts.fit);

@@ -263,7 +263,8 @@ fn report(
     };
     let mut selection = Selection { taken, first_round: changes.first_round, fitted, nominal, as_recorded: unchanged };
     let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();
-    let confirmed = confirm::confirm(problem, &mut selection, given, &is_effect).ok_or_else(|| nothing_moves(model))?;
+    let confirmed =
+        confirm::confirm(problem, &mut selection, given, &is_effect, None).ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions, division, earlier, shaken: false };
     let options = Options { backlash: false, ..options.clone() };
     let mut parts = conclude::conclude(&data, problem, &selection, &confirmed, &options, progress)?;

@@ -75,7 +75,7 @@ pub fn conclude(
     let residuals = residuals(problem, &terms, selection);
     let uncertainty = Uncertainty::new(problem, &terms, &selection.fitted).ok_or_else(|| nothing_moves(model))?;
     let mut findings = Findings {
-        effects: found(problem, selection, confirmed, &uncertainty, options),
+        effects: found(problem, selection, confirmed, &uncertainty, &options.rules),
         withdrawn: confirmed.withdrawn.clone(),
         unexplained: Vec::new(),
     };

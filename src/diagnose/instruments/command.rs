@@ -13,7 +13,7 @@
 use super::claims::{Sighting, claimed};
 use super::{FittedRows, Instrument, Measurement};
 use crate::diagnose::result::EffectGain;
-use crate::diagnose::select::findings::probability;
+use crate::diagnose::select::certainty::probability;
 use crate::drive::Sensing;
 use crate::effects::Phenomenon;
 use crate::error::Result;
@@ -63,7 +63,7 @@ impl Instrument<FittedRows<'_>> for Command {
             Some(Sighting {
                 phenomenon: Phenomenon::DeadBand { width: band.width },
                 joints: vec![joint],
-                probability: probability(band.nats, 1, options, std::iter::empty()),
+                probability: probability(band.nats, 1, &options.rules, std::iter::empty()),
                 evidence_nats: band.nats,
                 gain: Some(EffectGain::of(band.gain, "current within the band")),
                 words: format!(

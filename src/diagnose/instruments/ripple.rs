@@ -89,7 +89,7 @@ fn find(scene: &Recordings) -> Option<Measurement> {
     let mut selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
     substitutes::withdraw(&mut problem, &mut selection)?;
     keep_lines(&mut problem, &mut selection)?;
-    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &is_narrow)?;
+    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &is_narrow, Some(&options.rules))?;
     let names: Vec<&str> = selection.terms().iter().filter(|term| is_narrow(term)).map(|t| t.effect.name()).collect();
     let withdrawn = confirmed.withdrawn.clone();
     if names.is_empty() {
@@ -97,7 +97,7 @@ fn find(scene: &Recordings) -> Option<Measurement> {
         return (!findings.withdrawn.is_empty()).then_some(Measurement { findings, ..Measurement::default() });
     }
     let uncertainty = Uncertainty::new(&problem, &selection.terms(), &selection.fitted)?;
-    let mut effects = found(&problem, &selection, &confirmed, &uncertainty, options);
+    let mut effects = found(&problem, &selection, &confirmed, &uncertainty, &options.rules);
     effects.retain(|found| names.contains(&found.effect.as_str()));
     for found in &mut effects {
         found.gain = EffectGain { gain_of: NARROW.to_owned(), gain_by_joint: BTreeMap::new(), ..found.gain.clone() };

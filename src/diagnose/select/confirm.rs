@@ -2,16 +2,22 @@
 //!
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
-//! a later fit moves out of its range, the weakest of several effects that gain nothing together, and an effect that is no larger than its
-//! standard error.
+//! a later fit moves out of its range, the weakest of several effects that gain nothing together, an effect that is no larger than its
+//! standard error, and one whose own probability is below one half: it is more likely wrong than right.
 
+use super::certainty::certainty;
 use super::own_gains;
-use super::selection::{Selection, evidence_beside, resettle};
+use super::selection::{Selection, Taken, evidence_beside, resettle};
+use crate::diagnose::fit::estimate;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
+use crate::diagnose::options::Rules;
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
 use crate::effects::{About, Catalogue};
+
+/// [1] Probability below which a name is more likely wrong than right.
+const LIKELY: f64 = 0.5;
 
 /// What is named, and what is withdrawn.
 pub struct Confirmed {
@@ -25,12 +31,14 @@ pub struct Confirmed {
 
 /// Withdraws terms until all remaining ones gain on held-out data; `None` where the rest cannot be fitted.
 ///
-/// The first `given` terms belong to the nominal model; of the others those are judged for which `is_effect` holds.
+/// The first `given` terms belong to the nominal model; of the others those are judged for which `is_effect` holds. Without `rules`, their
+/// probability is judged elsewhere.
 pub fn confirm(
     problem: &mut Problem,
     selection: &mut Selection,
     given: usize,
     is_effect: &dyn Fn(&Term) -> bool,
+    rules: Option<&Rules>,
 ) -> Option<Confirmed> {
     let mut withdrawn = Vec::new();
     loop {
@@ -52,11 +60,8 @@ pub fn confirm(
             let index = least_of_compensating(problem, selection, &judged, &strength)?;
             Some((index, "together with the other effects named there, no gain on data held out".to_owned()))
         };
-        let without_size = || {
-            let index = least_sure(problem, selection, &judged().collect::<Vec<_>>())?;
-            Some((index, "its standard error is as large as its size".to_owned()))
-        };
-        let found = outside.or(without_gain).or_else(compensating).or_else(without_size);
+        let unsure = || least_sure(problem, selection, &judged().collect::<Vec<_>>(), rules);
+        let found = outside.or(without_gain).or_else(compensating).or_else(unsure);
         let Some((index, reason)) = found else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
@@ -88,9 +93,13 @@ fn least_of_compensating(
         .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
 }
 
-/// The term with the least certain size, if the size is below its standard error. A size between one and two standard errors lowers the
-/// probability.
-fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize]) -> Option<usize> {
+/// The least certain term, and why it is withdrawn: its size is below its standard error, or it is less probable than [`LIKELY`].
+fn least_sure(
+    problem: &Problem,
+    selection: &Selection,
+    judged: &[usize],
+    rules: Option<&Rules>,
+) -> Option<(usize, String)> {
     if judged.is_empty() {
         return None;
     }
@@ -101,7 +110,26 @@ fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize]) -> Opt
         uncertainty.size_in_errors(at..at + terms[*index].coefficients(), &fitted.solution.coefficients)
     };
     let sizes = judged.iter().map(|index| (*index, size(index)));
-    sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size < 1.0).map(|(index, _)| index)
+    if let Some((index, _)) = sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size < 1.0) {
+        return Some((index, "its standard error is as large as its size".to_owned()));
+    }
+    let taken: Vec<&Taken> =
+        selection.taken.iter().flat_map(|taken| std::iter::repeat_n(taken, taken.terms.len())).collect();
+    let certain = |index: &usize| {
+        let parameters = estimate::parameters(problem, terms[*index], *index, fitted, &uncertainty);
+        Some(certainty(taken[*index], (terms[*index], *index), &parameters, selection, &uncertainty, rules?))
+    };
+    let certain: Vec<(Vec<String>, f64)> = judged.iter().filter_map(certain).collect();
+    unlikely(&certain).map(|(at, reason)| (judged[at], reason))
+}
+
+/// The least probable of several names, each with its rivals and its probability, if it is less probable than [`LIKELY`]; and the words for it.
+fn unlikely(certain: &[(Vec<String>, f64)]) -> Option<(usize, String)> {
+    let at = (0..certain.len()).min_by(|a, b| certain[*a].1.total_cmp(&certain[*b].1))?;
+    let (rivals, probability) = certain.get(at).filter(|(_, probability)| *probability < LIKELY)?;
+    let rivals =
+        if rivals.is_empty() { String::new() } else { format!(": {} would explain as much", rivals.join(" or ")) };
+    Some((at, format!("it is only {:.0} % probable{rivals}", 100.0 * probability)))
 }
 
 /// Divides effects that are seen in other data than torque along the motion: those with a gain and parameters in range, and the others.
@@ -180,4 +208,21 @@ fn remove(selection: &mut Selection, index: usize) {
         });
     }
     selection.taken.retain(|taken| !taken.terms.is_empty());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn property_a_name_is_withdrawn_that_is_more_likely_wrong_than_right() {
+        let name = |rivals: &[&str], probability: f64| (rivals.iter().map(ToString::to_string).collect(), probability);
+        assert_eq!(unlikely(&[]), None);
+        assert_eq!(unlikely(&[name(&["payload"], 0.5), name(&[], 0.97)]), None);
+        let (at, words) = unlikely(&[name(&[], 0.49), name(&["payload", "link_inertia"], 0.44)]).unwrap();
+        assert_eq!(
+            (at, words.as_str()),
+            (1, "it is only 44 % probable: payload or link_inertia would explain as much")
+        );
+    }
 }

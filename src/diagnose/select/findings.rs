@@ -1,19 +1,13 @@
 //! From the terms of a selection to the entries of a report: parameters, probability, rivals.
 
-use std::collections::BTreeMap;
-
-use super::candidates::Candidate;
+use super::certainty::certainty;
 use super::confirm::Confirmed;
 use super::selection::Selection;
-use super::selection::Taken;
-use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::fit::estimate;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::uncertainty::Uncertainty;
-use crate::diagnose::options::{MODEL_ERROR, Options};
-use crate::diagnose::result::{FoundEffect, Measured, Standing};
-use crate::distributions::normal_upper_tail;
-use crate::effects::About;
+use crate::diagnose::options::Rules;
+use crate::diagnose::result::{FoundEffect, Standing};
 
 /// One entry per term, strongest first.
 pub fn found(
@@ -21,106 +15,23 @@ pub fn found(
     selection: &Selection,
     confirmed: &Confirmed,
     uncertainty: &Uncertainty,
-    options: &Options,
+    rules: &Rules,
 ) -> Vec<FoundEffect> {
     let mut entries: Vec<FoundEffect> = Vec::new();
     let mut position = 0;
     for taken in &selection.taken {
-        let (confusable_with, probability) = rivals(taken, options);
         for term in &taken.terms {
             let names = term.own_joints().iter().map(|joint| problem.motion.model.joints[*joint].name.clone());
             let parameters = estimate::parameters(problem, term, position, &selection.fitted, uncertainty);
             let (evidence_nats, gain) = (confirmed.strength[position], confirmed.gains[position].clone());
-            let at = selection.fitted.term_at[position];
-            let own = at..at + term.coefficients();
-            let all = uncertainty.size_in_errors(own, &selection.fitted.solution.coefficients);
-            let size = least_size(term.effect.about(), &parameters, all);
-            let standing = Standing { probability: probability * not_zero(size), evidence_nats, gain };
+            let (confusable_with, probability) =
+                certainty(taken, (term, position), &parameters, selection, uncertainty, rules);
+            let standing = Standing { probability, evidence_nats, gain };
             let entry = FoundEffect::new(term.effect.about(), names.collect(), parameters, standing);
-            entries.push(FoundEffect { effect: term.effect.label(), ..entry.beside(confusable_with.clone()) });
+            entries.push(FoundEffect { effect: term.effect.label(), ..entry.beside(confusable_with) });
             position += 1;
         }
     }
     entries.sort_by(|a, b| b.evidence_nats.total_cmp(&a.evidence_nats));
     entries
-}
-
-/// [standard errors] The size of an effect: of all its coefficients together, or of a parameter without which it would be another effect.
-fn least_size(about: &About, parameters: &BTreeMap<String, Measured>, all: f64) -> f64 {
-    let sizes = about.parameters.iter().filter(|spec| spec.is_size).filter_map(|spec| parameters.get(spec.name));
-    sizes.map(|one| (one.value / one.std_error).abs()).fold(all, f64::min)
-}
-
-/// Probability that a size of `z` standard errors is not zero: `1 − 2 (1 − Φ(z))`.
-fn not_zero(z: f64) -> f64 {
-    (1.0 - 2.0 * normal_upper_tail(z)).max(0.0)
-}
-
-/// Share of the evidence above which a rival cannot be rejected.
-const CLOSE: f64 = 0.85;
-
-/// Share of the evidence below which a rival is rejected even if its error is as small.
-const FAR: f64 = 0.3;
-
-/// Effects with nearly as much evidence, and the probability that the chosen effect is the right one.
-fn rivals(taken: &Taken, options: &Options) -> (Vec<String>, f64) {
-    let total: f64 = taken.evidence.iter().map(|evidence| evidence.nats).sum();
-    let joints: Vec<usize> = taken.terms.iter().flat_map(|term| term.joints.clone()).collect();
-    let own: usize = taken.terms.iter().map(|term| term.coefficients() + term.shape.len()).sum();
-    // An inaccurate law costs evidence in proportion to the number of rows; the error that it leaves does not depend on that number.
-    let worse = |rival: &Candidate| {
-        let on = |joint: &usize| taken.evidence[*joint].log_scale - rival.evidence[*joint].log_scale;
-        joints.iter().map(on).fold(f64::NEG_INFINITY, f64::max)
-    };
-    let close = |rival: &&Candidate| {
-        let share = rival.total() / total;
-        rival.sensible && (share > CLOSE || share > FAR && worse(rival) < MODEL_ERROR)
-    };
-    let names = taken.rivals.iter().filter(close).map(|rival| rival.effect().name().to_owned()).collect();
-    let probability = probability(total, own, options, taken.rivals.iter().filter(|rival| rival.sensible));
-    (names, probability)
-}
-
-/// Probability that an effect with this evidence is the true one. Every model is somewhat inaccurate, so differences of evidence count relative
-/// to the evidence. A rival is penalised if it has more parameters than the effect. No effect at all is a rival too, with as much evidence
-/// as inaccurate laws leave behind.
-pub fn probability<'c>(total: f64, own: usize, options: &Options, rivals: impl Iterator<Item = &'c Candidate>) -> f64 {
-    let unit = 0.02 * total + 3.0;
-    let odds = |difference: f64| (difference / unit).exp();
-    let of_rival = |rival: &Candidate| {
-        let extra = rival.complexity().saturating_sub(own).min(1) as f64;
-        odds(rival.total() - total - extra * (options.rules.tie * total + unit))
-    };
-    let of_rivals: f64 = rivals.map(of_rival).sum();
-    calibrated(of_rivals + odds(options.rules.further - total))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::find;
-
-    fn measured(values: [(&str, f64, f64); 2]) -> BTreeMap<String, Measured> {
-        let one =
-            |(name, value, std_error): (&str, f64, f64)| (name.to_owned(), Measured { value, std_error, unit: "" });
-        values.map(one).into()
-    }
-
-    /// Both coefficients of the spring together are 50 standard errors: a constant torque would be as much.
-    #[test]
-    fn property_a_spring_is_as_sure_as_its_stiffness() {
-        let about = find("cable_spring").expect("of the catalogue").about();
-        let spring = measured([("stiffness", 2.5, 2.7), ("rest_position", 0.95, 0.98)]);
-        let size = least_size(about, &spring, 50.0);
-        assert_eq!(size, 2.5 / 2.7);
-        // 1 − 2 (1 − Φ(0.9259)) = 0.6455.
-        assert!((not_zero(size) - 0.6455).abs() < 1e-4);
-    }
-
-    #[test]
-    fn property_a_phase_near_zero_says_nothing_of_the_size() {
-        let about = find("cogging").expect("of the catalogue").about();
-        let ripple = measured([("amplitude", 0.5, 0.05), ("phase", 0.01, 0.5)]);
-        assert_eq!(least_size(about, &ripple, 9.0), 9.0);
-    }
 }

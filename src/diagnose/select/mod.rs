@@ -5,9 +5,11 @@
 //! - `selection`: takes effects by evidence, one after the other
 //! - `substitutes`: withdraws names that a pattern describes better
 //! - `confirm`: withdraws effects without a gain on held-out data; `own_gains`: these gains
+//! - `certainty`: rivals and probability of a name
 //! - `findings`: from the remaining terms to the entries of a report
 
 pub mod candidates;
+pub mod certainty;
 pub mod confirm;
 pub mod findings;
 pub mod own_gains;
