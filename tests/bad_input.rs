@@ -99,7 +99,7 @@ fn property_broken_text_is_refused_by_place_and_expectation() {
             "model.toml",
             "gear_ratio = 5.0",
             "gear_ratio = -5.0",
-            &["model.toml:6", "joints.turn.gear_ratio", "-5", "> 0"],
+            &["model.toml:6", "joints.turn.gear_ratio", "-5", "from 1e-4"],
         ),
         ("model.toml", "gear_ratio = 5.0", "gear_ratio = nan", &["model.toml:6", "joints.turn.gear_ratio", "nan"]),
         (
@@ -111,7 +111,12 @@ fn property_broken_text_is_refused_by_place_and_expectation() {
         ("model.toml", "gear_ratio = 5.0", "", &["model.toml", "joints.turn.gear_ratio", "missing"]),
         ("model.toml", "gear_ratio", "gear_ration", &["model.toml", "joints.turn.gear_ratio"]),
         ("model.toml", "viscous", "viscious", &["model.toml", "joints.turn.friction.viscious", "viscous"]),
-        ("model.toml", "torque_constant = 0.023", "torque_constant = 0", &["model.toml:13", "torque_constant", "> 0"]),
+        (
+            "model.toml",
+            "torque_constant = 0.023",
+            "torque_constant = 0",
+            &["model.toml:13", "torque_constant", "from 1e-9"],
+        ),
         ("model.toml", "joints.turn", "joints.spin", &["model.toml", "spin", "turn"]),
         ("model.toml", "model/1", "model/9", &["model.toml:1", "schema", "lostmotion/model/1"]),
         ("model.toml", "robot.urdf", "gone.urdf", &["model.toml:3", "urdf", "gone.urdf"]),

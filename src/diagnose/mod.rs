@@ -82,7 +82,7 @@ pub fn diagnose(
     let (usable, dead) = mistakes::without_dead_channels(model, [train, hold_out].concat());
     let seen = as_measured(model, &usable.iter().collect::<Vec<_>>());
     let mut diagnosis = diagnose_as_measured(&seen, usable.split_at(train.len()), options, progress)?;
-    diagnosis.method.left_out.extend(dead);
+    diagnosis.dead_channels = dead;
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)
@@ -119,6 +119,6 @@ fn diagnose_as_measured(
         .ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions: &sessions, division, earlier, shaken };
     let mut parts = conclude::conclude(&data, &problem, &selection, &confirmed, options, progress)?;
-    parts.mistakes = mistakes::remaining::found(model, &recorded, &parts.fit);
+    parts.mistakes = mistakes::remaining::found(model, &recorded, &parts);
     Ok(parts.assembled())
 }

@@ -65,7 +65,7 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
             None => format!("{name}: what the simulation gets wrong"),
         },
         verdict: verdict(diagnosis),
-        warnings: mistakes::warnings(&diagnosis.mistakes),
+        warnings: [mistakes::warnings(&diagnosis.mistakes), mistakes::warnings(&diagnosis.dead_channels)].concat(),
         sections,
     }
 }
@@ -105,7 +105,10 @@ fn verdict(diagnosis: &Diagnosis) -> String {
             format!("A mistake in the data or in the model is likelier than physics; no effect is named.\n{list}")
         }
         Verdict::NothingFound if diagnosis.changes.is_some() => "Nothing has changed.".to_owned(),
-        Verdict::NothingFound => "Nothing found: the nominal model explains the data.".to_owned(),
+        Verdict::NothingFound => match not_judged(diagnosis).as_slice() {
+            [] => "Nothing found: the nominal model explains the data.".to_owned(),
+            joints => format!("Nothing found on the joints that could be judged. Not judged: {}.", joints.join(", ")),
+        },
         Verdict::Unexplained => format!(
             "Structure remains that no effect of the catalogue explains ({}).",
             diagnosis.unexplained.iter().map(|one| one.joint.as_str()).collect::<Vec<_>>().join(", ")
@@ -116,6 +119,12 @@ fn verdict(diagnosis: &Diagnosis) -> String {
             changes.chain(effects).chain(headline::gains(diagnosis)).collect::<Vec<_>>().join("\n")
         }
     }
+}
+
+/// Joints whose torque was not judged.
+fn not_judged(diagnosis: &Diagnosis) -> Vec<&str> {
+    let joints = diagnosis.extended_model.joints.iter().map(|joint| joint.name.as_str());
+    joints.filter(|joint| !diagnosis.baseline.contains_key(*joint)).collect()
 }
 
 /// One effect in a sentence.

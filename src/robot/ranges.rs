@@ -8,8 +8,8 @@ use crate::units::JointKind;
 /// Motor turns per joint motion. A rotary gear of several stages reaches 1e4; a screw of 1 mm behind a gear 1:1000, 6e6 rad/m.
 pub(super) fn gear_ratio(kind: JointKind) -> Range {
     match kind {
-        JointKind::Revolute => Range::positive("rad/rad").up_to(1e6),
-        JointKind::Prismatic => Range::positive("rad/m").up_to(1e9),
+        JointKind::Revolute => Range::between(1e-4, 1e6, "rad/rad"),
+        JointKind::Prismatic => Range::between(1e-3, 1e9, "rad/m"),
     }
 }
 
@@ -19,8 +19,8 @@ pub(super) const ROTOR_INERTIA: Range = Range::between(1e-14, 1e7, "kg·m²");
 /// The gear of a heavy robot has 1e7 N·m/rad, a steel screw 1e9 N/m.
 pub(super) fn stiffness(kind: JointKind) -> Range {
     match kind {
-        JointKind::Revolute => Range::positive("N·m/rad").up_to(1e11),
-        JointKind::Prismatic => Range::positive("N/m").up_to(1e12),
+        JointKind::Revolute => Range::between(1e-6, 1e11, "N·m/rad"),
+        JointKind::Prismatic => Range::between(1e-6, 1e12, "N/m"),
     }
 }
 
@@ -41,7 +41,7 @@ pub(super) fn backlash(kind: JointKind) -> Range {
 }
 
 /// A watch motor has 1e-6, a direct drive of a ton 1e3.
-pub(super) const TORQUE_CONSTANT: Range = Range::positive("N·m/A").up_to(1e5);
+pub(super) const TORQUE_CONSTANT: Range = Range::between(1e-9, 1e5, "N·m/A");
 
 /// Resistance of a winding.
 pub(super) const RESISTANCE: Range = Range::positive("Ω").up_to(1e6);

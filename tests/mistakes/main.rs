@@ -170,7 +170,7 @@ fn planted_in_recordings() {
     mostly_told(table(&machines::some_recorded(&machines::data().expect("recordings"))));
 }
 
-const CHECKS: [(&str, fn()); 7] = [
+const CHECKS: [(&str, fn()); 9] = [
     ("property_no_mistake_is_suspected_for_any_effect_at_any_strength", every_effect_at_every_strength_is_sound),
     ("property_no_mistake_is_suspected_in_arms_under_gravity", arms_under_gravity_are_sound),
     ("regress_a_tilted_base_is_no_mistake_in_units", a_tilted_base_is_no_mistake_in_units),
@@ -180,6 +180,11 @@ const CHECKS: [(&str, fn()); 7] = [
         "regress_a_turned_current_ends_a_diagnosis_with_3_and_no_effect",
         binary::a_turned_current_ends_a_diagnosis_with_3_and_no_effect,
     ),
+    (
+        "regress_a_dead_current_is_said_and_ends_a_diagnosis_with_3",
+        binary::a_dead_current_is_said_and_ends_a_diagnosis_with_3,
+    ),
+    ("regress_a_replay_that_fails_leaves_the_diagnosis", binary::a_replay_that_fails_leaves_the_diagnosis),
     (
         "regress_a_replay_warns_of_a_turned_current_and_ends_with_3",
         binary::a_replay_warns_of_a_turned_current_and_ends_with_3,

@@ -3,6 +3,9 @@
 use lostmotion::robot::Model;
 use lostmotion::timeseries::{Channel, TimeSeries};
 use lostmotion::units::{DEG, JointKind, RPM};
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 
 /// A mistake: its name here, and the names under which it may be told. Those that data cannot separate stand beside each other.
 pub struct Planted {
@@ -17,7 +20,7 @@ const fn planted(name: &'static str, told: &'static [&'static str], of_joint: bo
 }
 
 /// Everything that is planted.
-pub const MISTAKES: [Planted; 34] = [
+pub const MISTAKES: [Planted; 37] = [
     planted("current turned", &["sign_of_current", "sign_of_torque", "sign_of_joint"], true),
     planted("position and velocity turned", &["sign_of_joint", "sign_of_current", "sign_of_torque"], true),
     planted("position turned", &["sign_of_joint"], true),
@@ -42,6 +45,8 @@ pub const MISTAKES: [Planted; 34] = [
     planted("time in ns", &["time_unit"], false),
     planted("time doubled", &["time_base", "torque_scale"], false),
     planted("time halved", &["time_base", "torque_scale"], false),
+    planted("time stretched", &["time_base", "torque_scale"], false),
+    planted("time shortened", &["time_base", "torque_scale"], false),
     planted("gravity upside down", &["gravity_upside_down"], false),
     planted("current unsigned", &["unsigned_current"], true),
     planted("all currents unsigned", &["unsigned_current"], false),
@@ -51,6 +56,7 @@ pub const MISTAKES: [Planted; 34] = [
     planted("position and velocity late", &["late_channel"], true),
     planted("current dead", &["dead_channel"], true),
     planted("current of noise alone", &["dead_channel"], true),
+    planted("current of white noise", &["dead_channel"], true),
     planted("position dead", &["dead_channel"], true),
 ];
 
@@ -114,6 +120,9 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         "time in ns" => stretch(&mut sessions, 1e9),
         "time doubled" => stretch(&mut sessions, 2.0),
         "time halved" => stretch(&mut sessions, 0.5),
+        // A single velocity may have the wrong scale itself.
+        "time stretched" if velocity && dof > 1 => stretch(&mut sessions, 1.3),
+        "time shortened" if velocity && dof > 1 => stretch(&mut sessions, 0.8),
         "gravity upside down" if weighs(&model) => model.robot.gravity = -model.robot.gravity,
         "current unsigned" => unsigned(&mut sessions, &names[joint], &torque),
         "all currents unsigned" => names.iter().for_each(|name| unsigned(&mut sessions, name, &torque)),
@@ -125,6 +134,10 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         "current of noise alone" => each(&mut sessions, &names[joint], &torque, &|values| {
             // One step of 10 mA to either side, in an order that repeats after 9973 samples.
             values.iter_mut().enumerate().for_each(|(k, value)| *value = 0.01 * ((k * k % 9973 % 3) as f64 - 1.0));
+        }),
+        "current of white noise" => each(&mut sessions, &names[joint], &torque, &|values| {
+            let mut rng = ChaCha8Rng::seed_from_u64(9);
+            values.iter_mut().for_each(|value| *value = 0.01 * rng.sample::<f64, _>(StandardNormal));
         }),
         "position dead" if velocity => {
             each(&mut sessions, &names[joint], &[Channel::Position], &|values| {

@@ -37,8 +37,9 @@ fn recover_a_heavier_tool_without_two_currents() {
     let found = diagnosed_from(symmetric(), &spoiled(recorded(&[effect("payload", None, &TOOL)], 81)));
     assert_eq!(first(&found).0, "payload");
     assert_left_out(&found, &["joint4", "joint5"]);
-    let dead = found.method.left_out.iter().find(|text| text.contains("joint5.current")).expect("the dead channel");
-    assert!(dead.contains("only 3 values"), "{dead}");
+    let [dead] = found.dead_channels.as_slice() else { panic!("{:?}", found.dead_channels) };
+    assert_eq!((dead.mistake, dead.joints.as_slice()), ("dead_channel", &["joint5".to_owned()][..]));
+    assert!(dead.evidence.contains("joint5.current has only 3 values"), "{}", dead.evidence);
 }
 
 #[test]

@@ -69,7 +69,7 @@ pub fn compare(
     let (now, hold_out) = now.split_at(now.len() - hold_out.len());
     let seen = as_measured(model, &usable.iter().collect::<Vec<_>>());
     let mut diagnosis = compare_as_measured(&seen, reference, [now, hold_out], options, progress)?;
-    diagnosis.method.left_out.extend(dead);
+    diagnosis.dead_channels = dead;
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)

@@ -1,10 +1,10 @@
-//! Dead channels: constant, frozen, or noise in a few steps, while another channel of the same joint shows that they should change.
+//! Dead channels: constant, frozen, or noise, while another channel of the same joint shows that they should change.
 //!
 //! Position: constant while the velocity channel moves the joint, in a whole session by a part of the joint's largest range, or from some sample
 //! on by more than that range. Velocity: constant while the position changes. Current or torque: constant while the joint moves in both
 //! directions, where friction alone changes the sign. The current of a joint that is switched off is zero in a part of a session while the
 //! joint swings; so only whole sessions count, or a nonzero value that stays to the end. Noise: a current or torque that has only a few
-//! values, which do not depend on direction, speed and angle. With `R²` the share of its variance that these explain, noise has `R² ≈ p/N`
+//! values, or that differs from sample to sample without correlation, and does not depend on direction, speed and angle. With `R²` the share of its variance that these explain, noise has `R² ≈ p/N`
 //! for `p` columns; Coulomb friction of one step of the sensor already has an `R²` of some tenths.
 
 use nalgebra::{DMatrix, DVector};
@@ -22,6 +22,10 @@ const SAMPLES: usize = 50;
 
 /// Most values that noise about a constant takes: four steps to either side.
 const LEVELS: usize = 9;
+/// Stands for more values than [`LEVELS`].
+pub const MANY: usize = usize::MAX;
+/// [1] Correlation of neighbouring samples up to which noise of many values is white: 4.5 standard errors for the least number of samples.
+const WHITE: f64 = 0.2;
 /// `R²` [1] below which motion explains nothing, far above what noise of hundreds of independent samples has by chance.
 const EXPLAINED: f64 = 0.02;
 /// Least number of samples for that.
@@ -40,7 +44,7 @@ pub struct Dead {
     pub session: String,
     /// The constant value, or the first.
     pub value: f64,
-    /// Number of values that it takes: 1 for a constant.
+    /// Number of values that it has: 1 for a constant, [`MANY`] where they are not counted.
     pub levels: usize,
     /// [s] Time at which it starts.
     pub since: f64,
@@ -122,7 +126,7 @@ fn in_session(session: &TimeSeries, series: &JointSeries, most: f64) -> Vec<(Cha
     dead
 }
 
-/// Number of values of a signal that is noise in a few steps, whatever the motion.
+/// Number of values of a signal that is noise, whatever the motion; [`MANY`] where they are more than [`LEVELS`].
 fn noise_of(position: &[f64], values: &[f64]) -> Option<usize> {
     let mut levels: Vec<f64> = Vec::new();
     for value in values {
@@ -130,10 +134,15 @@ fn noise_of(position: &[f64], values: &[f64]) -> Option<usize> {
             levels.push(*value);
         }
         if levels.len() > LEVELS {
-            return None;
+            break;
         }
     }
     if levels.len() < 2 || values.len() < JUDGED {
+        return None;
+    }
+    let levels = if levels.len() > LEVELS { MANY } else { levels.len() };
+    // Torque that other joints ask for does not depend on the joint's own motion either, but it lasts longer than a sample.
+    if levels == MANY && correlation_of_neighbours(values).abs() > WHITE {
         return None;
     }
     let last = position.len() - 1;
@@ -145,7 +154,15 @@ fn noise_of(position: &[f64], values: &[f64]) -> Option<usize> {
     let signal = DVector::from_iterator(values.len(), values.iter().map(|value| value - mean));
     let (fit, _) = least_squares(&columns, &signal)?;
     let left = (&signal - columns * fit).norm_squared();
-    (1.0 - left / signal.norm_squared() < EXPLAINED).then_some(levels.len())
+    (1.0 - left / signal.norm_squared() < EXPLAINED).then_some(levels)
+}
+
+/// Correlation of each sample with the next.
+fn correlation_of_neighbours(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let product = |a: f64, b: f64| (a - mean) * (b - mean);
+    let variance: f64 = values.iter().map(|x| product(*x, *x)).sum();
+    values.windows(2).map(|pair| product(pair[0], pair[1])).sum::<f64>() / variance.max(1e-300)
 }
 
 /// Integral of a velocity without its mean: an offset is no motion.

@@ -9,13 +9,13 @@
 //! | module | compares | right | mistaken |
 //! |---|---|---|---|
 //! | `time_base` | sample interval, velocity | below 0.1 s, `Δq = ∫ v dt` on all joints | one common factor on all joints |
-//! | `dead` | a channel with the others of its joint | moves as they do | constant, or noise in a few steps |
+//! | `dead` | a channel with the others of its joint | moves as they do | constant, or noise |
 //! | `kinematics` | `Δq` with `∫ v dt` | 1, no lag | −1, π/180, π/30, gear ratio; late |
 //! | `encoder` | steps of the position with a count | 1 | gear ratio, 180/π |
 //! | `balance`, `search` | torque with inertia, weight, friction | leaves a few percent of the squares | one change halves the RMS residual |
 //! | `limits` | position with the joint's range | inside | several times its range |
 //! | `overload` | torque with the limits of the drive | below | ten times that or more |
-//! | `remaining` | error of the finished diagnosis with the torque | below half | above half |
+//! | `remaining` | the finished diagnosis with what is possible | error below half of the torque, torque constants within a factor of two | above |
 //!
 //! `rows` makes the rows of the balance, `change` has the changes that the search tries, `velocity` and `meaning` interpret the ratio of
 //! position and velocity, and `words` writes name, evidence and remedy of a mistake.
@@ -85,10 +85,10 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     merged(found.iter().map(|one| words::balance(model, &rows, one)).collect())
 }
 
-/// Recordings without the dead channels, and a description of these channels. A joint without a torque is left out of a diagnosis, and a
+/// Recordings without the dead channels, and a mistake for each of these channels. A joint without a torque is left out of a diagnosis, and a
 /// velocity is only compared with the position. A dead position is kept: nothing is known of the arm's posture without it. All channels are
 /// kept if otherwise no joint would have a torque.
-pub fn without_dead_channels(model: &Model, sessions: Vec<TimeSeries>) -> (Vec<TimeSeries>, Vec<String>) {
+pub fn without_dead_channels(model: &Model, sessions: Vec<TimeSeries>) -> (Vec<TimeSeries>, Vec<Mistake>) {
     let mut removed = dead::found(model, &sessions.iter().collect::<Vec<_>>());
     removed.retain(|dead| dead.channel != Channel::Position);
     if removed.is_empty() {
@@ -110,7 +110,7 @@ pub fn without_dead_channels(model: &Model, sessions: Vec<TimeSeries>) -> (Vec<T
     if !model.joints.iter().any(|joint| has_torque(&joint.name)) {
         return (sessions, Vec::new());
     }
-    (kept, words::dead(model, &removed).into_iter().map(|mistake| format!("Not used: {}", mistake.evidence)).collect())
+    (kept, words::dead(model, &removed))
 }
 
 /// Mistakes as warnings of one or two sentences each.

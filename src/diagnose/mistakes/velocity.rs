@@ -11,6 +11,12 @@ use crate::drive::Sensing;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
+/// [1] Factor of the time base above which it is a mistake: clocks and nominal sample rates differ by far less.
+const STRETCHED: f64 = 1.03;
+/// [1] Correlation above which a ratio is known well enough for that: both differ by less than a tenth of their size.
+const CLEAR: f64 = 0.995;
+/// [1] Relative difference up to which the ratios of all joints are one factor.
+const EXACTLY: f64 = 0.01;
 /// A late channel explains at least this share of what remains without the lag.
 const BETTER: f64 = 0.5;
 
@@ -37,7 +43,8 @@ pub fn found(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
         .filter(|(.., ratio)| ratio.at_lag < 0.0 || ratio.ratio.abs().ln().abs() > FAR.ln())
         .collect();
     if wrong.is_empty() {
-        return late(model, sessions, &ratios);
+        let late = late(model, sessions, &ratios);
+        return if late.is_empty() { stretched(model, &ratios) } else { late };
     }
     if let Some(factor) = of_time(model, sessions, &ratios) {
         return vec![words::time_base(model, &wrong, factor)];
@@ -58,6 +65,21 @@ fn of_time(model: &Model, sessions: &[&TimeSeries], ratios: &[Option<(Channel, R
         reference(*joint).is_none_or(|other| other.ratio > 0.0 && (other.ratio / ratio).ln().abs() < 2.0 * SAME)
     });
     (alike && !named && by_reference).then_some(first)
+}
+
+/// A time base that is off by less than a factor of [`FAR`]: the measured velocities of several joints say the same. A filter or a delay leaves
+/// the change of position over whole moves as it is.
+fn stretched(model: &Model, ratios: &[Option<(Channel, Ratio)>]) -> Vec<Mistake> {
+    let clear: Vec<(usize, Channel, Ratio)> = ratios
+        .iter()
+        .enumerate()
+        .filter_map(|(joint, found)| found.map(|(channel, ratio)| (joint, channel, ratio)))
+        .filter(|(_, channel, ratio)| *channel == Channel::Velocity && ratio.at_lag > CLEAR)
+        .collect();
+    let [(.., first), _, ..] = clear.as_slice() else { return Vec::new() };
+    let factor = first.ratio;
+    let alike = clear.iter().all(|(.., ratio)| (ratio.ratio / factor).ln().abs() < EXACTLY);
+    if alike && factor.ln().abs() > STRETCHED.ln() { vec![words::time_base(model, &clear, factor)] } else { Vec::new() }
 }
 
 /// The mistake of one joint whose velocity and position differ.

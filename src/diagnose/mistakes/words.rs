@@ -55,6 +55,7 @@ pub fn dead(model: &Model, found: &[Dead]) -> Vec<Mistake> {
             if one.since > 0.0 { format!("from {} s on", figure(one.since)) } else { "all the time".to_owned() };
         let reads = match one.levels {
             1 => format!("is {} {since}", figure(one.value)),
+            dead::MANY => "is noise that does not depend on the motion".to_owned(),
             levels => format!("has only {levels} values, which do not depend on the motion"),
         };
         let evidence = format!(

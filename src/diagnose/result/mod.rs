@@ -41,6 +41,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// Errors of data or model file that are likelier than physics; if there are any, no effect is named.
     pub mistakes: Vec<Mistake>,
+    /// Channels that were not used because they are dead; the diagnosis holds for the other joints.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub dead_channels: Vec<Mistake>,
     /// Effects that were found, strongest first.
     pub effects: Vec<FoundEffect>,
     /// Quantities that differ between two recordings, where two are compared. `effects` then lists the effects that are new or changed.
@@ -293,7 +296,7 @@ pub struct Method {
     pub baseline: String,
     /// Which part was held out.
     pub held_out: String,
-    /// Joints whose torque was not judged and channels that were not used, each with the reason.
+    /// Joints whose torque was not judged, each with the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }

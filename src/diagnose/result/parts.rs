@@ -90,6 +90,7 @@ impl Parts {
             ]),
             verdict,
             mistakes: self.mistakes,
+            dead_channels: Vec::new(),
             effects,
             changes: self.changes,
             fit: self.fit,

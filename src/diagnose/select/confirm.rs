@@ -214,6 +214,16 @@ fn remove(selection: &mut Selection, index: usize) {
 mod tests {
     use super::*;
 
+    /// Its words name the parameter, its value and the range.
+    #[test]
+    fn property_a_parameter_outside_its_range_is_a_reason() {
+        let about = crate::effects::find("rotor_inertia").expect("an effect").about();
+        let words = outside(about, &|name| (name == "error").then_some(-3.14));
+        assert_eq!(words.as_deref(), Some("error = -3.140, outside -0.9 to 10"));
+        assert_eq!(outside(about, &|name| (name == "error").then_some(0.2)), None);
+        assert_eq!(outside(about, &|_| None), None);
+    }
+
     #[test]
     fn property_a_name_is_withdrawn_that_is_more_likely_wrong_than_right() {
         let name = |rivals: &[&str], probability: f64| (rivals.iter().map(ToString::to_string).collect(), probability);

@@ -66,6 +66,9 @@ pub(super) const NAMES: &[(&str, &str)] = &[
 /// Types of joints; the last one occurs in Bullet's dialect only.
 const TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
 
+/// Largest number of links, and of joints: the largest robots have some hundreds. What relates them to each other grows with their square.
+const MOST_OWNERS: usize = 2000;
+
 /// Elements that only a display needs: their content is not checked.
 const DISPLAY: [&str; 2] = ["visual", "material"];
 
@@ -161,6 +164,11 @@ pub(super) fn check(text: &UrdfText<'_>) -> Result<Vec<Remark>> {
     if elements.first().is_none_or(|root| root.name != "robot") {
         let line = elements.first().map_or(1, |root| root.line);
         return Err(text.broken(line, "one outermost element <robot>"));
+    }
+    for kind in ["link", "joint"] {
+        if let Some(beyond) = text.owners(kind).nth(MOST_OWNERS) {
+            return Err(text.broken(beyond.line, format!("at most {MOST_OWNERS} elements <{kind}>")));
+        }
     }
     check_plain(text)?;
     let mut remarks = Vec::new();
