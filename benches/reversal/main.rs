@@ -37,7 +37,13 @@ const TURNS: [&str; 3] = ["coupling_slip", "dwell_stiction", "presliding"];
 
 /// Diagnoses a set with its last run held out, the gap left to the turns; what was found, and what is in the machine.
 fn diagnosed(order: &Order) -> (Diagnosis, Vec<EffectEntry>) {
-    let set = planted::set(order);
+    diagnosed_later(order, 0.0)
+}
+
+/// As [`diagnosed`], with times that begin `epoch` [s] later.
+fn diagnosed_later(order: &Order, epoch: f64) -> (Diagnosis, Vec<EffectEntry>) {
+    let mut set = planted::set(order);
+    set.sessions.iter_mut().flat_map(|session| &mut session.time).for_each(|time| *time += epoch);
     let (hold_out, train): (&TimeSeries, &[TimeSeries]) = set.sessions.split_last().expect("four sessions");
     let options = Options { backlash: false, ..Options::default() };
     let found = diagnose(&set.nominal, train, std::slice::from_ref(hold_out), &options, &mut |_, _| {});
@@ -119,6 +125,20 @@ fn recover_coupling_slip() {
         assert!((jump.found - jump.truth).abs() < 3.0 * jump.std_error && jump.found * jump.truth > 0.0, "{jump:?}");
         assert!((jump.found / jump.truth - 1.0).abs() < 1.0, "{jump:?}");
     }
+}
+
+#[test]
+fn regress_a_slip_does_not_depend_on_the_zero_of_time() {
+    // Seconds since 1970, a power of two: samples stay where they are to a tenth of a microsecond.
+    let slips = [0.0, 1_073_741_824.0].map(|epoch| {
+        let (found, _) = diagnosed_later(&Order::one("coupling_slip", 1.0, 520_201), epoch);
+        let slips = found.effects.iter().filter(|one| one.effect == "coupling_slip");
+        slips.map(|one| one.parameters["time"].value).collect::<Vec<f64>>()
+    });
+    assert!(!slips[0].is_empty(), "the slip is found where time begins with zero");
+    // The time of a sample of 1 ms.
+    assert!(slips[0].iter().zip(&slips[1]).all(|(one, other)| (one - other).abs() < 1e-3), "{slips:?}");
+    assert_eq!(slips[0].len(), slips[1].len());
 }
 
 #[test]
