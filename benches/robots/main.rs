@@ -101,7 +101,7 @@ fn print(table: &BTreeMap<&str, [usize; 3]>, reasons: &BTreeMap<String, usize>) 
 const FAULTS: [(&str, &str); 3] = [
     ("effort limit", "an effort limit does not hold the weight"),
     ("diverged", "the simulation diverges"),
-    ("off after a way", "a joint is not where it should be"),
+    ("off after a move", "a joint is not where it should be"),
 ];
 
 /// A reason without the names and numbers of one file.

@@ -79,32 +79,34 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    let (usable, dead) = mistakes::without_dead_channels(model, [train, hold_out].concat());
-    let seen = as_measured(model, &usable.iter().collect::<Vec<_>>());
-    let mut diagnosis = diagnose_as_measured(&seen, usable.split_at(train.len()), options, progress)?;
+    let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
+    let (usable, dead) = mistakes::without_dead_channels(model, &recorded);
+    let usable: Vec<&TimeSeries> = usable.iter().map(AsRef::as_ref).collect();
+    let seen = as_measured(model, &usable);
+    let mut diagnosis = diagnose_as_measured(&seen, &usable, train.len(), options, progress)?;
     diagnosis.dead_channels = dead;
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)
 }
 
-/// The diagnosis with a model as the recordings see it.
+/// The diagnosis with a model as the recordings see it; the first `trained` recordings are those of training.
 fn diagnose_as_measured(
     model: &Model,
-    (train, hold_out): (&[TimeSeries], &[TimeSeries]),
+    recorded: &[&TimeSeries],
+    trained: usize,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     progress("looking for mistakes", 0.0);
-    let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
-    let suspected = mistakes::suspected(model, &recorded);
+    let suspected = mistakes::suspected(model, recorded);
     if !suspected.is_empty() {
         return Ok(mistakes::diagnosis(model, suspected, false, options));
     }
     progress("smoothing", 0.0);
-    let division = Division::new(train.len(), recorded.len(), options.held_out_share);
+    let division = Division::new(trained, recorded.len(), options.held_out_share);
     let Prepared { sessions, earlier, shaken, ripple, as_recorded } =
-        preparation::prepare(model, &recorded, division, options)?;
+        preparation::prepare(model, recorded, division, options)?;
     let sessions: Vec<&TimeSeries> = sessions.iter().map(AsRef::as_ref).collect();
     let mut problem = pose(model, &sessions, division, options)?;
     problem.taken_out = ripple;
@@ -119,6 +121,6 @@ fn diagnose_as_measured(
         .ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions: &sessions, division, earlier, shaken };
     let mut parts = conclude::conclude(&data, &problem, &selection, &confirmed, options, progress)?;
-    parts.mistakes = mistakes::remaining::found(model, &recorded, &parts);
+    parts.mistakes = mistakes::remaining::found(model, recorded, &parts);
     Ok(parts.assembled())
 }

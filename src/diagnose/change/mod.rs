@@ -64,10 +64,12 @@ pub fn compare(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    let (usable, dead) = mistakes::without_dead_channels(model, [reference, now, hold_out].concat());
+    let recorded: Vec<&TimeSeries> = reference.iter().chain(now).chain(hold_out).collect();
+    let (usable, dead) = mistakes::without_dead_channels(model, &recorded);
+    let usable: Vec<&TimeSeries> = usable.iter().map(AsRef::as_ref).collect();
     let (reference, now) = usable.split_at(reference.len());
     let (now, hold_out) = now.split_at(now.len() - hold_out.len());
-    let seen = as_measured(model, &usable.iter().collect::<Vec<_>>());
+    let seen = as_measured(model, &usable);
     let mut diagnosis = compare_as_measured(&seen, reference, [now, hold_out], options, progress)?;
     diagnosis.dead_channels = dead;
     complete(&mut diagnosis.baseline_model, model);
@@ -78,21 +80,22 @@ pub fn compare(
 /// The comparison with a model as the recordings see it.
 fn compare_as_measured(
     model: &Model,
-    reference: &[TimeSeries],
-    [now, hold_out]: [&[TimeSeries]; 2],
+    reference: &[&TimeSeries],
+    [now, hold_out]: [&[&TimeSeries]; 2],
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
-    let mut suspected = mistakes::suspected(model, &reference.iter().collect::<Vec<_>>());
-    suspected.extend(mistakes::suspected(model, &now.iter().chain(hold_out).collect::<Vec<_>>()));
+    let today = [now, hold_out].concat();
+    let mut suspected = mistakes::suspected(model, reference);
+    suspected.extend(mistakes::suspected(model, &today));
     if !suspected.is_empty() {
         return Ok(mistakes::diagnosis(model, suspected, true, options));
     }
     progress("smoothing", 0.0);
     let of_before = Division::new(reference.len(), reference.len(), options.held_out_share);
     let of_after = Division::new(now.len(), now.len() + hold_out.len(), options.held_out_share);
-    let before = Side::new(model, reference.iter().collect(), of_before, options)?;
-    let after = Side::new(model, now.iter().chain(hold_out).collect(), of_after, options)?;
+    let before = Side::new(model, reference.to_vec(), of_before, options)?;
+    let after = Side::new(model, today, of_after, options)?;
     let earlier = delays::changed(model, [&before.late, &after.late]);
     let (before, after) = (before.sessions, after.sessions);
     let sessions: Vec<&TimeSeries> = before.iter().chain(&after).map(AsRef::as_ref).collect();

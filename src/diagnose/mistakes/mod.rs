@@ -88,27 +88,28 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
 /// Recordings without the dead channels, and a mistake for each of these channels. A joint without a torque is left out of a diagnosis, and a
 /// velocity is only compared with the position. A dead position is kept: nothing is known of the arm's posture without it. All channels are
 /// kept if otherwise no joint would have a torque.
-pub fn without_dead_channels(model: &Model, sessions: Vec<TimeSeries>) -> (Vec<TimeSeries>, Vec<Mistake>) {
-    let mut removed = dead::found(model, &sessions.iter().collect::<Vec<_>>());
+pub fn without_dead_channels<'s>(
+    model: &Model,
+    sessions: &[&'s TimeSeries],
+) -> (Vec<Cow<'s, TimeSeries>>, Vec<Mistake>) {
+    let mut kept: Vec<Cow<TimeSeries>> = sessions.iter().map(|session| Cow::Borrowed(*session)).collect();
+    let mut removed = dead::found(model, sessions);
     removed.retain(|dead| dead.channel != Channel::Position);
-    if removed.is_empty() {
-        return (sessions, Vec::new());
-    }
-    let mut kept = sessions.clone();
     for dead in &removed {
-        let of_session = kept.iter_mut().filter(|session| session.name == dead.session);
-        let joints = of_session.flat_map(|session| &mut session.joints);
-        joints.filter(|joint| joint.name == model.joints[dead.joint].name).for_each(|joint| {
-            joint.channels.remove(&dead.channel);
-        });
+        for session in kept.iter_mut().filter(|session| session.name == dead.session) {
+            let joints = session.to_mut().joints.iter_mut();
+            joints.filter(|joint| joint.name == model.joints[dead.joint].name).for_each(|joint| {
+                joint.channels.remove(&dead.channel);
+            });
+        }
     }
     let has_torque = |name: &str| {
         let torque = [Channel::Current, Channel::Torque, Channel::LinkTorque];
         let of_joint = |joint: &JointSeries| torque.iter().any(|channel| joint.get(*channel).is_some());
         kept.iter().all(|session| session.joint(name).is_some_and(of_joint))
     };
-    if !model.joints.iter().any(|joint| has_torque(&joint.name)) {
-        return (sessions, Vec::new());
+    if !removed.is_empty() && !model.joints.iter().any(|joint| has_torque(&joint.name)) {
+        return (sessions.iter().map(|session| Cow::Borrowed(*session)).collect(), Vec::new());
     }
     (kept, words::dead(model, &removed))
 }

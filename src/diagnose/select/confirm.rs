@@ -218,8 +218,8 @@ mod tests {
     #[test]
     fn property_a_parameter_outside_its_range_is_a_reason() {
         let about = crate::effects::find("rotor_inertia").expect("an effect").about();
-        let words = outside(about, &|name| (name == "error").then_some(-3.14));
-        assert_eq!(words.as_deref(), Some("error = -3.140, outside -0.9 to 10"));
+        let words = outside(about, &|name| (name == "error").then_some(-3.5));
+        assert_eq!(words.as_deref(), Some("error = -3.500, outside -0.9 to 10"));
         assert_eq!(outside(about, &|name| (name == "error").then_some(0.2)), None);
         assert_eq!(outside(about, &|_| None), None);
     }
