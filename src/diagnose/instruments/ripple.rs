@@ -22,7 +22,7 @@ use crate::diagnose::result::{EffectGain, Findings};
 use crate::diagnose::rows::division::held_out_rows;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::observe;
-use crate::diagnose::rows::reversals::since_reversal;
+use crate::diagnose::rows::reversals::near_reversal;
 use crate::diagnose::select::confirm;
 use crate::diagnose::select::selection::{Selection, select};
 use crate::diagnose::select::substitutes;
@@ -135,7 +135,6 @@ fn moving(motion: &Motion, joint: usize) -> Vec<bool> {
     let fastest = v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let count = motion.model.joints[joint].encoder_step();
     let slow = |row: usize| v[row].abs() < (LEAST_SPEED * fastest).max(COUNTS * count / (2.0 * motion.half_width[row]));
-    let since = since_reversal(motion, joint);
-    let reverses = |row: usize| since[row].abs() < REVERSAL;
-    (0..motion.rows()).map(|row| !slow(row) && !reverses(row)).collect()
+    let reverses = near_reversal(motion, joint, REVERSAL);
+    (0..motion.rows()).map(|row| !slow(row) && !reverses[row]).collect()
 }

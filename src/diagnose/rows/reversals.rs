@@ -54,6 +54,25 @@ fn mark_before(time: &[f64], end: usize, turned: f64, since: &mut [f64]) {
     }
 }
 
+/// Whether each row is within `margin` [s] of a reversal: from before the joint last moved in the one direction until after it first moves in
+/// the other.
+pub fn near_reversal(motion: &Motion, joint: usize, margin: f64) -> Vec<bool> {
+    let heading = heading(motion, joint);
+    let mut near = vec![false; motion.rows()];
+    let mut last: Option<usize> = None;
+    for row in (0..motion.rows()).filter(|row| heading[*row] != 0) {
+        let same = |other: &usize| motion.part[*other] == motion.part[row];
+        if let Some(before) = last.filter(|before| same(before) && heading[*before] != heading[row]) {
+            let from = motion.time[before] - margin;
+            let to = motion.time[row] + margin;
+            (0..row).rev().take_while(|k| same(k) && motion.time[*k] > from).for_each(|k| near[k] = true);
+            (row..motion.rows()).take_while(|k| same(k) && motion.time[*k] < to).for_each(|k| near[k] = true);
+        }
+        last = Some(row);
+    }
+    near
+}
+
 /// [s] Duration of each rest of a joint's rotor before it starts to move.
 pub fn rests(motion: &Motion, joint: usize) -> Vec<f64> {
     let heading = heading(motion, joint);

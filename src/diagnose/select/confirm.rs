@@ -3,7 +3,7 @@
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
 //! a later fit moves out of its range, the weakest of several effects that gain nothing together, an effect that is no larger than its
-//! standard error, and one whose own probability is below one half: it is more likely wrong than right.
+//! standard error, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
 
 use super::certainty::certainty;
 use super::own_gains;
@@ -93,7 +93,8 @@ fn least_of_compensating(
         .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
 }
 
-/// The least certain term, and why it is withdrawn: its size is below its standard error, or it is less probable than [`LIKELY`].
+/// The least certain term, and why it is withdrawn: its size is below its standard error, or a look-alike explains as much and it is less
+/// probable than [`LIKELY`].
 fn least_sure(
     problem: &Problem,
     selection: &Selection,
@@ -117,19 +118,30 @@ fn least_sure(
         selection.taken.iter().flat_map(|taken| std::iter::repeat_n(taken, taken.terms.len())).collect();
     let certain = |index: &usize| {
         let parameters = estimate::parameters(problem, terms[*index], *index, fitted, &uncertainty);
-        Some(certainty(taken[*index], (terms[*index], *index), &parameters, selection, &uncertainty, rules?))
+        let place = (terms[*index], *index);
+        let (mut rivals, p) = certainty(taken[*index], place, &parameters, selection, &uncertainty, rules?);
+        rivals.retain(|rival| look_alike(&problem.catalogue, terms[*index].effect.about(), rival));
+        Some((rivals, p))
     };
     let certain: Vec<(Vec<String>, f64)> = judged.iter().filter_map(certain).collect();
     unlikely(&certain).map(|(at, reason)| (judged[at], reason))
 }
 
-/// The least probable of several names, each with its rivals and its probability, if it is less probable than [`LIKELY`]; and the words for it.
+/// Whether one of two effects lists the other as a look-alike.
+fn look_alike(catalogue: &Catalogue, about: &About, other: &str) -> bool {
+    let listed = || catalogue.find(other).is_some_and(|other| other.about().look_alikes.contains(&about.name));
+    about.look_alikes.contains(&other) || listed()
+}
+
+/// The least probable of several names, each with the look-alikes among its rivals and its probability, if it has one and is less probable than
+/// [`LIKELY`]; and the words for it.
 fn unlikely(certain: &[(Vec<String>, f64)]) -> Option<(usize, String)> {
-    let at = (0..certain.len()).min_by(|a, b| certain[*a].1.total_cmp(&certain[*b].1))?;
-    let (rivals, probability) = certain.get(at).filter(|(_, probability)| *probability < LIKELY)?;
-    let rivals =
-        if rivals.is_empty() { String::new() } else { format!(": {} would explain as much", rivals.join(" or ")) };
-    Some((at, format!("it is only {:.0} % probable{rivals}", 100.0 * probability)))
+    let undecided = certain.iter().enumerate().filter(|(_, (rivals, p))| !rivals.is_empty() && *p < LIKELY);
+    let (at, (rivals, probability)) = undecided.min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
+    Some((
+        at,
+        format!("it is only {:.0} % probable: {} would explain as much", 100.0 * probability, rivals.join(" or ")),
+    ))
 }
 
 /// Divides effects that are seen in other data than torque along the motion: those with a gain and parameters in range, and the others.
@@ -228,8 +240,8 @@ mod tests {
     fn property_a_name_is_withdrawn_that_is_more_likely_wrong_than_right() {
         let name = |rivals: &[&str], probability: f64| (rivals.iter().map(ToString::to_string).collect(), probability);
         assert_eq!(unlikely(&[]), None);
-        assert_eq!(unlikely(&[name(&["payload"], 0.5), name(&[], 0.97)]), None);
-        let (at, words) = unlikely(&[name(&[], 0.49), name(&["payload", "link_inertia"], 0.44)]).unwrap();
+        assert_eq!(unlikely(&[name(&["payload"], 0.5), name(&[], 0.43)]), None);
+        let (at, words) = unlikely(&[name(&["cogging"], 0.49), name(&["payload", "link_inertia"], 0.44)]).unwrap();
         assert_eq!(
             (at, words.as_str()),
             (1, "it is only 44 % probable: payload or link_inertia would explain as much")
