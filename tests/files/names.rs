@@ -14,7 +14,7 @@ const OBSTACLE: &str = "\n[[obstacles]]\nname = \"post\"\nshape = \"sphere\"\nra
 const UNFIT: [&str; 14] = [
     "../victim",
     "../../../victim",
-    "/tmp/victim",
+    "/nowhere/victim",
     "a/b",
     "a\\\\b",
     ".",

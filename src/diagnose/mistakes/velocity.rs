@@ -15,7 +15,8 @@ use crate::timeseries::{Channel, TimeSeries};
 const STRETCHED: f64 = 1.03;
 /// [1] Correlation above which a ratio is known well enough for that: both differ by less than a tenth of their size.
 const CLEAR: f64 = 0.995;
-/// [1] Relative difference up to which the ratios of all joints are one factor.
+/// [1] Relative difference up to which the ratios of all joints are one factor: a ratio with the correlation [`CLEAR`] over two hundred stretches has
+/// a standard error of 0.7 %.
 const EXACTLY: f64 = 0.01;
 /// A late channel explains at least this share of what remains without the lag.
 const BETTER: f64 = 0.5;
