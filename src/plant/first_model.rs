@@ -31,14 +31,14 @@ use rand_chacha::ChaCha8Rng;
 use super::Plant;
 use crate::dynamics::Dynamics;
 use crate::error::Result;
-use crate::robot::{First, Limits, Model, Robot, two_digits};
+use crate::robot::{First, Limits, Model, Robot, USUAL_RESONANCE, two_digits};
 use crate::units::JointKind;
 
 /// [1] Least `D_i` as a share of `M_ii`. Rounding leaves some 1e-15 where it is zero; joints of real arms keep more than 1e-4.
 const LEAST_SHARE: f64 = 1e-9;
 
 /// `ω` [rad/s] Resonance of the largest inertia at a joint on its gear, the rotor held.
-const OMEGA: f64 = TAU * 15.0;
+const OMEGA: f64 = USUAL_RESONANCE;
 
 /// `ω_max` [rad/s] Fastest rotor against its link: 3 kHz, 25 µs a step.
 const OMEGA_MAX: f64 = TAU * 3000.0;

@@ -21,7 +21,7 @@ mod write;
 pub use accuracy::Accuracy;
 pub use coupling::Coupling;
 pub use first::{First, two_digits};
-pub use model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt};
+pub use model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt, USUAL_RESONANCE};
 pub use placeholders::{Placeholders, marked_lines};
 pub use remark::Remark;
 pub use tree::{Body, DrawnMesh, Geometry, Inertia, Joint, Limits, Robot, STANDARD_GRAVITY, Shape, UnreadShape};

@@ -147,6 +147,10 @@ pub struct JointModel {
     pub torque_at: TorqueAt,
 }
 
+/// [rad/s] Resonance of a link on its gear, the rotor held, that is asked of hand axes, SCARA and welding robots: 15 Hz (Harmonic Drive AG,
+/// Engineering Data HFUS-2A, 2014).
+pub const USUAL_RESONANCE: f64 = 15.0 * std::f64::consts::TAU;
+
 impl JointModel {
     /// The joint as a torque sensor behind its gear sees it: without rotor and motor, and with the link-side part of its friction only.
     #[must_use]
@@ -164,6 +168,12 @@ impl JointModel {
     /// Rotor inertia on the joint side, `ratio² · J_r` [kg·m² or kg]; 0 where it is unknown.
     pub fn reflected_inertia(&self) -> f64 {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia.unwrap_or(0.0)
+    }
+
+    /// [rad/s] Resonance `√(k/M)` of a link of this inertia [kg·m² or kg] on its gear, the rotor held; where the stiffness is unknown, the
+    /// [usual](USUAL_RESONANCE) one.
+    pub fn resonance(&self, link_inertia: f64) -> f64 {
+        self.gear_stiffness.map_or(USUAL_RESONANCE, |k| (k / link_inertia).sqrt())
     }
 
     /// Rotor inertia on the joint side [kg·m² or kg] that a simulation uses with a link of this inertia: where the rotor inertia

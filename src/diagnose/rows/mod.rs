@@ -3,6 +3,7 @@
 //! Takes the recordings and the nominal model. Gives motion and torque averaged by a kernel, in rows at even distances, with the
 //! zone of each row and the division into training and held-out data.
 //! - `observe`: makes the rows; `kernel`: the smoothing kernel; `local`: its weights at uneven times; `sampling`: even times, uneven ones, pauses
+//! - `resonance`: motion that is too fast for links to follow their rotors
 //! - `division`: training data and held-out data
 //! - `zones`: the rigid zone, in which the links follow the rotors
 //! - `reversals`: times since reversals, and durations of rests
@@ -19,6 +20,7 @@ pub mod kernel;
 pub mod local;
 pub mod measured;
 pub mod observe;
+pub mod resonance;
 pub mod reversals;
 pub mod sampling;
 pub mod side_by_side;

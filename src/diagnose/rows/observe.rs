@@ -2,12 +2,14 @@
 //!
 //! The kernel of a row is as narrow as the encoder allows. Quantisation of step `δ` causes the acceleration noise
 //! `σ_a ≈ 6.7/w² · δ/√12 · √(max(Δt, δ/|v|)/(2 w))`, which the inertia turns into torque. `w` is chosen so that this noise is a fixed share
-//! of the torque, between 6 ms and 200 ms. The kernel is narrow with a fine encoder and wide at low speed. Widths, distances and weights are
+//! of the torque, between 6 ms and 200 ms. The kernel is narrow with a fine encoder and wide at low speed; and wide where rotors move faster
+//! than their links can [follow](super::resonance). Widths, distances and weights are
 //! those of the true times of the samples, see [`Sampling`]; no kernel reaches across a pause.
 
 use std::ops::Range;
 
 use super::kernel::{Kernel, share_before};
+use super::resonance;
 use super::sampling::Sampling;
 use crate::drive::Sensing;
 use crate::effects::{JointMotion, LeftOut, Motion};
@@ -223,6 +225,8 @@ impl<'s> Widths<'s> {
         for joint in (0..fastest.len()).filter(moving).collect::<Vec<_>>() {
             widths.narrowest = widths.narrowest.max(widths.wanted(joint, fastest[joint]));
         }
+        let too_fast = (0..fastest.len()).filter_map(|joint| widths.too_fast(joint, edge));
+        widths.narrowest = too_fast.fold(widths.narrowest, f64::max);
         widths
     }
 
@@ -230,6 +234,22 @@ impl<'s> Widths<'s> {
     fn wanted(&self, joint: usize, speed: f64) -> f64 {
         let step = self.model.joints[joint].encoder_step();
         wanted_half_width(step, speed, self.inertia[joint], self.noise[joint], self.sampling.median)
+    }
+
+    /// [s] Half width of rows without the motion of a joint that its link cannot follow, if there is such motion.
+    fn too_fast(&self, joint: usize, edge: f64) -> Option<f64> {
+        let nominal = &self.model.joints[joint];
+        let link_inertia = self.inertia[joint] - nominal.reflected_inertia();
+        let wide = resonance::half_width(nominal.resonance(link_inertia)).min(edge);
+        if wide <= self.narrowest {
+            return None;
+        }
+        let dt = self.sampling.median;
+        let [narrow, wide] = [self.narrowest, wide].map(|width| Kernel::new(reach(width, dt), dt));
+        let torque = root_mean_square(&self.signals.torque[joint]);
+        let position = self.signals.position[joint];
+        resonance::is_too_fast(position, self.sampling, [&narrow, &wide], edge, (link_inertia, torque))
+            .then_some(wide.half_width)
     }
 
     /// [s] Half width of the row at a sample of a part: the largest that a moving joint needs.
