@@ -58,6 +58,8 @@ pub struct JointMotion {
     pub link_torque: Vec<f64>,
     /// `M` [kg·m² or kg] Inertia of the nominal links about this joint, with the other joints fixed; without the rotor.
     pub link_inertia: Vec<f64>,
+    /// `T/k` [rad or m] By how much the link is behind the rotor, as the nominal links load the nominal gear; empty where its stiffness is unknown.
+    pub wind_up: Vec<f64>,
     /// Symmetric friction of the baseline, at its present estimate.
     pub friction: SymmetricFriction,
     /// Whether a current was measured and not a torque.
@@ -117,6 +119,11 @@ impl SymmetricFriction {
 }
 
 impl JointMotion {
+    /// [rad or m] Position of the links behind the gear, `q − T/k`.
+    pub fn link_position(&self, row: usize) -> f64 {
+        self.q[row] - self.wind_up.get(row).copied().unwrap_or(0.0)
+    }
+
     /// With `of` applied to every signal.
     pub fn each(&self, of: &dyn Fn(&[f64]) -> Vec<f64>) -> Self {
         Self {
@@ -129,6 +136,7 @@ impl JointMotion {
             rigid: of(&self.rigid),
             link_torque: of(&self.link_torque),
             link_inertia: of(&self.link_inertia),
+            wind_up: of(&self.wind_up),
             friction: self.friction,
             has_current: self.has_current,
             left_out: self.left_out,
@@ -274,7 +282,7 @@ impl Motion<'_> {
         let mut mass = nalgebra::DMatrix::zeros(dof, dof);
         let mut inertias = vec![Vec::with_capacity(self.rows()); dof];
         for row in 0..self.rows() {
-            let q: Vec<f64> = self.joints.iter().map(|motion| motion.q[row]).collect();
+            let q: Vec<f64> = self.joints.iter().map(|motion| motion.link_position(row)).collect();
             dynamics.mass_matrix(&q, &mut mass);
             inertias.iter_mut().enumerate().for_each(|(joint, inertia)| inertia.push(mass[(joint, joint)]));
         }
@@ -303,7 +311,7 @@ impl Motion<'_> {
         for row in 0..self.rows() {
             let each =
                 |of: fn(&JointMotion) -> &Vec<f64>| -> Vec<f64> { self.joints.iter().map(|m| of(m)[row]).collect() };
-            let q = each(|m| &m.q);
+            let q: Vec<f64> = self.joints.iter().map(|motion| motion.link_position(row)).collect();
             match still {
                 true => dynamics.regressor(&q, &rest, &rest, &mut y),
                 false => dynamics.regressor(&q, &each(|m| &m.v), &each(|m| &m.a), &mut y),
@@ -325,7 +333,7 @@ impl Motion<'_> {
         let (mut q, mut v, mut a, mut tau) = (vec![0.0; dof], vec![0.0; dof], vec![0.0; dof], vec![0.0; dof]);
         for row in 0..self.rows() {
             for (joint, motion) in self.joints.iter().enumerate() {
-                q[joint] = motion.q[row];
+                q[joint] = motion.link_position(row);
                 if !still {
                     v[joint] = motion.v[row];
                     a[joint] = motion.a[row];

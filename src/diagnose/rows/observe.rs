@@ -150,21 +150,37 @@ pub fn observe<'a>(
         drop(signals);
         give_back_memory();
     }
-    for (joint, motion) in motion.joints.iter_mut().enumerate() {
-        let reflected = model.joints[joint].reflected_inertia();
-        motion.rigid = motion.a.iter().map(|a| reflected * a).collect();
+    let names: Vec<&str> = sessions.iter().map(|session| session.name.as_str()).collect();
+    load_gears(&mut motion, &names);
+    if wind_up(&mut motion) {
+        load_gears(&mut motion, &names);
     }
-    let links = motion.inverse_dynamics(&model.robot, false);
-    for (joint, torque) in links.into_iter().enumerate() {
-        let joint = &mut motion.joints[joint];
-        joint.rigid.iter_mut().zip(&torque).for_each(|(rigid, link)| *rigid += link);
-        joint.link_torque = torque;
-    }
-    let inertias = motion.link_inertias(&model.robot);
-    motion.joints.iter_mut().zip(inertias).for_each(|(joint, inertia)| joint.link_inertia = inertia);
-    motion.damp();
-    motion.carry(sessions.iter().map(|session| session.name.as_str()));
     Ok(motion)
+}
+
+/// Sets the torques and inertias of the nominal machine along the motion of its links.
+fn load_gears(motion: &mut Motion, sessions: &[&str]) {
+    let robot = &motion.model.robot;
+    let (links, inertias) = (motion.inverse_dynamics(robot, false), motion.link_inertias(robot));
+    for (index, (torque, inertia)) in links.into_iter().zip(inertias).enumerate() {
+        let reflected = motion.model.joints[index].reflected_inertia();
+        let joint = &mut motion.joints[index];
+        joint.rigid = joint.a.iter().zip(&torque).map(|(a, link)| reflected * a + link).collect();
+        (joint.link_torque, joint.link_inertia) = (torque, inertia);
+    }
+    motion.damp();
+    motion.carry(sessions.iter().copied());
+}
+
+/// Winds up the gears whose stiffness is known under these torques; whether there are any. A gear that yields by 2 mrad under the weight of an
+/// arm moves that weight by as much as friction changes. The links' motion relative to the rotors is left out.
+fn wind_up(motion: &mut Motion) -> bool {
+    for (joint, nominal) in motion.joints.iter_mut().zip(&motion.model.joints) {
+        if let Some(stiffness) = nominal.gear_stiffness {
+            joint.wind_up = joint.link_torque.iter().map(|torque| torque / stiffness).collect();
+        }
+    }
+    motion.joints.iter().any(|joint| !joint.wind_up.is_empty())
 }
 
 /// Samples on either side for a half width [s]; at least three, for a curvature.
