@@ -20,7 +20,7 @@ const fn planted(name: &'static str, told: &'static [&'static str], of_joint: bo
 }
 
 /// Everything that is planted.
-pub const MISTAKES: [Planted; 37] = [
+pub const MISTAKES: [Planted; 43] = [
     planted("current turned", &["sign_of_current", "sign_of_torque", "sign_of_joint"], true),
     planted("position and velocity turned", &["sign_of_joint", "sign_of_current", "sign_of_torque"], true),
     planted("position turned", &["sign_of_joint"], true),
@@ -36,6 +36,10 @@ pub const MISTAKES: [Planted; 37] = [
     planted("positions exchanged", &["joints_swapped"], true),
     planted("joints exchanged", &["joints_swapped"], true),
     planted("torque as current", &["torque_recorded_as_current", "torque_scale"], true),
+    planted("motor torque as current", &["torque_recorded_as_current", "torque_scale"], true),
+    planted("all motor torques as currents", &["torque_recorded_as_current", "torque_scale"], false),
+    planted("all torques as currents", &["torque_recorded_as_current", "torque_scale"], false),
+    planted("torque constant left at one", &["torque_recorded_as_current", "torque_scale"], true),
     planted("current as torque", &["current_recorded_as_torque", "torque_scale"], true),
     planted("gear ratio of another stage", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
     planted("gear ratio inverse", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
@@ -54,6 +58,8 @@ pub const MISTAKES: [Planted; 37] = [
     planted("all currents in mA", &["milliampere_for_ampere", "torque_scale"], false),
     planted("currents late", &["late_channel"], false),
     planted("position and velocity late", &["late_channel"], true),
+    planted("velocity late", &["late_channel"], true),
+    planted("current late", &["late_channel"], true),
     planted("current dead", &["dead_channel"], true),
     planted("current of noise alone", &["dead_channel"], true),
     planted("current of white noise", &["dead_channel"], true),
@@ -105,6 +111,23 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         }
         // A gain of the order of one is no mistake.
         "torque as current" if current && gain.ln().abs() > 1.2 => scaled(&mut sessions, joint, &torque, gain),
+        "all torques as currents"
+            if has_currents(&model, &sessions)
+                && model.joints.iter().all(|one| one.torque_per_ampere().ln().abs() > 1.2) =>
+        {
+            (0..dof).for_each(|one| scaled(&mut sessions, one, &torque, model.joints[one].torque_per_ampere()));
+        }
+        "motor torque as current" if current && constant(&model, joint).ln().abs() > 1.2 => {
+            scaled(&mut sessions, joint, &torque, constant(&model, joint));
+        }
+        "all motor torques as currents"
+            if has_currents(&model, &sessions) && (0..dof).all(|one| constant(&model, one).ln().abs() > 1.2) =>
+        {
+            (0..dof).for_each(|one| scaled(&mut sessions, one, &torque, constant(&model, one)));
+        }
+        "torque constant left at one" if current && constant(&model, joint).ln().abs() > 1.2 => {
+            model.joints[joint].motor.as_mut()?.torque_constant = 1.0;
+        }
         "current as torque" if current && gain.ln().abs() > 1.2 => {
             for session in &mut sessions {
                 let one = session.joints.iter_mut().find(|one| one.name == names[joint])?;
@@ -129,6 +152,8 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         "current in mA" if current => scaled(&mut sessions, joint, &torque, 1e3),
         "all currents in mA" if current => (0..dof).for_each(|joint| scaled(&mut sessions, joint, &torque, 1e3)),
         "currents late" => names.iter().for_each(|name| late(&mut sessions, name, &torque, 0.2)),
+        "current late" => late(&mut sessions, &names[joint], &torque, 0.2),
+        "velocity late" if velocity => late(&mut sessions, &names[joint], &[Channel::Velocity], 0.2),
         "position and velocity late" => late(&mut sessions, &names[joint], &both, 0.2),
         "current dead" => each(&mut sessions, &names[joint], &torque, &|values| values.fill(0.0)),
         "current of noise alone" => each(&mut sessions, &names[joint], &torque, &|values| {
@@ -148,6 +173,18 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         _ => return None,
     }
     Some((model, sessions))
+}
+
+/// Torque constant of a joint's motor [N·m/A]; 1 without a motor.
+fn constant(model: &Model, joint: usize) -> f64 {
+    model.joints[joint].motor.map_or(1.0, |motor| motor.torque_constant)
+}
+
+/// Whether every joint has a current.
+fn has_currents(model: &Model, sessions: &[TimeSeries]) -> bool {
+    let has =
+        |session: &TimeSeries, name: &str| session.joint(name).is_some_and(|one| one.get(Channel::Current).is_some());
+    model.joints.iter().all(|joint| sessions.iter().all(|session| has(session, &joint.name)))
 }
 
 fn each(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], change: &dyn Fn(&mut Vec<f64>)) {
