@@ -1,6 +1,6 @@
 //! The report of a mistake that the torque balance shows: name, evidence and remedy of a change.
 
-use super::balance::MODEL_FACTOR;
+use super::balance::SIZE_FACTOR;
 use super::change::{Change, Culprit, Evidence, Quantity};
 use super::rows::Rows;
 use super::search;
@@ -130,7 +130,7 @@ fn evidence(joint: &str, evidence: Evidence) -> String {
                 format!("at most {}", figure(largest))
             };
             format!(
-                "{joint}: the torque of inertia and weight is {} times that of the model, {bound}; a model is off by up to {MODEL_FACTOR} times.",
+                "{joint}: the torque of inertia and weight is {} times that of the model, {bound}; a model is off by a factor of {SIZE_FACTOR} at most.",
                 figure(times)
             )
         }

@@ -134,13 +134,20 @@ impl<'a> Stretches<'a> {
         Some(Self { time, q, integral, length })
     }
 
+    /// Integral of the velocity at a time within the session, interpolated.
+    fn integral_at(&self, t: f64) -> f64 {
+        let next = self.time.partition_point(|x| *x < t).clamp(1, self.time.len() - 1);
+        let (from, to) = (self.time[next - 1], self.time[next]);
+        self.integral[next - 1] + (t - from) / (to - from) * (self.integral[next] - self.integral[next - 1])
+    }
+
     /// Adds `Σ Δq²`, `Σ Δq V`, `Σ V²` of the stretches, the velocity read `lag` [s] later.
     fn add(&self, sums: &mut [f64; 3], lag: f64) {
         let (n, last) = (self.time.len(), self.time.len() - 1);
         let at = |k: usize| {
             let t = self.time[k] + lag;
             let inside = (self.time[0]..=self.time[last]).contains(&t);
-            inside.then(|| self.integral[self.time.partition_point(|x| *x < t).min(last)])
+            inside.then(|| self.integral_at(t))
         };
         for start in (0..n - self.length).step_by(self.length) {
             if let (Some(from), Some(to)) = (at(start), at(start + self.length)) {

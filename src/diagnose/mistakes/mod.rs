@@ -47,12 +47,34 @@ use change::Culprit;
 use crate::diagnose::options::Options;
 pub use crate::diagnose::result::Mistake;
 use crate::diagnose::result::{Diagnosis, Method, Parts};
+use crate::diagnose::rows::division::Division;
 use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
+/// Mistakes in the recordings of a diagnosis, which end it before anything is fitted.
+///
+/// The search reads the training data alone, as the fit does: a column, a unit or a sign is the same to the end of a file. Sessions that are held
+/// out whole are files of their own; if the training data are right, they are checked too, by themselves. What is found there only tells that
+/// the file cannot judge a model. It does not reach the fit, whose data and model are what they are without it.
+pub fn suspected_by_part(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<Mistake> {
+    let training = |(number, session): (usize, &&TimeSeries)| {
+        let after = division.held_out_after(number, session);
+        let samples = session.time.partition_point(|time| *time <= after);
+        (samples > 0).then(|| session.part(0..samples))
+    };
+    let trained = &sessions[..division.trained()];
+    let found = if division.by_session() {
+        suspected(model, trained)
+    } else {
+        let parts: Vec<TimeSeries> = trained.iter().enumerate().filter_map(training).collect();
+        suspected(model, &parts.iter().collect::<Vec<_>>())
+    };
+    if found.is_empty() { suspected(model, &sessions[division.trained()..]) } else { found }
+}
+
 /// Mistakes that are likelier than physics; empty where the data contradict neither the stated units and signs nor the model.
 pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
-    if model.joints.is_empty() {
+    if model.joints.is_empty() || sessions.is_empty() {
         return Vec::new();
     }
     // Nothing is known of a pause: its two sides are checked like two sessions.
@@ -106,7 +128,8 @@ fn culprits(model: &Model, rows: &[rows::Rows], timed: bool, limits: &search::Li
     found
 }
 
-/// Recordings without the dead channels, and a mistake for each of these channels. A joint without a torque is left out of a diagnosis, and a
+/// Recordings without the dead channels, and a mistake for each of these channels. This is a check of every recording, held-out ones included: it
+/// decides which joints have a torque to be judged by, and nothing else. A joint without a torque is left out of a diagnosis, and a
 /// velocity is only compared with the position. A dead position is kept: nothing is known of the arm's posture without it. All channels are
 /// kept if otherwise no joint would have a torque.
 pub fn without_dead_channels<'s>(

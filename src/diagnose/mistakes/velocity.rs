@@ -21,6 +21,10 @@ const EXACTLY: f64 = 0.01;
 /// A late channel explains at least this share of what remains without the lag.
 const BETTER: f64 = 0.5;
 
+/// [1] A delay leaves less than this share of what a low-pass leaves, if the channel is late as a whole. Both leave the noise, and the share that two
+/// hundred stretches give is known within a tenth.
+const SHAPED: f64 = 0.8;
+
 /// The velocity to compare with: the measured one, or the reference, which a controlled joint follows.
 pub fn of(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Option<(Channel, Ratio)> {
     [Channel::Velocity, Channel::ReferenceVelocity]
@@ -109,7 +113,7 @@ fn late(model: &Model, sessions: &[&TimeSeries], ratios: &[Option<(Channel, Rati
         let may_be_filtered = ratio.lag > 0.0 && ratio.lag < LATE_VELOCITY && !signs;
         let filtered = || {
             let low_passed = kinematics::behind_low_pass(model, joint, sessions, channel);
-            left(ratio.at_lag) > BETTER * left(low_passed)
+            left(ratio.at_lag) > SHAPED * left(low_passed)
         };
         (clear && ratio.lag.abs() >= LATE && !(may_be_filtered && filtered()))
             .then(|| words::late_velocity(model, joint, &ratio))
