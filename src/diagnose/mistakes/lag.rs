@@ -5,7 +5,8 @@
 //! ```
 //! No physical effect shifts a torque in time by more than `sensor_delay` does, so on correct data `u` is smallest near `L = 0`, whatever the
 //! residual is. A slow motion under weight leaves little even where a channel is late, because the torque hardly changes meanwhile; therefore
-//! the share `u` itself is no criterion here. A lag is named if `Π u` over the joints is [`FACTOR`] times smaller than at every short lag.
+//! the share `u` itself is no criterion here. A lag is named if `Π u` over the joints is smaller than at every short lag by the factor [`GAIN`], and
+//! the share of one joint by [`FACTOR`] than as recorded.
 //! If the motion of one joint is late, so are the columns of the joints that it couples with; if its torque is late, only its own balance suffers.
 
 use rayon::prelude::*;
@@ -22,6 +23,9 @@ const SHORT: [f64; 5] = [0.0, -0.05, 0.05, -0.1, 0.1];
 /// [s] Lags that only a mistake causes. At half of their spacing from the true lag, a residual that grows with the square of the lag is below a
 /// sixteenth of that at 0.1 s.
 const LONG: [f64; 8] = [0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5];
+/// Factor by which `Π u` at a long lag has to be below that at every short one. Hundreds of rows give a share of squares within a tenth; on correct
+/// recordings, whatever effect they hold, the factor is 1.2 at most.
+const GAIN: f64 = 2.0;
 /// [1] Share of the squared torque that counts as explained, 1 % in RMS: a torque sensor is not more accurate.
 const FLOOR: f64 = 1e-4;
 
@@ -111,7 +115,7 @@ impl Profile {
         };
         let joint = (0..are.len()).max_by(|a, b| ratio(a).total_cmp(&ratio(b)))?;
         let (before, after) = (recorded[joint]?, are[joint]?);
-        let clear = gain > FACTOR.ln() && before > FACTOR * after && after < EXPLAINED;
+        let clear = gain > GAIN.ln() && before > FACTOR * after && after < EXPLAINED;
         let evidence = Evidence::Residual([before, after].map(|share| 100.0 * share.sqrt()));
         clear.then(|| (gain, Culprit { change: *change, alternatives: Vec::new(), joint, evidence }))
     }

@@ -41,8 +41,11 @@ fn culprit(model: &Model, rows: &[Rows], (joint, size, estimate): (usize, Size, 
     let mut named: Vec<(f64, Change)> =
         scales.chain(ratios).filter(|(factor, _)| *factor > 0.0 && off(*factor) < MODEL_FACTOR.ln()).collect();
     named.sort_by(|a, b| off(a.0).total_cmp(&off(b.0)));
-    let mut changes = named.into_iter().map(|(_, change)| change);
-    let change = changes.next().unwrap_or(Change::TorqueScale(Some(joint), needed));
+    let mut changes: Vec<Change> = named.into_iter().map(|(_, change)| change).collect();
+    // Any factor may be that of a wrong torque constant; a constant of one was never set.
+    let unset = from_current && model.joints[joint].motor.is_some_and(|motor| motor.torque_constant == 1.0);
+    changes.insert(if unset { 0 } else { changes.len() }, Change::TorqueScale(Some(joint), needed));
+    let change = changes.remove(0);
     let evidence = Evidence::Size([estimate, size.least, size.largest]);
-    Culprit { change, alternatives: changes.collect(), joint, evidence }
+    Culprit { change, alternatives: changes, joint, evidence }
 }
