@@ -231,6 +231,31 @@ fn late(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], by: f64)
     }
 }
 
+/// Gives every velocity a first-order low-pass [s].
+pub fn low_pass_velocities(session: &mut TimeSeries, time_constant: f64) {
+    let share = 1.0 - (-session.sample_interval() / time_constant).exp();
+    let names: Vec<String> = session.joints.iter().map(|joint| joint.name.clone()).collect();
+    for name in names {
+        each(std::slice::from_mut(session), &name, &[Channel::Velocity], &|values| {
+            for k in 1..values.len() {
+                values[k] = values[k - 1] + share * (values[k] - values[k - 1]);
+            }
+        });
+    }
+}
+
+/// A session that has the values of another one after a part of it, 0 to 1.
+pub fn with_end_of(session: &TimeSeries, other: &TimeSeries, part: f64) -> TimeSeries {
+    let mut spliced = session.clone();
+    let from = (part * session.time.len() as f64).ceil() as usize;
+    for (joint, end) in spliced.joints.iter_mut().zip(&other.joints) {
+        for (channel, values) in &mut joint.channels {
+            values[from..].copy_from_slice(&end.channels[channel][from..]);
+        }
+    }
+    spliced
+}
+
 /// Whether gravity acts on a joint.
 fn weighs(model: &Model) -> bool {
     let dof = model.joints.len();
