@@ -99,12 +99,12 @@ fn diagnose_as_measured(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     progress("looking for mistakes", 0.0);
-    let suspected = mistakes::suspected(model, recorded);
+    let division = Division::new(trained, recorded.len(), options.held_out_share);
+    let suspected = mistakes::suspected_by_part(model, recorded, division);
     if !suspected.is_empty() {
         return Ok(mistakes::diagnosis(model, suspected, false, options));
     }
     progress("smoothing", 0.0);
-    let division = Division::new(trained, recorded.len(), options.held_out_share);
     let Prepared { sessions, earlier, shaken, ripple, as_recorded } =
         preparation::prepare(model, recorded, division, options)?;
     let sessions: Vec<&TimeSeries> = sessions.iter().map(AsRef::as_ref).collect();

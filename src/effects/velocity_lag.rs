@@ -15,7 +15,8 @@ use super::{About, Action, Claim, Effect, Kind, ParameterSpec, Parameters, Pheno
 use crate::error::Result;
 use crate::robot::Model;
 
-/// [s] Longest delay and time constant. A channel that is later was recorded by another clock, which is a mistake in the data.
+/// [s] Longest delay and time constant. A diagnosis calls a channel that is later a mistake in the data: it was recorded by another clock. A pure
+/// delay of half of that already is one, because no drive delays a velocity so long and not the position beside it.
 pub const LONGEST_LAG: f64 = 0.3;
 
 static ABOUT: About = About {

@@ -20,7 +20,7 @@ const fn planted(name: &'static str, told: &'static [&'static str], of_joint: bo
 }
 
 /// Everything that is planted.
-pub const MISTAKES: [Planted; 37] = [
+pub const MISTAKES: [Planted; 43] = [
     planted("current turned", &["sign_of_current", "sign_of_torque", "sign_of_joint"], true),
     planted("position and velocity turned", &["sign_of_joint", "sign_of_current", "sign_of_torque"], true),
     planted("position turned", &["sign_of_joint"], true),
@@ -36,6 +36,10 @@ pub const MISTAKES: [Planted; 37] = [
     planted("positions exchanged", &["joints_swapped"], true),
     planted("joints exchanged", &["joints_swapped"], true),
     planted("torque as current", &["torque_recorded_as_current", "torque_scale"], true),
+    planted("motor torque as current", &["torque_recorded_as_current", "torque_scale"], true),
+    planted("all motor torques as currents", &["torque_recorded_as_current", "torque_scale"], false),
+    planted("all torques as currents", &["torque_recorded_as_current", "torque_scale"], false),
+    planted("torque constant left at one", &["torque_recorded_as_current", "torque_scale"], true),
     planted("current as torque", &["current_recorded_as_torque", "torque_scale"], true),
     planted("gear ratio of another stage", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
     planted("gear ratio inverse", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
@@ -54,6 +58,8 @@ pub const MISTAKES: [Planted; 37] = [
     planted("all currents in mA", &["milliampere_for_ampere", "torque_scale"], false),
     planted("currents late", &["late_channel"], false),
     planted("position and velocity late", &["late_channel"], true),
+    planted("velocity late", &["late_channel"], true),
+    planted("current late", &["late_channel"], true),
     planted("current dead", &["dead_channel"], true),
     planted("current of noise alone", &["dead_channel"], true),
     planted("current of white noise", &["dead_channel"], true),
@@ -105,6 +111,23 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         }
         // A gain of the order of one is no mistake.
         "torque as current" if current && gain.ln().abs() > 1.2 => scaled(&mut sessions, joint, &torque, gain),
+        "all torques as currents"
+            if has_currents(&model, &sessions)
+                && model.joints.iter().all(|one| one.torque_per_ampere().ln().abs() > 1.2) =>
+        {
+            (0..dof).for_each(|one| scaled(&mut sessions, one, &torque, model.joints[one].torque_per_ampere()));
+        }
+        "motor torque as current" if current && constant(&model, joint).ln().abs() > 1.2 => {
+            scaled(&mut sessions, joint, &torque, constant(&model, joint));
+        }
+        "all motor torques as currents"
+            if has_currents(&model, &sessions) && (0..dof).all(|one| constant(&model, one).ln().abs() > 1.2) =>
+        {
+            (0..dof).for_each(|one| scaled(&mut sessions, one, &torque, constant(&model, one)));
+        }
+        "torque constant left at one" if current && constant(&model, joint).ln().abs() > 1.2 => {
+            model.joints[joint].motor.as_mut()?.torque_constant = 1.0;
+        }
         "current as torque" if current && gain.ln().abs() > 1.2 => {
             for session in &mut sessions {
                 let one = session.joints.iter_mut().find(|one| one.name == names[joint])?;
@@ -129,6 +152,8 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         "current in mA" if current => scaled(&mut sessions, joint, &torque, 1e3),
         "all currents in mA" if current => (0..dof).for_each(|joint| scaled(&mut sessions, joint, &torque, 1e3)),
         "currents late" => names.iter().for_each(|name| late(&mut sessions, name, &torque, 0.2)),
+        "current late" => late(&mut sessions, &names[joint], &torque, 0.2),
+        "velocity late" if velocity => late(&mut sessions, &names[joint], &[Channel::Velocity], 0.2),
         "position and velocity late" => late(&mut sessions, &names[joint], &both, 0.2),
         "current dead" => each(&mut sessions, &names[joint], &torque, &|values| values.fill(0.0)),
         "current of noise alone" => each(&mut sessions, &names[joint], &torque, &|values| {
@@ -148,6 +173,18 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         _ => return None,
     }
     Some((model, sessions))
+}
+
+/// Torque constant of a joint's motor [N·m/A]; 1 without a motor.
+fn constant(model: &Model, joint: usize) -> f64 {
+    model.joints[joint].motor.map_or(1.0, |motor| motor.torque_constant)
+}
+
+/// Whether every joint has a current.
+fn has_currents(model: &Model, sessions: &[TimeSeries]) -> bool {
+    let has =
+        |session: &TimeSeries, name: &str| session.joint(name).is_some_and(|one| one.get(Channel::Current).is_some());
+    model.joints.iter().all(|joint| sessions.iter().all(|session| has(session, &joint.name)))
 }
 
 fn each(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], change: &dyn Fn(&mut Vec<f64>)) {
@@ -192,6 +229,31 @@ fn late(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], by: f64)
             *values = std::iter::repeat_n(first, values.len() - kept).chain(values[..kept].iter().copied()).collect();
         });
     }
+}
+
+/// Gives every velocity a first-order low-pass [s].
+pub fn low_pass_velocities(session: &mut TimeSeries, time_constant: f64) {
+    let share = 1.0 - (-session.sample_interval() / time_constant).exp();
+    let names: Vec<String> = session.joints.iter().map(|joint| joint.name.clone()).collect();
+    for name in names {
+        each(std::slice::from_mut(session), &name, &[Channel::Velocity], &|values| {
+            for k in 1..values.len() {
+                values[k] = values[k - 1] + share * (values[k] - values[k - 1]);
+            }
+        });
+    }
+}
+
+/// A session that has the values of another one after a part of it, 0 to 1.
+pub fn with_end_of(session: &TimeSeries, other: &TimeSeries, part: f64) -> TimeSeries {
+    let mut spliced = session.clone();
+    let from = (part * session.time.len() as f64).ceil() as usize;
+    for (joint, end) in spliced.joints.iter_mut().zip(&other.joints) {
+        for (channel, values) in &mut joint.channels {
+            values[from..].copy_from_slice(&end.channels[channel][from..]);
+        }
+    }
+    spliced
 }
 
 /// Whether gravity acts on a joint.

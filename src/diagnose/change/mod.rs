@@ -86,14 +86,14 @@ fn compare_as_measured(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     let today = [now, hold_out].concat();
-    let mut suspected = mistakes::suspected(model, reference);
-    suspected.extend(mistakes::suspected(model, &today));
+    let of_before = Division::new(reference.len(), reference.len(), options.held_out_share);
+    let of_after = Division::new(now.len(), now.len() + hold_out.len(), options.held_out_share);
+    let mut suspected = mistakes::suspected_by_part(model, reference, of_before);
+    suspected.extend(mistakes::suspected_by_part(model, &today, of_after));
     if !suspected.is_empty() {
         return Ok(mistakes::diagnosis(model, suspected, true, options));
     }
     progress("smoothing", 0.0);
-    let of_before = Division::new(reference.len(), reference.len(), options.held_out_share);
-    let of_after = Division::new(now.len(), now.len() + hold_out.len(), options.held_out_share);
     let before = Side::new(model, reference.to_vec(), of_before, options)?;
     let after = Side::new(model, today, of_after, options)?;
     let earlier = delays::changed(model, [&before.late, &after.late]);

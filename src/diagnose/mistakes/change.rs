@@ -1,8 +1,8 @@
 //! Possible mistakes in data or model, each with the change that corrects it.
 
 use super::balance;
-use super::rows::Rows;
-use crate::robot::Model;
+use super::rows::{self, Rows};
+use crate::robot::{JointModel, Model};
 
 /// One mistake that can be corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +21,8 @@ pub enum Change {
     SwapJoints(usize, usize),
     /// The torque of a joint, or of all joints, has to be multiplied by a factor.
     TorqueScale(Option<usize>, f64),
+    /// The torques of all joints are another quantity than stated.
+    AllTorques(Quantity),
     /// Position and velocity of a joint, or of all joints, have to be multiplied by a factor.
     MotionScale(Option<usize>, f64),
     /// Time has to be multiplied by a factor.
@@ -31,8 +33,67 @@ pub enum Change {
     Ratio(usize, f64),
     /// The torque of a joint, or of all joints, has to be read later by a time [s].
     TorqueLag(Option<usize>, f64),
+    /// Position and velocity of a joint have to be read later by a time [s].
+    MotionLag(usize, f64),
     /// The torque of a joint, or of all joints, is a magnitude. It gets the sign of the torque that links, rotor and Coulomb friction need.
     Unsigned(Option<usize>),
+}
+
+/// What a channel holds instead of what is stated. One number relates the two on each joint: the torque constant, the gear ratio, or both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Torque of the joint in a channel of currents.
+    JointTorqueAsCurrent,
+    /// Torque of the motor in a channel of currents.
+    MotorTorqueAsCurrent,
+    /// Current in a channel of joint torques.
+    CurrentAsTorque,
+    /// Torque of the motor in a channel of joint torques.
+    MotorTorqueAsJointTorque,
+}
+
+impl Quantity {
+    /// Those that a channel of currents, or of torques, may hold instead.
+    pub const fn instead_of(current: bool) -> [Self; 2] {
+        if current {
+            [Self::JointTorqueAsCurrent, Self::MotorTorqueAsCurrent]
+        } else {
+            [Self::CurrentAsTorque, Self::MotorTorqueAsJointTorque]
+        }
+    }
+
+    /// Factor by which the torque of a joint has to be multiplied; `None` where the joint has no motor.
+    pub fn factor(self, joint: &JointModel) -> Option<f64> {
+        let constant = joint.motor.map(|motor| motor.torque_constant);
+        match self {
+            Self::JointTorqueAsCurrent => constant.map(|_| 1.0 / joint.torque_per_ampere()),
+            Self::MotorTorqueAsCurrent => constant.map(|constant| 1.0 / constant),
+            Self::CurrentAsTorque => constant.map(|_| joint.torque_per_ampere()),
+            Self::MotorTorqueAsJointTorque => Some(joint.gear_ratio),
+        }
+    }
+}
+
+/// A change that the data demand.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Culprit {
+    /// The best change.
+    pub change: Change,
+    /// Other changes that are nearly as good.
+    pub alternatives: Vec<Change>,
+    /// The joint that shows it best.
+    pub joint: usize,
+    /// What that joint shows.
+    pub evidence: Evidence,
+}
+
+/// What the torque balance of a joint shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Evidence {
+    /// [%] RMS residual relative to the torque before and after the change.
+    Residual([f64; 2]),
+    /// [1] Torque of inertia and weight relative to the model's: estimate, least and largest possible value.
+    Size([f64; 3]),
 }
 
 impl Change {
@@ -50,6 +111,7 @@ impl Change {
             self,
             Self::TorqueSign(_)
                 | Self::TorqueScale(..)
+                | Self::AllTorques(_)
                 | Self::TorqueLag(..)
                 | Self::Unsigned(_)
                 | Self::SwapTorque(..)
@@ -72,6 +134,11 @@ impl Change {
             Self::SwapMotion(i, j) => swap(&model, &mut rows, [i, j], [true, false]),
             Self::SwapJoints(i, j) => swap(&model, &mut rows, [i, j], [true, true]),
             Self::TorqueScale(which, factor) => scale_torque(&mut rows, &joints(which), factor),
+            Self::AllTorques(quantity) => {
+                for (index, joint) in model.joints.iter().enumerate() {
+                    scale_torque(&mut rows, &[index], quantity.factor(joint).unwrap_or(1.0));
+                }
+            }
             Self::MotionScale(which, factor) => scale_motion(&mut rows, &joints(which), [factor; 4]),
             Self::TimeScale(factor) => {
                 let (rate, curvature) = (1.0 / factor, 1.0 / (factor * factor));
@@ -89,6 +156,7 @@ impl Change {
                     }
                 }
             }
+            Self::MotionLag(joint, lag) => rows = rows::with_motion_after(&model, &rows, joint, lag),
             Self::Unsigned(which) => joints(which).into_iter().for_each(|joint| sign(&model, &mut rows, joint)),
         }
         (model, rows)

@@ -1,8 +1,8 @@
 //! Recordings and rows → mistakes in the data or in the model file that are likelier than physics, reported before anything is fitted.
 //!
 //! ```text
-//!   sessions ─ time_base ─ dead ─ kinematics ─ encoder ─┬─▶ mistakes
-//!      rows ─▶ balance ─▶ search ─ limits ─ overload ───┘
+//!   sessions ─ time_base ─ dead ─ kinematics ─ encoder ────────────┬─▶ mistakes
+//!      rows ─▶ balance ─▶ search ─ lag ─ size ─ limits ─ overload ─┘
 //! ```
 //! The first check that finds a mistake ends the search, because later checks would see its consequences.
 //!
@@ -13,39 +13,68 @@
 //! | `kinematics` | `Δq` with `∫ v dt` | 1, no lag | −1, π/180, π/30, gear ratio; late |
 //! | `encoder` | steps of the position with a count | 1 | gear ratio, 180/π |
 //! | `balance`, `search` | torque with inertia, weight, friction | leaves a few percent of the squares | one change halves the RMS residual |
+//! | `lag` | torque with the motion some time earlier or later | fits best at the same time | fits best 0.15 to 0.5 s off |
+//! | `size` | torque with inertia and weight, whatever the friction | of the model's size | several times larger or smaller |
 //! | `limits` | position with the joint's range | inside | several times its range |
 //! | `overload` | torque with the limits of the drive | below | ten times that or more |
 //! | `remaining` | the finished diagnosis with what is possible | error below half of the torque, torque constants within a factor of two | above |
 //!
 //! `rows` makes the rows of the balance, `change` has the changes that the search tries, `velocity` and `meaning` interpret the ratio of
-//! position and velocity, and `words` writes name, evidence and remedy of a mistake.
+//! position and velocity, and `words` and `corrections` write name, evidence and remedy of a mistake.
 
 mod balance;
 mod change;
+mod corrections;
 mod dead;
 mod encoder;
 mod kinematics;
+mod lag;
 mod limits;
 mod meaning;
 mod overload;
 pub(super) mod remaining;
 mod rows;
 mod search;
+mod size;
 mod time_base;
 mod velocity;
 mod words;
 
 use std::borrow::Cow;
 
+use change::Culprit;
+
 use crate::diagnose::options::Options;
 pub use crate::diagnose::result::Mistake;
 use crate::diagnose::result::{Diagnosis, Method, Parts};
+use crate::diagnose::rows::division::Division;
 use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
+/// Mistakes in the recordings of a diagnosis, which end it before anything is fitted.
+///
+/// The search reads the training data alone, as the fit does: a column, a unit or a sign is the same to the end of a file. Sessions that are held
+/// out whole are files of their own; if the training data are right, they are checked too, by themselves. What is found there only tells that
+/// the file cannot judge a model. It does not reach the fit, whose data and model are what they are without it.
+pub fn suspected_by_part(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<Mistake> {
+    let training = |(number, session): (usize, &&TimeSeries)| {
+        let after = division.held_out_after(number, session);
+        let samples = session.time.partition_point(|time| *time <= after);
+        (samples > 0).then(|| session.part(0..samples))
+    };
+    let trained = &sessions[..division.trained()];
+    let found = if division.by_session() {
+        suspected(model, trained)
+    } else {
+        let parts: Vec<TimeSeries> = trained.iter().enumerate().filter_map(training).collect();
+        suspected(model, &parts.iter().collect::<Vec<_>>())
+    };
+    if found.is_empty() { suspected(model, &sessions[division.trained()..]) } else { found }
+}
+
 /// Mistakes that are likelier than physics; empty where the data contradict neither the stated units and signs nor the model.
 pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
-    if model.joints.is_empty() {
+    if model.joints.is_empty() || sessions.is_empty() {
         return Vec::new();
     }
     // Nothing is known of a pause: its two sides are checked like two sessions.
@@ -73,7 +102,7 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
     let found = match model.masses {
         // With estimated masses the balance does not determine a scale.
         Masses::Estimated if !limits::unconfirmed(model, &rows, &outside).is_empty() => Vec::new(),
-        _ => search::found(model, &rows, timed, &search::Limits { outside: &outside, overloads: &overloads }),
+        _ => culprits(model, &rows, timed, &search::Limits { outside: &outside, overloads: &overloads }),
     };
     if found.is_empty() {
         let impossible = overloads.iter().filter(|one| one.times() > overload::IMPOSSIBLE);
@@ -82,10 +111,25 @@ pub fn suspected(model: &Model, sessions: &[&TimeSeries]) -> Vec<Mistake> {
         let limits = limits::unconfirmed(model, &rows, &outside).into_iter().map(|one| words::limits(model, one));
         return merged(limits.chain(torques).collect());
     }
-    merged(found.iter().map(|one| words::balance(model, &rows, one)).collect())
+    merged(found.iter().map(|one| corrections::balance(model, &rows, one)).collect())
 }
 
-/// Recordings without the dead channels, and a mistake for each of these channels. A joint without a torque is left out of a diagnosis, and a
+/// All changes that the torque balance demands, the strongest first; each is searched with those before it applied.
+fn culprits(model: &Model, rows: &[rows::Rows], timed: bool, limits: &search::Limits<'_>) -> Vec<Culprit> {
+    let (mut model, mut rows) = (model.clone(), rows.to_vec());
+    let mut found: Vec<Culprit> = Vec::new();
+    while found.len() <= model.joints.len() {
+        let best = search::best(&model, &rows, timed, limits);
+        let best = best.or_else(|| lag::best(&model, &rows)).or_else(|| size::best(&model, &rows));
+        let Some(best) = best.filter(|best| found.iter().all(|one| one.change != best.change)) else { break };
+        (model, rows) = best.change.undone(&model, &rows);
+        found.push(best);
+    }
+    found
+}
+
+/// Recordings without the dead channels, and a mistake for each of these channels. This is a check of every recording, held-out ones included: it
+/// decides which joints have a torque to be judged by, and nothing else. A joint without a torque is left out of a diagnosis, and a
 /// velocity is only compared with the position. A dead position is kept: nothing is known of the arm's posture without it. All channels are
 /// kept if otherwise no joint would have a torque.
 pub fn without_dead_channels<'s>(

@@ -3,7 +3,8 @@
 //!
 //! A single effect, such as a tilted base, can be most of what a nominal model lacks; so this check runs at the end. Two conditions are needed. The
 //! error of the finished diagnosis on held-out data is above half of the torque and well above the sensor's floor. And the torque balance, with
-//! free masses, tilt, payload and spring, leaves more than a quarter of the squares.
+//! free masses, tilt, payload and spring, leaves more than a quarter of the squares. Held-out data are read here after the diagnosis is finished:
+//! they judge it, and change nothing in it.
 
 use super::balance;
 use super::balance::UNSOUND;

@@ -36,7 +36,11 @@ pub struct Rows {
     /// Sample in the middle of each row.
     centres: Vec<usize>,
     kernel: Kernel,
-    /// Torque of each joint as sampled.
+    /// Kernel of the slow acceleration.
+    wide: Arc<Kernel>,
+    /// Position of each joint at evenly spaced times.
+    position: Arc<Vec<Vec<f64>>>,
+    /// Torque of each joint at the same times.
     torque: Arc<Vec<Vec<f64>>>,
     /// [s]
     interval: f64,
@@ -70,14 +74,40 @@ impl Rows {
     /// Torque of a joint read `lag` [s] later [N·m or N]; constant beyond the ends.
     pub fn torque_after(&self, joint: usize, lag: f64) -> Vec<f64> {
         let torque = &self.torque[joint];
-        let (first, last) = (self.kernel.reach, torque.len().saturating_sub(self.kernel.reach + 1));
-        let shift = (lag / self.interval).round() as isize;
-        let at = |centre: &usize| {
-            let centre = centre.saturating_add_signed(shift).clamp(first, last.max(first));
-            self.kernel.averages(torque, centre).value
-        };
-        if torque.is_empty() { Vec::new() } else { self.centres.iter().map(at).collect() }
+        if torque.is_empty() {
+            return Vec::new();
+        }
+        let centres = self.centres_after(lag, self.kernel.reach, torque.len());
+        centres.map(|centre| self.kernel.averages(torque, centre).value).collect()
     }
+
+    /// Gives a joint the motion that is recorded `lag` [s] later; constant beyond the ends.
+    fn read_motion_after(&mut self, joint: usize, lag: f64) {
+        let position = &self.position[joint];
+        let centres = self.centres_after(lag, self.wide.reach, position.len());
+        let own = &mut self.joints[joint];
+        for (row, centre) in centres.enumerate() {
+            let motion = self.kernel.averages(position, centre);
+            (own.q[row], own.v[row], own.a[row]) = (motion.value, motion.rate, motion.curvature);
+            own.slow[row] = self.wide.averages(position, centre).curvature;
+        }
+    }
+
+    /// Middle samples of the rows `lag` [s] later, where a kernel of this reach fits into so many samples.
+    fn centres_after(&self, lag: f64, reach: usize, samples: usize) -> impl Iterator<Item = usize> + use<> {
+        let (first, last) = (reach, samples.saturating_sub(reach + 1));
+        let shift = (lag / self.interval).round() as isize;
+        let centres = self.centres.clone();
+        centres.into_iter().map(move |centre| centre.saturating_add_signed(shift).clamp(first, last.max(first)))
+    }
+}
+
+/// The rows with the motion of a joint read `lag` [s] later.
+pub fn with_motion_after(model: &Model, rows: &[Rows], joint: usize, lag: f64) -> Vec<Rows> {
+    let mut rows = rows.to_vec();
+    rows.iter_mut().for_each(|session| session.read_motion_after(joint, lag));
+    mark_motion(model, &mut rows, joint);
+    rows
 }
 
 /// Rows of every session in which all joints of the model have a position and at least one has a torque; sessions that are too short are left out.
@@ -106,6 +136,7 @@ fn of_session(model: &Model, session: &TimeSeries, spacing: f64) -> Option<Rows>
     let step = ((spacing / interval).round() as usize).max(1);
     let centres: Vec<usize> = (far..grid.len() - far).step_by(step).collect();
     let mut joints = Vec::with_capacity(model.joints.len());
+    let mut positions = Vec::with_capacity(model.joints.len());
     let mut torques = Vec::with_capacity(model.joints.len());
     let mut from_current = true;
     for (index, joint) in model.joints.iter().enumerate() {
@@ -128,10 +159,12 @@ fn of_session(model: &Model, session: &TimeSeries, spacing: f64) -> Option<Rows>
             rows.tau = centres.iter().map(|centre| kernel.averages(&torque, *centre).value).collect();
         }
         joints.push(rows);
+        positions.push(position);
         torques.push(torque);
     }
-    let torque = Arc::new(torques);
-    Some(Rows { session: session.name.clone(), joints, centres, kernel, torque, interval, from_current })
+    let (wide, position, torque) = (Arc::new(wide), Arc::new(positions), Arc::new(torques));
+    let session = session.name.clone();
+    Some(Rows { session, joints, centres, kernel, wide, position, torque, interval, from_current })
 }
 
 /// Evenly spaced times over a session.

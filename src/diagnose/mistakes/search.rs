@@ -4,17 +4,19 @@
 //! simulated machines with an effect of twice its full strength, and 0.1 to 1 with a wrong sign. If `u` of a joint is above [`SUSPICIOUS`],
 //! every change is tried in turn. On correct data each change makes the balance worse or leaves it unchanged, and none halves the RMS. A change is
 //! named if the RMS of a joint falls to half or less, `Σ ln(u_before/u_after)` over all joints also exceeds `ln` [`FACTOR`], and the residual of that
-//! joint is as small as on correct data. Changes that are nearly as good are named as alternatives. The search then repeats with the change applied.
+//! joint is as small as on correct data. Changes that are nearly as good are named as alternatives.
+
+use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
 use super::balance;
 use super::balance::{Balance, Columns, Mask, Normal, SUSPICIOUS};
-use super::change::Change;
+use super::change::{Change, Culprit, Evidence, Quantity};
 use super::limits::Outside;
 use super::overload::Overload;
 use super::rows::Rows;
-use crate::robot::{Masses, Model};
+use crate::robot::{JointModel, Masses, Model};
 use crate::units::{DEG, JointKind};
 
 /// Share below which a joint counts as explained: 7 % in RMS.
@@ -22,30 +24,15 @@ const FLOOR: f64 = 0.005;
 /// Factor by which a change has to lower the residual share of one joint, and the product of the shares of all joints: half in RMS. A wrong
 /// sign or unit causes an error of the order of the torque. On 430 correct machines, with one or two effects of up to twice their full
 /// strength each, no change lowers the residual more than 1.9 times.
-const FACTOR: f64 = 4.0;
+pub const FACTOR: f64 = 4.0;
 /// Largest share of the mistaken joint after the change: 32 % in RMS. Correct recordings leave up to 24 %.
-const EXPLAINED: f64 = 0.1;
+pub const EXPLAINED: f64 = 0.1;
 /// Factor by which an alternative may be worse than the best change.
-const NEARLY: f64 = 1.5;
+pub const NEARLY: f64 = 1.5;
 /// [1] Weight of a coefficient's deviation from one, in the score of a change.
 const UNLIKELY: f64 = 0.5;
 /// [s] Lags that are tried: larger than those of a sensor or a filter, see `sensor_delay`.
 const LAGS: [f64; 8] = [-0.4, -0.3, -0.2, -0.15, 0.15, 0.2, 0.3, 0.4];
-
-/// A change that makes the balance fit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Culprit {
-    /// The best change.
-    pub change: Change,
-    /// Other changes that are nearly as good.
-    pub alternatives: Vec<Change>,
-    /// [%] RMS residual relative to the torque, of the joint that improves most, before the change.
-    pub before: f64,
-    /// [%] The same after the change.
-    pub after: f64,
-    /// That joint.
-    pub joint: usize,
-}
 
 /// The result of one change.
 struct TriedChange {
@@ -55,23 +42,9 @@ struct TriedChange {
     after: Vec<Option<Balance>>,
 }
 
-/// All changes that are needed, the strongest first. `timed`: whether a velocity channel confirms the time base.
+/// The change that makes the balance fit, if one does. `timed`: whether a velocity channel confirms the time base.
 /// `limits`: quantities outside the limits of the model; they support a factor that brings them back.
-pub fn found(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Vec<Culprit> {
-    let (mut model, mut rows) = (model.clone(), rows.to_vec());
-    let mut found: Vec<Culprit> = Vec::new();
-    while found.len() <= model.joints.len() {
-        let Some(best) = best(&model, &rows, timed, limits) else { break };
-        if found.iter().any(|one| one.change == best.change) {
-            break;
-        }
-        (model, rows) = best.change.undone(&model, &rows);
-        found.push(best);
-    }
-    found
-}
-
-fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Option<Culprit> {
+pub fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Option<Culprit> {
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
     let bounds = balance::bounds(model);
     let columns = Columns::new(model, rows);
@@ -101,7 +74,8 @@ fn best(model: &Model, rows: &[Rows], timed: bool, limits: &Limits<'_>) -> Optio
         .map(|other| other.change)
         .collect();
     let percent = |left: f64| 100.0 * left.sqrt();
-    Some(Culprit { change: first.change, alternatives, before: percent(was), after: percent(is), joint })
+    let evidence = Evidence::Residual([percent(was), percent(is)]);
+    Some(Culprit { change: first.change, alternatives, joint, evidence })
 }
 
 /// Quantities outside the limits of the model.
@@ -124,6 +98,14 @@ fn brought_back(model: &Model, change: Change, limits: &Limits<'_>) -> f64 {
             limits.outside.iter().filter(|one| one_of(which, one.joint) && one.explained_by(factor)).count()
         }
         Change::TorqueScale(which, factor) => torque(which, factor),
+        Change::AllTorques(quantity) => {
+            let factor = |joint: usize| quantity.factor(&model.joints[joint]);
+            limits
+                .overloads
+                .iter()
+                .filter(|one| factor(one.joint).is_some_and(|factor| one.explained_by(factor)))
+                .count()
+        }
         // The limit of the drive scales with the ratio too.
         Change::Ratio(joint, factor) if model.robot.bodies[joint].joint.limits.effort.is_finite() => {
             torque(Some(joint), factor)
@@ -230,11 +212,28 @@ fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<
         changes.extend(LAGS.map(|lag| Change::TorqueLag(None, lag)));
         changes.extend([-1.0, 1e-3, 1e3].map(|factor| Change::TorqueScale(None, factor)));
         changes.extend([DEG, 1.0 / DEG].map(|factor| Change::MotionScale(None, factor)));
+        let from_current = rows.iter().all(|session| session.from_current);
+        changes.extend(Quantity::instead_of(from_current).map(Change::AllTorques));
     }
+    changes.retain(|change| !too_small_for_degrees(model, rows, *change));
     if !timed {
         changes.extend([1e-3, 0.1, 1.0 / 3.0, 0.5, 2.0, 3.0, 10.0, 1e3].map(Change::TimeScale));
     }
     changes
+}
+
+/// Whether a change takes radians for degrees although no joint covers a turn as read: the true motion would be less than 6°. Without weight a
+/// motion that is smaller by a factor looks like a torque that is larger by it.
+fn too_small_for_degrees(model: &Model, rows: &[Rows], change: Change) -> bool {
+    let Change::MotionScale(which, DEG) = change else { return false };
+    let covers_a_turn = |joint: usize| {
+        let positions = rows.iter().flat_map(|session| &session.joints[joint].q);
+        let [low, high] =
+            positions.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| [low.min(*q), high.max(*q)]);
+        model.joints[joint].kind == JointKind::Revolute && high - low > TAU
+    };
+    let joints = which.map_or(0..model.joints.len(), |joint| joint..joint + 1);
+    !joints.into_iter().any(covers_a_turn)
 }
 
 /// Whether the torque of a joint is never below zero by more than one percent of its largest value.
@@ -250,26 +249,28 @@ pub fn never_negative(rows: &[Rows], joint: usize) -> bool {
 fn scales(model: &Model, rows: &[Rows], i: usize) -> Vec<Change> {
     let joint = &model.joints[i];
     let n = joint.gear_ratio;
-    let mut torque = vec![1e-3, 1e3];
-    let constant = joint.motor.map(|motor| motor.torque_constant);
-    if rows.iter().all(|session| session.from_current) {
-        torque.extend(constant.iter().flat_map(|constant| [1.0 / (n * constant), 1.0 / constant]));
-    } else {
-        torque.extend(constant.map(|constant| n * constant));
-        torque.push(n);
-    }
+    let from_current = rows.iter().all(|session| session.from_current);
     let motion: &[f64] = match joint.kind {
         JointKind::Revolute => &[DEG, 1.0 / DEG, 1.0 / n, DEG / n],
         JointKind::Prismatic => &[1e-3, 1e3, 1.0 / n, DEG / n],
     };
-    let others = model.joints.iter().map(|other| other.gear_ratio / n).filter(|f| (f.ln()).abs() > 0.2);
-    let ratios = others.chain([1.0 / (n * n), 1.0 / n]);
     let distinct = |factor: &&f64| factor.ln().abs() > 0.2;
-    torque
-        .iter()
-        .filter(distinct)
-        .map(|f| Change::TorqueScale(Some(i), *f))
-        .chain(motion.iter().filter(distinct).map(|f| Change::MotionScale(Some(i), *f)))
-        .chain(ratios.map(|f| Change::Ratio(i, f)))
-        .collect()
+    let mut scales = torque_scales(joint, from_current);
+    scales.retain(|factor| distinct(&factor));
+    let scales = scales.into_iter().map(|f| Change::TorqueScale(Some(i), f));
+    let motions = motion.iter().filter(distinct).map(|f| Change::MotionScale(Some(i), *f));
+    scales.chain(motions).chain(ratios(model, i).into_iter().map(|f| Change::Ratio(i, f))).collect()
+}
+
+/// Factors of the torque of a joint that have a name.
+pub fn torque_scales(joint: &JointModel, from_current: bool) -> Vec<f64> {
+    let other = Quantity::instead_of(from_current).into_iter().filter_map(|quantity| quantity.factor(joint));
+    [1e-3, 1e3].into_iter().chain(other).collect()
+}
+
+/// Factors of the gear ratio of a joint that are likely mistakes: the ratio of another joint, none at all, and its inverse.
+pub fn ratios(model: &Model, i: usize) -> Vec<f64> {
+    let n = model.joints[i].gear_ratio;
+    let others = model.joints.iter().map(|other| other.gear_ratio / n).filter(|f| (f.ln()).abs() > 0.2);
+    others.chain([1.0 / (n * n), 1.0 / n]).collect()
 }

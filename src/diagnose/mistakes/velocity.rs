@@ -21,6 +21,10 @@ const EXACTLY: f64 = 0.01;
 /// A late channel explains at least this share of what remains without the lag.
 const BETTER: f64 = 0.5;
 
+/// [1] A delay leaves less than this share of what a low-pass leaves, if the channel is late as a whole. Both leave the noise, and the share that two
+/// hundred stretches give is known within a tenth.
+const SHAPED: f64 = 0.8;
+
 /// The velocity to compare with: the measured one, or the reference, which a controlled joint follows.
 pub fn of(model: &Model, joint: usize, sessions: &[&TimeSeries]) -> Option<(Channel, Ratio)> {
     [Channel::Velocity, Channel::ReferenceVelocity]
@@ -99,15 +103,20 @@ fn of_joint(model: &Model, sessions: &[&TimeSeries], (joint, channel, ratio): (u
 }
 
 /// Channels that are late.
-fn late(model: &Model, _sessions: &[&TimeSeries], ratios: &[Option<(Channel, Ratio)>]) -> Vec<Mistake> {
+fn late(model: &Model, sessions: &[&TimeSeries], ratios: &[Option<(Channel, Ratio)>]) -> Vec<Mistake> {
     let of_joint = |(joint, found): (usize, &Option<(Channel, Ratio)>)| {
         let (channel, ratio) = (*found)?;
         let left = |correlation: f64| 1.0 - correlation * correlation;
         let clear = channel == Channel::Velocity && left(ratio.at_lag) < BETTER * left(ratio.correlation);
         // A current without a sign gets that of the velocity: if the velocity is late, the sign is wrong around reversals.
         let signs = model.joints[joint].current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
-        let least = if ratio.lag > 0.0 && !signs { LATE_VELOCITY } else { LATE };
-        (clear && ratio.lag.abs() >= least).then(|| words::late_velocity(model, joint, &ratio))
+        let may_be_filtered = ratio.lag > 0.0 && ratio.lag < LATE_VELOCITY && !signs;
+        let filtered = || {
+            let low_passed = kinematics::behind_low_pass(model, joint, sessions, channel);
+            left(ratio.at_lag) > SHAPED * left(low_passed)
+        };
+        (clear && ratio.lag.abs() >= LATE && !(may_be_filtered && filtered()))
+            .then(|| words::late_velocity(model, joint, &ratio))
     };
     ratios.iter().enumerate().filter_map(of_joint).collect()
 }

@@ -1,6 +1,7 @@
 //! Division of the recordings into training data and held-out data.
 //!
-//! Held-out data take no part in the choice of effects, delays, shapes or scales. They are read once, for the gain of the chosen effects.
+//! Held-out data take no part in the choice of effects, delays, shapes or scales. They are read once, for the gain of the chosen effects; before
+//! that, sessions that are held out whole are only checked for mistakes of the recording, which end a diagnosis.
 
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;

@@ -1,0 +1,51 @@
+//! A torque of another size than the model's: the part of it that follows inertia and weight is several times too large or too small.
+//!
+//! Friction may take any size, so a torque that is mostly friction is explained at every scale, and the residual of the balance does not show a wrong
+//! one. The torque of the rigid body does: the model gives its size, and on a recording in another unit all of it is off by one factor. The
+//! bounds of that factor ([`Size`](super::balance::Size)) allow for payload, tilt, spring and for whatever remains.
+//! It cannot be seen where the factor is within the accuracy of the model, or where the rigid body explains too little beside friction.
+
+use super::balance;
+use super::balance::{Columns, MODEL_FACTOR, Size};
+use super::change::{Change, Culprit, Evidence};
+use super::rows::Rows;
+use super::search::{ratios, torque_scales};
+use crate::robot::{Masses, Model};
+
+/// The joint whose torque has an impossible size, if there is one; that with the largest factor.
+pub fn best(model: &Model, rows: &[Rows]) -> Option<Culprit> {
+    if model.masses == Masses::Estimated {
+        return None;
+    }
+    let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
+    let bounds = balance::bounds(model);
+    let normals = Columns::new(model, rows).normals(rows, &moves);
+    let of_joint = |joint: usize| {
+        let size = normals[joint].size(&bounds)?;
+        Some((joint, size, size.impossible()?))
+    };
+    let off = |found: &(usize, Size, f64)| found.2.max(1e-9).ln().abs();
+    let worst = (0..normals.len()).filter_map(of_joint).max_by(|a, b| off(a).total_cmp(&off(b)))?;
+    Some(culprit(model, rows, worst))
+}
+
+fn culprit(model: &Model, rows: &[Rows], (joint, size, estimate): (usize, Size, f64)) -> Culprit {
+    let from_current = rows.iter().all(|session| session.from_current);
+    let needed = 1.0 / estimate.max(1e-9);
+    let scales = torque_scales(&model.joints[joint], from_current).into_iter();
+    let scales = scales.map(|factor| (factor, Change::TorqueScale(Some(joint), factor)));
+    // The torque of a current scales with the ratio.
+    let ratios = ratios(model, joint).into_iter().filter(|_| from_current);
+    let ratios = ratios.map(|factor| (factor, Change::Ratio(joint, factor)));
+    let off = |factor: f64| (factor / needed).ln().abs();
+    let mut named: Vec<(f64, Change)> =
+        scales.chain(ratios).filter(|(factor, _)| *factor > 0.0 && off(*factor) < MODEL_FACTOR.ln()).collect();
+    named.sort_by(|a, b| off(a.0).total_cmp(&off(b.0)));
+    let mut changes: Vec<Change> = named.into_iter().map(|(_, change)| change).collect();
+    // Any factor may be that of a wrong torque constant; a constant of one was never set.
+    let unset = from_current && model.joints[joint].motor.is_some_and(|motor| motor.torque_constant == 1.0);
+    changes.insert(if unset { 0 } else { changes.len() }, Change::TorqueScale(Some(joint), needed));
+    let change = changes.remove(0);
+    let evidence = Evidence::Size([estimate, size.least, size.largest]);
+    Culprit { change, alternatives: changes, joint, evidence }
+}
