@@ -58,7 +58,7 @@ pub struct JointMotion {
     pub link_torque: Vec<f64>,
     /// `M` [kg·m² or kg] Inertia of the nominal links about this joint, with the other joints fixed; without the rotor.
     pub link_inertia: Vec<f64>,
-    /// `T/k` [rad or m] By how much the link is behind the rotor, as the nominal links load the nominal gear; empty where its stiffness is unknown.
+    /// `T/k` [rad or m] By how much the link is behind the rotor, as the nominal links load the nominal gear; 0 where its stiffness is unknown.
     pub wind_up: Vec<f64>,
     /// Symmetric friction of the baseline, at its present estimate.
     pub friction: SymmetricFriction,

@@ -176,11 +176,10 @@ fn load_gears(motion: &mut Motion, sessions: &[&str]) {
 /// arm moves that weight by as much as friction changes. The links' motion relative to the rotors is left out.
 fn wind_up(motion: &mut Motion) -> bool {
     for (joint, nominal) in motion.joints.iter_mut().zip(&motion.model.joints) {
-        if let Some(stiffness) = nominal.gear_stiffness {
-            joint.wind_up = joint.link_torque.iter().map(|torque| torque / stiffness).collect();
-        }
+        let softness = nominal.gear_stiffness.map_or(0.0, f64::recip);
+        joint.wind_up = joint.link_torque.iter().map(|torque| softness * torque).collect();
     }
-    motion.joints.iter().any(|joint| !joint.wind_up.is_empty())
+    motion.model.joints.iter().any(|joint| joint.gear_stiffness.is_some())
 }
 
 /// Samples on either side for a half width [s]; at least three, for a curvature.
