@@ -50,6 +50,12 @@ impl Column {
         Self { name: name.into(), ..Self::default() }
     }
 
+    /// Makes room for so many further rows. A column that grows by doubling is copied repeatedly, and leaves holes in memory as large as
+    /// itself.
+    pub(super) fn make_room(&mut self, rows: usize) {
+        self.values.reserve_exact(rows);
+    }
+
     /// Adds the value of a row, or the text of a cell that is not a number.
     pub(super) fn put(&mut self, value: Option<f64>, shown: impl FnOnce() -> String) {
         if value.is_none() && self.fault.is_none() {
