@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::files::is_control;
+
 /// Result of everything in this crate that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -191,7 +193,7 @@ impl From<MotionError> for Error {
 const SHOWN: usize = 240;
 const SHOWN_EXPECTED: usize = 1200;
 
-/// Text of a file for a message: at most `most` characters, with control characters escaped, so that a terminal does
+/// Text of a file for a message: at most `most` characters, with [control characters](is_control) escaped, so that a terminal does
 /// not interpret them or break the line.
 pub fn shown(text: &str, most: usize) -> String {
     // A number of hundreds of digits also has a short form with the same value.
@@ -204,7 +206,7 @@ pub fn shown(text: &str, most: usize) -> String {
             shown += " ...";
             break;
         }
-        if c.is_control() { shown.extend(c.escape_default()) } else { shown.push(c) }
+        if is_control(c) { shown.extend(c.escape_default()) } else { shown.push(c) }
     }
     shown
 }

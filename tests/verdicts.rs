@@ -174,3 +174,30 @@ fn regress_a_comparison_tells_what_it_cannot_name_and_puts_the_surest_first() {
         compare(&arm(true), &healthy.train, &same, &[], &Options::default(), &mut |_, _| {}).expect("a comparison");
     assert_eq!(found.verdict, Verdict::NothingFound, "{:?} {:?}", found.changes, found.unexplained);
 }
+
+#[test]
+fn regress_a_comparison_reads_no_commands() {
+    // Long recordings are compared without them: six joints of half an hour at 1 kHz have 86 MB of commands.
+    let healthy = Data::of(&arm(true), &arm(true), 4600);
+    let stiffer = |joint: usize, _: f64, v: f64| if joint == 1 { -0.08 * v } else { 0.0 };
+    let now: Vec<TimeSeries> = (0..3).map(|k| record(&format!("now_{k}"), &arm(true), 4650 + k, &stiffer)).collect();
+    let commanded = |sessions: &[TimeSeries]| -> Vec<TimeSeries> {
+        let with = |session: &TimeSeries| {
+            let mut session = session.clone();
+            for joint in &mut session.joints {
+                // Commands below 0.2 A make no current.
+                let command = joint.channels[&Channel::Current].iter().map(|i| i + 0.2 * i.signum()).collect();
+                joint.channels.insert(Channel::CommandCurrent, command);
+            }
+            session
+        };
+        sessions.iter().map(with).collect()
+    };
+    let compared = |then: &[TimeSeries], now: &[TimeSeries]| {
+        let found = compare(&arm(true), then, now, &[], &Options::default(), &mut |_, _| {}).expect("a comparison");
+        format!("{:?} {:?} {:?} {:?}", found.changes, found.effects, found.unexplained, found.extended_model)
+    };
+    let without = compared(&healthy.train, &now);
+    assert!(without.contains("viscous"), "{without}");
+    assert_eq!(without, compared(&commanded(&healthy.train), &commanded(&now)));
+}

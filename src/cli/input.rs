@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::dataset::{self, Session};
+use crate::diagnose;
 use crate::error::Result;
 use crate::robot::Model;
 use crate::scenario::{Findings, reference_name};
@@ -52,10 +53,11 @@ impl Recordings {
     ) -> Result<Self> {
         let given = [("--data", data), ("--hold-out", hold_out), ("--reference", reference)];
         identity::of_files(given)?;
+        // A whole table is in memory while it is read. The reference keeps the fewest channels, so it is read first.
+        let (reference, drawn_before) = self::read(reference, model, &diagnose::compared_channels())?;
         let (data, mut drawn) = self::read(data, model, wanted)?;
         let (hold_out, drawn_too) = self::read(hold_out, model, wanted)?;
         drawn.extend(drawn_too);
-        let (reference, drawn_before) = self::read(reference, model, wanted)?;
         let all: Vec<&Session> = data.iter().chain(&hold_out).chain(&reference).collect();
         let model = dataset::meet(model, &all)?;
         let recordings = Self { model, data, hold_out, reference, drawn, drawn_before };

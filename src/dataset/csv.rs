@@ -14,6 +14,7 @@ use csv::{ByteRecord, Reader, ReaderBuilder};
 use self::cells::Blanks;
 use self::dialect::Dialect;
 use self::guard::{Fault, Guard, MAX_RECORD};
+use self::text::Extent;
 pub(super) use self::text::{GZIP, Text};
 pub use self::write::{text as written, write, write_rows};
 use super::Note;
@@ -21,8 +22,9 @@ use super::source_file;
 use super::table::{Column, Table, check_cells, check_count};
 use crate::error::{Error, Place, Result};
 
-/// Number of rows after which the length of all columns is estimated for the first time.
-const FIRST_ROOM: usize = 4096;
+/// Number of rows, and of cells, after which the length of all columns is estimated for the first time.
+const FIRST_ROWS: usize = 4096;
+const FIRST_CELLS: usize = 1 << 18;
 /// Number of bytes that the parser reads at once.
 const BUFFER: usize = 1 << 16;
 
@@ -37,14 +39,14 @@ pub(super) fn read(text: Text<'_>) -> Result<Table> {
     let path = text.path();
     let (head, whole) = text.head()?;
     let dialect = dialect::recognise(&head, whole);
-    let (input, size) = text.reader()?;
+    let (input, extent) = text.reader()?;
     let input = if dialect.delimiter == b' ' { Box::new(Blanks::new(input)) } else { input };
     let guard = Guard::new(input).map_err(|fault| refuse_text(path, &fault))?;
     let mut builder = ReaderBuilder::new();
     builder.has_headers(false).flexible(true).delimiter(dialect.delimiter).comment(dialect.comment);
     let mut reader = builder.buffer_capacity(BUFFER).from_reader(guard);
     let mut table = header(path, &mut reader, &dialect)?;
-    rows(path, &mut reader, &dialect, &mut table, size)?;
+    rows(path, &mut reader, &dialect, &mut table, &extent)?;
     Ok(table)
 }
 
@@ -81,7 +83,7 @@ fn header(path: &Path, reader: &mut Records<'_>, dialect: &Dialect) -> Result<Ta
 }
 
 /// Reads the rows into the columns of a table.
-fn rows(path: &Path, reader: &mut Records<'_>, dialect: &Dialect, table: &mut Table, size: Option<u64>) -> Result<()> {
+fn rows(path: &Path, reader: &mut Records<'_>, dialect: &Dialect, table: &mut Table, extent: &Extent) -> Result<()> {
     let width = table.columns.len();
     let (mut record, mut following) = (ByteRecord::new(), ByteRecord::new());
     let mut more = next(path, reader, &mut following)?;
@@ -91,7 +93,7 @@ fn rows(path: &Path, reader: &mut Records<'_>, dialect: &Dialect, table: &mut Ta
         }
         more = next(path, reader, &mut following)?;
     }
-    let (mut rows, mut room) = (0, FIRST_ROOM);
+    let (mut rows, mut room) = (0, FIRST_ROWS.min(FIRST_CELLS / width).max(1));
     while more {
         std::mem::swap(&mut record, &mut following);
         more = next(path, reader, &mut following)?;
@@ -114,9 +116,9 @@ fn rows(path: &Path, reader: &mut Records<'_>, dialect: &Dialect, table: &mut Ta
         }
         check_cells(path, rows as u64, width)?;
         if rows == room {
-            let more = size.map_or(0, |size| rows_to_come(rows, reader.position().byte(), size));
-            let more = more.min(source_file::MAX_CELLS / width);
-            table.columns.iter_mut().for_each(|column| column.values.reserve_exact(more));
+            let more = rows_to_come(rows, extent.read(reader.position().byte()), extent.size);
+            let more = more.min(source_file::MAX_CELLS / width - rows);
+            table.columns.iter_mut().for_each(|column| column.make_room(more));
             room += more.max(room);
         }
         for (column, cell) in table.columns.iter_mut().zip(&record) {
@@ -140,7 +142,6 @@ fn check_quotes(path: &Path, record: &ByteRecord, complete: bool) -> Result<()> 
 }
 
 /// Expected number of further rows in a file of `size` bytes, of which `read` bytes gave `rows` rows, with some margin.
-/// Columns that grow by doubling are copied repeatedly, and leave holes in memory as large as themselves.
 fn rows_to_come(rows: usize, read: u64, size: u64) -> usize {
     let left = size.saturating_sub(read) as f64 / read.max(1) as f64;
     (1.02 * left * rows as f64) as usize + rows / 8

@@ -83,7 +83,8 @@ fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R
     }
     let groups = metadata.row_groups();
     let rows = groups.iter().try_fold(0_u64, |sum, group| sum.checked_add(u64::try_from(group.num_rows()).ok()?));
-    check_cells(path, rows.ok_or_else(|| damaged(path, "a negative count of rows"))?, leaves.len())?;
+    let rows = rows.ok_or_else(|| damaged(path, "a negative count of rows"))?;
+    check_cells(path, rows, leaves.len())?;
 
     let properties = ReaderProperties::builder().set_backward_compatible_lz4(false).build();
     let options = ReadOptionsBuilder::new().with_reader_properties(properties).build();
@@ -104,8 +105,9 @@ fn columns<R: ChunkReader + 'static>(path: &Path, end: u64, source: R, probe: &R
             let values = pages.get_column_reader(leaf).map_err(unreadable)?;
             let defined = chunk.column_descr().max_def_level();
             if list {
-                lists::read(values, meaning, defined, columns).map_err(unreadable)?;
+                lists::read(values, meaning, defined, rows as usize, columns).map_err(unreadable)?;
             } else {
+                columns[0].make_room(rows as usize - before);
                 numbers::read(values, meaning, defined, &mut columns[0]).map_err(unreadable)?;
             }
             if columns.iter().any(|column| (column.values.len() - before) as i64 != group.num_rows()) {

@@ -8,7 +8,8 @@ use crate::files::regular;
 pub(super) use crate::files::regular::shown;
 
 /// Cells (rows times columns) of the largest table that is read. 30 minutes of six joints with eight channels each at 1
-/// kHz are 0.9·10⁸ cells; with eight bytes each they use the 0.8 GB that a recording may take in memory.
+/// kHz are 0.9·10⁸ cells. With eight bytes each they take 0.8 GB. That leaves 0.2 GB of 1 GB for the program, the part of the file that is
+/// being read, and room that was reserved for rows that do not come; so columns are made as long as they will be.
 pub(super) const MAX_CELLS: usize = 100_000_000;
 
 /// Columns of the widest table that is read: 40 times the 2400 columns of 300 joints with eight channels.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::Note;
 use super::source_file::{MAX_CELLS, MAX_COLUMNS};
 use crate::error::{Error, Place, Result};
+use crate::files::{PLAIN_NAME, is_plain_name};
 
 /// A column whose first value is at least this large is stored relative to a whole number: above it, an `f64` resolves
 /// a time stamp in seconds to no better than 1e-8 s, and one in nanoseconds to no better than 256 ns.
@@ -47,6 +48,12 @@ impl Column {
     /// An empty column.
     pub(super) fn new(name: impl Into<String>) -> Self {
         Self { name: name.into(), ..Self::default() }
+    }
+
+    /// Makes room for so many further rows. A column that grows by doubling is copied repeatedly, and leaves holes in memory as large as
+    /// itself.
+    pub(super) fn make_room(&mut self, rows: usize) {
+        self.values.reserve_exact(rows);
     }
 
     /// Adds the value of a row, or the text of a cell that is not a number.
@@ -92,8 +99,8 @@ impl Table {
         let mut index = HashMap::with_capacity(columns.len());
         for (at, column) in columns.iter().enumerate() {
             let refuse = |expected: &str| Err(Error::input(file, place, "column", &column.name, expected));
-            if column.name.chars().any(char::is_control) {
-                return refuse("a name without control characters");
+            if !is_plain_name(&column.name) {
+                return refuse(PLAIN_NAME);
             }
             if index.insert(column.name.clone(), at).is_some() {
                 return refuse("each column name once");

@@ -47,6 +47,7 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 use fit::pose::{nothing_moves, pose};
+use instruments::ON_ROWS;
 use instruments::preparation::{self, Prepared};
 use rows::division::Division;
 use rows::measured::{as_measured, complete};
@@ -64,6 +65,11 @@ pub fn channels() -> Vec<Channel> {
         Channel::ReferenceVelocity,
         Channel::LinkPosition,
     ]
+}
+
+/// Channels that a comparison of two recordings reads: commands show no change.
+pub fn compared_channels() -> Vec<Channel> {
+    channels().into_iter().filter(|channel| *channel != Channel::CommandCurrent).collect()
 }
 
 /// Names the effects that the nominal model lacks; `progress` receives the current step and the finished share (0 to 1).
@@ -119,7 +125,7 @@ fn diagnose_as_measured(
     }
     let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &|_| true, Some(&options.rules))
         .ok_or_else(|| nothing_moves(model))?;
-    let data = conclude::Data { model, sessions: &sessions, division, earlier, shaken };
+    let data = conclude::Data { model, sessions: &sessions, division, earlier, instruments: &ON_ROWS, shaken };
     let mut parts = conclude::conclude(&data, &problem, &selection, &confirmed, options, progress)?;
     parts.mistakes = mistakes::remaining::found(model, recorded, &parts);
     Ok(parts.assembled())

@@ -10,7 +10,7 @@ pub mod regular;
 use std::io;
 use std::path::Path;
 
-pub use name::{FIT_NAME, is_fit_name};
+pub use name::{FIT_NAME, PLAIN_NAME, is_control, is_fit_name, is_plain_name};
 
 /// The content of a file of the catalogue; `None` for a path on disk.
 ///

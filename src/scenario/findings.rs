@@ -46,7 +46,11 @@ impl Findings {
         let options = Options::default();
         let diagnosis = diagnose::diagnose(model, &series(&train), &series(&hold_out), &options, show)?;
         let mut findings = Self { diagnosis, replay_failure: None };
-        findings.add_replay(train, hold_out, options.held_out_share, show);
+        let judged = match hold_out.is_empty() {
+            true => train.into_iter().map(|session| tail(session, options.held_out_share)).collect(),
+            false => hold_out,
+        };
+        findings.add_replay(judged, show);
         Ok(findings)
     }
 
@@ -57,31 +61,32 @@ impl Findings {
     pub fn compared(
         model: &Model,
         reference: Vec<Session>,
-        now: Vec<Session>,
+        mut now: Vec<Session>,
         hold_out: Vec<Session>,
         show: &mut dyn FnMut(&str, f64),
     ) -> Result<Self> {
         let mut before: Vec<TimeSeries> = reference.into_iter().map(|session| session.series).collect();
         before.iter_mut().for_each(|session| session.name = reference_name(&session.name));
         let options = Options::default();
+        let share = options.held_out_share;
+        let commands: Vec<TimeSeries> = now.iter_mut().map(|session| take_commands(session, share)).collect();
         let diagnosis = diagnose::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
         drop(before);
         let mut findings = Self { diagnosis, replay_failure: None };
-        findings.add_replay(now, hold_out, options.held_out_share, show);
+        let last_parts = now.into_iter().map(|session| tail(session, share)).zip(commands);
+        let judged = match hold_out.is_empty() {
+            true => last_parts.map(|(session, commands)| with_commands(session, commands)).collect(),
+            false => hold_out,
+        };
+        findings.add_replay(judged, show);
         Ok(findings)
     }
 
-    /// Replays the models; a failure does not change the diagnosis.
-    fn add_replay(&mut self, train: Vec<Session>, hold_out: Vec<Session>, share: f64, show: &mut dyn FnMut(&str, f64)) {
+    /// Replays the models beside the data held out; a failure does not change the diagnosis.
+    fn add_replay(&mut self, judged: Vec<Session>, show: &mut dyn FnMut(&str, f64)) {
         if self.diagnosis.verdict == Verdict::MistakeSuspected {
             return;
         }
-        let judged = if hold_out.is_empty() {
-            train.into_iter().map(|session| tail(session, share)).collect()
-        } else {
-            drop(train);
-            hold_out
-        };
         show("replaying", 0.0);
         self.replay_failure = replay(&mut self.diagnosis, judged).err();
     }
@@ -106,10 +111,30 @@ fn series(sessions: &[Session]) -> Vec<TimeSeries> {
 
 /// The last part of a session.
 fn tail(session: Session, share: f64) -> Session {
-    let time = &session.series.time;
-    let (Some(first), Some(last)) = (time.first(), time.last()) else { return session };
-    let from = time.partition_point(|time| *time <= last - share * (last - first));
-    Session { series: session.series.since(from), ..session }
+    Session { series: tail_of(&session.series, share), ..session }
+}
+
+/// The last part of signals.
+fn tail_of(series: &TimeSeries, share: f64) -> TimeSeries {
+    let time = &series.time;
+    let (Some(first), Some(last)) = (time.first(), time.last()) else { return series.clone() };
+    series.since(time.partition_point(|time| *time <= last - share * (last - first)))
+}
+
+/// Takes the commands out of a session, and gives those of its last part: a comparison reads none, and a replay reads these.
+fn take_commands(session: &mut Session, share: f64) -> TimeSeries {
+    let mut commands = session.series.clone();
+    commands.keep(&[Channel::CommandCurrent]);
+    session.series.keep(&diagnose::compared_channels());
+    tail_of(&commands, share)
+}
+
+/// The last part of a session with its commands.
+fn with_commands(mut session: Session, commands: TimeSeries) -> Session {
+    for (joint, commands) in session.series.joints.iter_mut().zip(commands.joints) {
+        joint.channels.extend(commands.channels);
+    }
+    session
 }
 
 /// Parts of the squared torque error of replays that lie in each zone of a joint.

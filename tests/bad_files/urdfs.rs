@@ -93,3 +93,43 @@ const CASES: &[Case] = &[
 fn regress_bad_urdfs_are_refused_with_place_and_expectation() {
     all_refused("robot.urdf", &["check", "model.toml"], CASES);
 }
+
+/// A name that reaches a terminal as it is could clear it, or show another text than it says.
+const CONTROLS: &[Case] = &[
+    (
+        "<link name=\"table\">",
+        "<link name=\"ta&#10;ble\">",
+        "robot.urdf:4: link ta\\nble: name = ta\\nble",
+        &["a name without control characters"],
+    ),
+    (
+        "<link name=\"base\"/>",
+        "<link name=\"&#x1b;[2Jbase\"/>",
+        "robot.urdf:3: link \\u{1b}[2Jbase: name = \\u{1b}[2Jbase",
+        &["a name without control characters"],
+    ),
+    (
+        "<joint name=\"turn\"",
+        "<joint name=\"turn&#x202e;\"",
+        "robot.urdf:14: joint turn\\u{202e}: name",
+        &["a name without control characters"],
+    ),
+    (
+        "<parent link=\"base\"/>",
+        "<parent link=\"ba\tse\"/>",
+        "robot.urdf:15: joint turn: parent link = ba\\tse",
+        &["a name without control characters"],
+    ),
+    (
+        "<axis xyz=\"0 0 1\"/>",
+        "<axis xyz=\"0 0 1\"/><mimic joint=\"a&#7;\"/>",
+        "robot.urdf:18: joint turn: mimic joint = a\\u{7}",
+        &["a name without control characters"],
+    ),
+];
+
+#[test]
+fn regress_names_with_control_characters_are_refused_in_a_urdf() {
+    all_refused("robot.urdf", &["check", "model.toml"], CONTROLS);
+    all_refused("robot.urdf", &["new", "robot.urdf", "--out", "new.toml"], CONTROLS);
+}

@@ -131,7 +131,9 @@ fn property_a_first_model_simulates_and_reads_back() {
 }
 
 /// A change of `arm.xml`, and a part of the error that it makes.
-const REFUSED: [(&str, &str, &str); 9] = [
+type Refused = (&'static str, &'static str, &'static str);
+
+const REFUSED: [Refused; 9] = [
     ("axis=\"0 1 0\"", "axis=\"0 0 0\"", "joint shoulder: axis = 0 0 0: expected an axis that is not zero"),
     ("size=\"0.04\"", "size=\"-0.04\"", "geom: size = -0.04: expected 2 numbers > 0 [m] of a capsule"),
     ("ref=\"15\"", "ref=\"15 deg\"", ":29: joint shoulder: ref = 15 deg: expected 1 numbers"),
@@ -151,10 +153,30 @@ const REFUSED: [(&str, &str, &str); 9] = [
     ("</worldbody>", "</worldbod>", "MJCF: expected </worldbody>"),
 ];
 
+/// A name that reaches a terminal as it is could clear it, or show another text than it says.
+const CONTROLS: [Refused; 3] = [
+    ("body name=\"turntable\"", "body name=\"turn&#10;table\"", ":25: joint base: child link = turn\\ntable: expected"),
+    (
+        "joint name=\"shoulder\"",
+        "joint name=\"&#x1b;[2J\"",
+        ":29: joint \\u{1b}[2J: name = \\u{1b}[2J: expected a name without control characters",
+    ),
+    ("joint name=\"elbow\"", "joint name=\"el\tbow\"", "joint el\\tbow: name = el\\tbow: expected a name without"),
+];
+
 #[test]
 fn property_what_has_no_meaning_is_refused_with_its_line() {
+    all_refused(&REFUSED);
+}
+
+#[test]
+fn regress_names_with_control_characters_are_refused_in_mjcf() {
+    all_refused(&CONTROLS);
+}
+
+fn all_refused(cases: &[Refused]) {
     let text = fs::read_to_string(folder().join("arm.xml")).unwrap();
-    for (sound, changed, message) in REFUSED {
+    for &(sound, changed, message) in cases {
         assert!(text.contains(sound), "{sound}");
         let place = tempfile::tempdir().unwrap();
         fs::copy(folder().join("gripper.xml"), place.path().join("gripper.xml")).unwrap();

@@ -16,9 +16,10 @@ pub fn on_both_engines(model: &Model, test: impl FnMut(Plant)) {
     both_engines(model).into_iter().for_each(test);
 }
 
-/// Requires a value to be where a formula says, within a tolerance.
-pub fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) {
+/// Requires a value to be where a formula says, within a tolerance; returns its error.
+pub fn assert_near(what: &str, found: f64, expected: f64, tolerance: f64) -> f64 {
     let error = (found - expected).abs();
     println!("{what}: {found:.9} instead of {expected:.9}, off by {error:.1e}");
     assert!(error < tolerance, "{what}: {found:e} instead of {expected:e}, off by {error:e}");
+    error
 }

@@ -1,10 +1,12 @@
 //! The text of a file, whatever its encoding: UTF-8 with or without a byte order mark, UTF-16, and either of them
 //! compressed by gzip.
 
-use std::io::{self, BufReader, Cursor, Read};
+use std::cell::Cell;
+use std::io::{self, BufRead, BufReader, Cursor, Read};
 use std::path::Path;
+use std::rc::Rc;
 
-use flate2::read::MultiGzDecoder;
+use flate2::bufread::MultiGzDecoder;
 
 use super::super::source_file::{self, MAX_BYTES};
 use crate::error::{Error, Result};
@@ -24,6 +26,54 @@ pub(in super::super) enum Text<'a> {
     Memory(&'a Path, &'a [u8]),
 }
 
+/// How much of a file is read.
+pub(in super::super) struct Extent {
+    /// [bytes] Size of the file.
+    pub size: u64,
+    /// Bytes of the file that were converted to text, and bytes of that text; `None` where the file holds the text as it is.
+    converted: Option<[Rc<Cell<u64>>; 2]>,
+}
+
+impl Extent {
+    /// [bytes] Part of the file that gave the first `text` bytes of the text.
+    pub fn read(&self, text: u64) -> u64 {
+        let Some([file, whole]) = &self.converted else { return text };
+        // The text is read ahead of the parser.
+        (file.get() as f64 * text as f64 / whole.get().max(text).max(1) as f64) as u64
+    }
+}
+
+/// Counts the bytes that it passes on.
+struct Counted<R> {
+    input: R,
+    passed: Rc<Cell<u64>>,
+}
+
+impl<R> Counted<R> {
+    fn add(&self, count: usize) {
+        self.passed.set(self.passed.get() + count as u64);
+    }
+}
+
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.input.read(buffer)?;
+        self.add(count);
+        Ok(count)
+    }
+}
+
+impl<R: BufRead> BufRead for Counted<R> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        self.input.fill_buf()
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.add(count);
+        self.input.consume(count);
+    }
+}
+
 impl<'a> Text<'a> {
     /// The file.
     pub(in super::super) fn path(self) -> &'a Path {
@@ -32,15 +82,18 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// The text as UTF-8, and its size [bytes] if the file holds it as it is. At most [`MAX_BYTES`] are passed on.
+    /// The text as UTF-8, and how much of the file is read. At most [`MAX_BYTES`] are passed on.
     ///
     /// # Errors
     /// The file cannot be opened.
-    pub(in super::super) fn reader(self) -> Result<(Box<dyn Read + 'a>, Option<u64>)> {
+    pub(in super::super) fn reader(self) -> Result<(Box<dyn Read + 'a>, Extent)> {
         let path = self.path();
         let read = |source| Error::file(path, "read", source);
         let head = self.raw_head()?;
         let (plain, size) = self.raw()?;
+        let counts = [0, 0].map(|zero| Rc::new(Cell::new(zero)));
+        let [of_file, of_text] = counts.clone();
+        let plain = Counted { input: plain, passed: of_file };
         let packed = head.starts_with(GZIP);
         let (head, plain) = if packed {
             let mut unpacked: Box<dyn Read + 'a> = Box::new(MultiGzDecoder::new(plain));
@@ -48,13 +101,16 @@ impl<'a> Text<'a> {
             unpacked.by_ref().take(HEAD).read_to_end(&mut start).map_err(read)?;
             (start.clone(), Box::new(Cursor::new(start).chain(unpacked)) as Box<dyn Read + 'a>)
         } else {
-            (head, plain)
+            (head, Box::new(plain) as Box<dyn Read + 'a>)
         };
         let limited = plain.take(MAX_BYTES);
-        Ok(match utf16_order(&head) {
-            Some(little_endian) => (Box::new(Utf16::new(limited, little_endian)), None),
-            None => (Box::new(limited), (!packed).then_some(size)),
-        })
+        let order = utf16_order(&head);
+        let text: Box<dyn Read + 'a> = match order {
+            Some(little_endian) => Box::new(Utf16::new(limited, little_endian)),
+            None => Box::new(limited),
+        };
+        let converted = (packed || order.is_some()).then_some(counts);
+        Ok((Box::new(Counted { input: text, passed: of_text }), Extent { size, converted }))
     }
 
     /// The first bytes of the text, as UTF-8, and whether they are the complete text.
@@ -69,7 +125,7 @@ impl<'a> Text<'a> {
         Ok((head, whole))
     }
 
-    fn raw(self) -> Result<(Box<dyn Read + 'a>, u64)> {
+    fn raw(self) -> Result<(Box<dyn BufRead + 'a>, u64)> {
         Ok(match self {
             Self::File(path) => {
                 let (file, size) = source_file::open(path)?;

@@ -33,8 +33,8 @@ use crate::diagnose::fit::pose::{nothing_moves, pose, rough_coulomb};
 use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::regression::NU;
 use crate::diagnose::fit::term::Term;
-use crate::diagnose::instruments::current_lag;
 use crate::diagnose::instruments::current_lag::Aligned;
+use crate::diagnose::instruments::{ON_ROWS_OF_TWO, current_lag};
 use crate::diagnose::options::Options;
 use crate::diagnose::result::{Change, Diagnosis, Findings, Parts};
 use crate::diagnose::rows::division::Division;
@@ -268,7 +268,7 @@ fn report(
     let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();
     let confirmed =
         confirm::confirm(problem, &mut selection, given, &is_effect, None).ok_or_else(|| nothing_moves(model))?;
-    let data = conclude::Data { model, sessions, division, earlier, shaken: false };
+    let data = conclude::Data { model, sessions, division, earlier, instruments: &ON_ROWS_OF_TWO, shaken: false };
     let options = Options { backlash: false, ..options.clone() };
     let mut parts = conclude::conclude(&data, problem, &selection, &confirmed, &options, progress)?;
     // A residual in both recordings is an error of the model and no change; a shape only in the recording of now is a change.

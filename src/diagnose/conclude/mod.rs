@@ -25,7 +25,7 @@ use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::torque_scale::TorqueScale;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::instruments::two_encoders::Encoders;
-use crate::diagnose::instruments::{FittedRows, ON_ROWS, removal};
+use crate::diagnose::instruments::{FittedRows, Instrument, removal};
 use crate::diagnose::options::Options;
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::errors;
@@ -53,6 +53,8 @@ pub struct Data<'d> {
     pub division: Division,
     /// What was named or withdrawn before the problem was built.
     pub earlier: Findings,
+    /// The instruments to run beside the fit.
+    pub instruments: &'d [&'d dyn for<'s> Instrument<FittedRows<'s>>],
     /// Whether a fast torque was removed: its remainder shakes the joints at their reversals, so no reversal is judged.
     pub shaken: bool,
 }
@@ -84,7 +86,7 @@ pub fn conclude(
     let scene = FittedRows { problem, sessions, division, options, left: &left, shaken: data.shaken };
     let mut encoders = Encoders::default();
     progress("measuring what torque does not show", 0.88);
-    for instrument in ON_ROWS {
+    for instrument in data.instruments {
         let reading = instrument.measure(&scene)?;
         findings.merge(reading.findings);
         encoders = reading.encoders.unwrap_or(encoders);

@@ -59,6 +59,10 @@ pub const ON_RECORDINGS: [&dyn for<'s> Instrument<Recordings<'s>>; 3] =
 pub const ON_ROWS: [&dyn for<'s> Instrument<FittedRows<'s>>; 5] =
     [&command::Command, &slip::Slip, &two_encoders::TwoEncoders, &velocity_lag::VelocityLag, &reversal::Reversal];
 
+/// Instruments of a comparison. The others name effects of the problem's catalogue, which is empty there: they would use memory and time for nothing.
+pub const ON_ROWS_OF_TWO: [&dyn for<'s> Instrument<FittedRows<'s>>; 2] =
+    [&two_encoders::TwoEncoders, &velocity_lag::VelocityLag];
+
 /// Recordings before rows are made.
 pub struct Recordings<'s> {
     /// The nominal machine.

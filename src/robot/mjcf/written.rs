@@ -2,6 +2,8 @@
 
 use nalgebra::{Isometry3, Rotation3};
 
+use crate::files::is_control;
+
 /// [1] Below this cosine of the pitch, roll and yaw turn about the same line, and yaw is set to zero: an error of less than 1e-8 rad.
 const POLE: f64 = 1e-8;
 
@@ -33,9 +35,19 @@ impl Written {
     }
 }
 
-/// A name with the characters escaped that XML does not allow in an attribute.
+/// A name with the characters escaped that XML does not allow in an attribute, or that would end its line. The URDF reader judges it.
 pub(super) fn escaped(name: &str) -> String {
-    name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+    let mut escaped = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if is_control(c) => escaped.push_str(&format!("&#{};", u32::from(c))),
+            c => escaped.push(c),
+        }
+    }
+    escaped
 }
 
 /// The element `<origin>` of a pose.

@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use super::scan::Element;
 use super::text::UrdfText;
 use crate::error::{Error, Place, Result};
+use crate::files::{PLAIN_NAME, is_plain_name};
 use crate::robot::remark::Remark;
 use crate::toml_input::nearest;
 
@@ -270,8 +271,12 @@ fn check_attributes(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
 
 fn check_names(text: &UrdfText<'_>, element: &Element<'_>) -> Result<()> {
     for (_, attribute) in NAMES.iter().filter(|(name, _)| *name == element.name) {
-        if element.attribute(attribute).is_none_or(str::is_empty) {
+        let name = element.attribute(attribute).unwrap_or_default();
+        if name.is_empty() {
             return Err(error(text, element, attribute, "", "a name (missing)"));
+        }
+        if !is_plain_name(name) {
+            return Err(error(text, element, attribute, name, PLAIN_NAME));
         }
     }
     match (element.name, element.attribute("type")) {
