@@ -199,7 +199,8 @@ mod tests {
     #[test]
     fn property_what_urdf_rs_does_not_read_is_an_error_with_its_line() {
         let text = "<robot>\n<link name=\"a\"/>\n<link name=\"b&#1;\"/></robot>";
-        let error = robot(text).unwrap_err().to_string();
+        let unchecked = UrdfText::scan(Path::new("a.urdf"), text, None).unwrap();
+        let error = read(&unchecked).unwrap_err().to_string();
         let expected = "a.urdf:3: URDF: expected a link b\\u{1} that urdf-rs reads (Invalid character U+0001)";
         assert_eq!(error, expected);
     }
