@@ -113,7 +113,7 @@ fn named(found: &Diagnosis) -> Vec<String> {
 fn property_of_two_effects_that_tie_the_name_decides_whatever_their_order() {
     let orders = [[&FIRST, &SECOND], [&SECOND, &FIRST]];
     let [one, other] = orders.map(|order| {
-        let catalogue = order.into_iter().fold(Catalogue::default(), |known, twin| known.with(twin));
+        let catalogue = order.into_iter().fold(Catalogue::empty(), |known, twin| known.with(twin));
         compared(0.1, hump, catalogue)
     });
     assert_eq!(named(&one)[0], "brake_a", "{:?} {:?}", one.effects, one.changes);
@@ -126,7 +126,7 @@ fn property_of_two_effects_that_tie_the_name_decides_whatever_their_order() {
 fn property_of_an_effect_and_a_quantity_that_tie_the_name_decides() {
     // The quantities of friction are listed before the effects of the catalogue.
     for (twin, expected) in [(&BEFORE_VISCOUS, "damper"), (&BEHIND_VISCOUS, "viscous")] {
-        let found = compared(0.08, viscous, Catalogue::default().with(twin));
+        let found = compared(0.08, viscous, Catalogue::empty().with(twin));
         assert_eq!(named(&found), [expected], "{:?} {:?}", found.effects, found.changes);
     }
 }

@@ -247,8 +247,5 @@ fn main() -> ExitCode {
         }
         trials.push(trial(one).with_ignored_flag(missing.is_some()));
     }
-    let mut arguments = Arguments::from_args();
-    // Each check uses all processors.
-    arguments.test_threads = arguments.test_threads.or(Some(1));
-    libtest_mimic::run(&arguments, trials).exit_code()
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }

@@ -69,10 +69,7 @@ fn main() -> ExitCode {
     // The picture is made where there is a viewer: `docs/refresh` notes what it shows.
     let noted = Trial::test("note_what_the_picture_shows", || picture::note(&root()));
     trials.push(noted.with_ignored_flag(true));
-    let mut arguments = Arguments::from_args();
-    // Each command uses all processors.
-    arguments.test_threads = arguments.test_threads.or(Some(1));
-    libtest_mimic::run(&arguments, trials).exit_code()
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
 fn root() -> PathBuf {
