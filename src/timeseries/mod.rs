@@ -91,10 +91,14 @@ impl TimeSeries {
         }
     }
 
-    /// The part of the session from a sample on.
+    /// The part of the session from a sample on, with samples of its own: the rest can be freed.
     #[must_use]
     pub fn since(&self, from: usize) -> Self {
-        self.part(from..self.len())
+        let mut part = self.part(from..self.len());
+        for samples in part.joints.iter_mut().flat_map(|joint| joint.channels.values_mut()) {
+            *samples = samples.to_vec().into();
+        }
+        part
     }
 
     /// Number of samples.

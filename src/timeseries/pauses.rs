@@ -44,16 +44,12 @@ impl TimeSeries {
         }
     }
 
-    /// The samples of a range, with their times.
+    /// The samples of a range, shared with the whole, and their times.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Self {
         let joints = self.joints.iter().map(|joint| JointSeries {
             name: joint.name.clone(),
-            channels: joint
-                .channels
-                .iter()
-                .map(|(channel, values)| (*channel, values[range.clone()].to_vec().into()))
-                .collect(),
+            channels: joint.channels.iter().map(|(channel, all)| (*channel, all.part(range.clone()))).collect(),
         });
         Self { name: self.name.clone(), joints: joints.collect(), time: self.time[range].to_vec() }
     }

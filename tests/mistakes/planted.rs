@@ -1,7 +1,7 @@
 //! Mistakes planted in sound recordings and models.
 
 use lostmotion::robot::Model;
-use lostmotion::timeseries::{Channel, TimeSeries};
+use lostmotion::timeseries::{Channel, Samples, TimeSeries};
 use lostmotion::units::{DEG, JointKind, RPM};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
@@ -187,7 +187,7 @@ fn has_currents(model: &Model, sessions: &[TimeSeries]) -> bool {
     model.joints.iter().all(|joint| sessions.iter().all(|session| has(session, &joint.name)))
 }
 
-fn each(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], change: &dyn Fn(&mut Vec<f64>)) {
+fn each(sessions: &mut [TimeSeries], joint: &str, channels: &[Channel], change: &dyn Fn(&mut Samples)) {
     for session in sessions {
         for one in session.joints.iter_mut().filter(|one| one.name == joint) {
             one.channels
