@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use lostmotion::dataset;
+use lostmotion::scenario::Recorded;
 
 /// Replaces the figures of the files rather than comparing them.
 const REFRESH: &str = "LOSTMOTION_REFRESH";
@@ -86,9 +88,22 @@ fn scenarios() -> Vec<PathBuf> {
     folders
 }
 
-/// The recording that a scenario needs and that is not there: what reading the scenario says.
+/// The recording that a scenario needs and that is not there: what reading the scenario says. Recordings behind a manifest are read only where no
+/// folder of recordings is given: where there is one, what cannot be read fails the test.
 fn missing(folder: &Path) -> Option<String> {
-    lostmotion::scenario::Recorded::load(&folder.join("scenario.toml"), &[]).err().map(|error| error.to_string())
+    let scenario = Recorded::load(&folder.join("scenario.toml"), &[]);
+    let recorded = match scenario {
+        Err(error) => return Some(error.to_string()),
+        Ok(None) => return None,
+        Ok(Some(_)) if std::env::var_os("LOSTMOTION_DATA").is_some() => return None,
+        Ok(Some(recorded)) => recorded,
+    };
+    let files = recorded.data.iter().chain(&recorded.hold_out).chain(&recorded.reference);
+    let joints = recorded.model().map(|model| dataset::joints_of(&model));
+    joints
+        .and_then(|joints| files.map(|file| dataset::load(file, &joints)).collect::<Result<Vec<_>, _>>())
+        .err()
+        .map(|error| error.to_string())
 }
 
 /// Carries out the examples of a file, at least so many; compares what they print, or writes it into the file.
