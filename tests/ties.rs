@@ -94,10 +94,10 @@ impl Diagnosable for Twin {
 fn compared(most: f64, law: Law, catalogue: Catalogue) -> Diagnosis {
     let now = |joint: usize, _: f64, v: f64| if joint == 1 { -most * law(v) } else { 0.0 };
     let sessions = |name: &str, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f64| -> Vec<TimeSeries> {
-        (0..3).map(|k| record(&format!("{name}_{k}"), &arm(true), seed + k, extra)).collect()
+        (0..2).map(|k| record(&format!("{name}_{k}"), &arm(true), seed + k, extra)).collect()
     };
     let (healthy, now) = (sessions("then", 4700, &|_, _, _| 0.0), sessions("now", 4750, &now));
-    let options = Options { catalogue, ..Options::default() };
+    let options = Options { catalogue, backlash: false, ..Options::default() };
     compare(&arm(true), &healthy, &now, &[], &options, &mut |_, _| {}).expect("a comparison")
 }
 
