@@ -214,7 +214,8 @@ impl Motion<'_> {
         [[-v * sin, v * cos], [-a * sin - v * v * cos, a * cos - v * v * sin]].map(|pair| pair.map(|x| gain * x))
     }
 
-    /// Position of a joint's link [rad or m] in each row, which is the position of its axis where axes are not coupled.
+    /// Position of a joint's link [rad or m] in each row, which is the position of its axis where axes are not coupled. The wind-up
+    /// of its gear is left out.
     pub fn link(&self, joint: usize) -> Cow<'_, [f64]> {
         match &self.model.robot.coupling {
             None => Cow::Borrowed(&self.joints[joint].q),

@@ -74,9 +74,9 @@ impl<'a> RigidBody<'a> {
     pub fn gravity_along(&self, samples: Range<usize>) -> Vec<f64> {
         let Range { start, end } = samples;
         let stride = self.stride;
-        let mut gravity = self.gravity_of();
+        let (mut gravity, mut links) = (self.gravity_of(), self.links());
         let knots: Vec<f64> =
-            (start..end + stride).step_by(stride).map(|k| gravity(&self.links(k.min(end.saturating_sub(1))))).collect();
+            (start..end + stride).step_by(stride).map(|k| gravity(&links(k.min(end.saturating_sub(1))))).collect();
         (0..end - start)
             .map(|k| {
                 let (knot, part) = (k / stride, (k % stride) as f64 / stride as f64);
@@ -89,22 +89,26 @@ impl<'a> RigidBody<'a> {
     fn average(&self, window: Window, mut value: impl FnMut(&[f64]) -> f64) -> f64 {
         let samples = SAMPLES.min(window.end - window.start).max(1);
         let at = |k: usize| window.start + (2 * k + 1) * (window.end - window.start) / (2 * samples);
-        (0..samples).map(|k| value(&self.links(at(k)))).sum::<f64>() / samples as f64
+        let mut links = self.links();
+        (0..samples).map(|k| value(&links(at(k)))).sum::<f64>() / samples as f64
     }
 
     /// Positions of the links at a sample [rad or m].
-    fn links(&self, sample: usize) -> Vec<f64> {
-        let mut q = self.posture(sample);
-        if self.joints.iter().all(|joint| joint.gear_stiffness.is_none() && joint.backlash.is_none()) {
-            return q;
+    fn links(&self) -> impl FnMut(usize) -> Vec<f64> + '_ {
+        let known = self.joints.iter().any(|joint| joint.gear_stiffness.is_some() || joint.backlash.is_some());
+        let (mut dynamics, mut torque) = (self.dynamics.clone(), vec![0.0; self.joints.len()]);
+        move |sample| {
+            let mut q = self.posture(sample);
+            if known {
+                dynamics.gravity(&q, &mut torque);
+                for ((q, torque), joint) in q.iter_mut().zip(&torque).zip(self.joints) {
+                    let pressed = if *torque == 0.0 { 0.0 } else { torque.signum() };
+                    let wind_up = joint.gear_stiffness.map_or(0.0, |k| torque / k);
+                    *q -= wind_up + 0.5 * joint.backlash.unwrap_or(0.0) * pressed;
+                }
+            }
+            q
         }
-        let mut torque = vec![0.0; q.len()];
-        self.dynamics.clone().gravity(&q, &mut torque);
-        for ((q, torque), joint) in q.iter_mut().zip(&torque).zip(self.joints) {
-            let pressed = if *torque == 0.0 { 0.0 } else { torque.signum() };
-            *q -= joint.gear_stiffness.map_or(0.0, |k| torque / k) + 0.5 * joint.backlash.unwrap_or(0.0) * pressed;
-        }
-        q
     }
 
     /// `G_i(q)` [N·m or N].

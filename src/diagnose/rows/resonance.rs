@@ -15,6 +15,8 @@ use super::sampling::Sampling;
 
 /// `ω w` [1] First zero of the kernel's gain.
 const FIRST_ZERO: f64 = 5.763;
+/// Samples between those that are looked at: a mean over hundreds does not need all.
+const STRIDE: usize = 16;
 
 /// [s] Half width that filters out motion faster than a resonance [rad/s].
 pub fn half_width(resonance: f64) -> f64 {
@@ -43,9 +45,6 @@ pub fn is_too_fast(
     let (slow, fast) = (root_mean_square(&slow), root_mean_square(&fast));
     torque > 0.0 && fast > slow && link_inertia * fast > NOISE_SHARE * torque
 }
-
-/// Samples between those that are looked at.
-const STRIDE: usize = 16;
 
 #[cfg(test)]
 mod tests {
