@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::dataset::Session;
 use crate::diagnose::mistakes;
 use crate::error::Result;
-use crate::replay::{self, Loop, Options};
+use crate::replay::{self, Loop, Options, prediction};
 use crate::report::files::{envelope, planned};
 use crate::report::recording::Motion;
 use crate::report::replay::Shown;
@@ -74,7 +74,10 @@ impl Replay {
         document.warnings.extend(mistakes::warnings(&suspected));
         let content: Vec<_> = replays
             .iter()
-            .map(|(one, _)| json!({ "session": one.session, "errors": one.errors, "notes": one.notes }))
+            .map(|(one, shown)| {
+                let predictions = shown.predictions();
+                json!({ "session": one.session, "errors": one.errors, "predictions": predictions, "notes": one.notes })
+            })
             .collect();
         let motions = replays
             .into_iter()
@@ -89,5 +92,6 @@ impl Replay {
 fn shown(model: &Model, session: &Session, options: &Options) -> Result<(replay::Replay, Shown)> {
     let mut shown = Shown::default();
     let replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;
+    shown.predicted = prediction::predict(model, session, options)?;
     Ok((replay::Replay { time: Vec::new(), ..replay }, shown))
 }

@@ -39,8 +39,8 @@ pub use fit::typical::typical;
 pub use options::{Options, Rules};
 pub use result::{
     Axis, AxisShare, BaselineEstimate, CandidateRecord, Change, Diagnosis, EffectGain, FitError, FoundEffect,
-    FrequencySpectrum, JointShares, Measured, Method, OrderSpectrum, ReplayError, ResidualMap, ResidualSeries, Split,
-    TwoEncoders, Unexplained, Verdict, Withdrawn, Zone, ZoneShares,
+    FrequencySpectrum, JointShares, Measured, Method, OrderSpectrum, PredictionSeries, ReplayError, ResidualMap,
+    ResidualSeries, Split, TwoEncoders, Unexplained, Verdict, Withdrawn, Zone, ZoneShares,
 };
 
 use crate::error::Result;

@@ -290,7 +290,7 @@ fn laws_of(joint: &JointModel, link: &crate::robot::Joint, rotor_inertia: f64, d
     }
 }
 
-pub(super) fn resting_mode(law: &JointLaws) -> Mode {
+fn resting_mode(law: &JointLaws) -> Mode {
     let slip = |grip: &Grip| if grip.holds() { Slip::Stuck } else { Slip::Free };
     // Bristles yield before they slip: nothing sticks.
     let bristles = matches!(law.gearhead.memory, Some(Memory::Bristles { .. }));
@@ -299,5 +299,20 @@ pub(super) fn resting_mode(law: &JointLaws) -> Mode {
         rotor: if bristles { Slip::Free } else { slip(&law.gearhead.rotor) },
         link: slip(&law.gearhead.link),
         saturation: 0,
+    }
+}
+
+/// The modes of a joint in a motion: a side at rest sticks if friction holds it.
+pub(super) fn moving_mode(law: &JointLaws, time: f64, y: &Phase) -> Mode {
+    let resting = resting_mode(law);
+    let way = |slip: Slip, grip: &Grip, velocity: f64| match slip {
+        Slip::Stuck if velocity != 0.0 => grip.slip(velocity),
+        slip => slip,
+    };
+    Mode {
+        contact: law.contact(time, y),
+        rotor: way(resting.rotor, &law.gearhead.rotor, y.omega),
+        link: way(resting.link, &law.gearhead.link, y.v),
+        ..resting
     }
 }

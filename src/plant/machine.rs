@@ -82,11 +82,11 @@ impl Machine {
     }
 
     /// Forgets the past and starts from a state.
-    pub fn start(&mut self, joints: &[Phase]) {
+    pub fn start(&mut self, time: f64, joints: &[Phase]) {
         self.mobility.clear();
         self.asked.at(joints);
-        self.links.start(0.0, &self.asked.q, &self.asked.v);
-        self.push_node(0.0, joints);
+        self.links.start(time, &self.asked.q, &self.asked.v);
+        self.push_node(time, joints);
     }
 
     /// Asks the engine at a state that the motion has reached, if that is due.

@@ -36,7 +36,7 @@ pub mod step;
 mod transient;
 pub mod world;
 
-use build::resting_mode;
+use build::moving_mode;
 pub use contact::Touch;
 pub use first_model::first_model;
 pub use integrator::Counts;
@@ -53,7 +53,7 @@ pub use world::World;
 use crate::dynamics::Dynamics;
 use crate::effects::{Catalogue, JointState, Reading};
 use crate::error::{Error, Result};
-use crate::gearhead::{Grip, Slip};
+use crate::gearhead::Slip;
 use crate::robot::Robot;
 
 /// Version of the rigid-body engine, as Cargo.toml pins it.
@@ -167,11 +167,16 @@ impl Plant {
     /// rotors in the middle of their gaps, time and work at zero.
     pub fn place(&mut self, positions: &[f64]) {
         let at_rest = |&q: &f64| Phase { theta: q, q, ..Phase::default() };
-        self.start(positions.iter().map(at_rest).collect());
+        self.start(0.0, positions.iter().map(at_rest).collect());
     }
 
     /// Puts rotors and links into this motion; currents as given, time and work at zero.
     pub fn launch(&mut self, states: &[JointState]) {
+        self.launch_at(0.0, states);
+    }
+
+    /// As [`launch`](Self::launch), at a time [s] since the start: effects that depend on it go on from there.
+    pub fn launch_at(&mut self, time: f64, states: &[JointState]) {
         let moving = |state: &JointState| Phase {
             theta: state.motor_position,
             omega: state.motor_velocity,
@@ -180,31 +185,34 @@ impl Plant {
             current: state.current,
             memory: state.memory,
         };
-        self.start(states.iter().map(moving).collect());
+        self.start(time, states.iter().map(moving).collect());
     }
 
-    fn start(&mut self, joints: Vec<Phase>) {
-        self.state.time = 0.0;
+    /// Moves rotor and link of a joint together, by a way [rad or m] and a velocity [rad/s or m/s]: what the gear transmits stays as it is.
+    pub fn shift(&mut self, joint: usize, way: f64, velocity: f64) {
+        let y = &mut self.state.joints[joint];
+        y.theta += way;
+        y.q += way;
+        y.omega += velocity;
+        y.v += velocity;
+        let law = &self.integrator.machine.coupled.laws[joint];
+        self.state.modes[joint] = moving_mode(law, self.state.time, y);
+        let JointState { gear_torque, current, .. } = self.states[joint];
+        self.states[joint] = law.observe(self.state.time, y, gear_torque, current);
+    }
+
+    fn start(&mut self, time: f64, joints: Vec<Phase>) {
+        self.state.time = time;
         self.asked = 0.0;
         self.state.done = Power::default();
         self.commands.fill(0.0);
         for (i, y) in joints.iter().enumerate() {
-            let law = &self.integrator.machine.coupled.laws[i];
-            let way = |grip: &Grip, velocity: f64| if velocity == 0.0 { Slip::Stuck } else { grip.slip(velocity) };
-            let mode = &mut self.state.modes[i];
-            *mode = resting_mode(law);
-            mode.contact = law.contact(0.0, y);
-            if mode.rotor != Slip::Free {
-                mode.rotor = way(&law.gearhead.rotor, y.omega);
-            }
-            if mode.link != Slip::Free {
-                mode.link = way(&law.gearhead.link, y.v);
-            }
+            self.state.modes[i] = moving_mode(&self.integrator.machine.coupled.laws[i], time, y);
             self.sensors[i].restart(y);
         }
         self.state.joints = joints;
         let Self { integrator, state, .. } = self;
-        integrator.machine.start(&state.joints);
+        integrator.machine.start(time, &state.joints);
         let Machine { coupled, links, .. } = &mut integrator.machine;
         coupled.barriers.start(links.engine.as_mut(), &state.joints, &mut state.touching);
         self.observe();

@@ -3,6 +3,7 @@
 use super::Loop;
 use crate::dataset::Session;
 use crate::drive::Sensing;
+use crate::effects::{JointState, Reading};
 use crate::error::{Error, Place, Result};
 use crate::robot::{JointModel, Model};
 use crate::timeseries::{Channel, JointSeries, Samples};
@@ -53,6 +54,25 @@ pub(super) struct Input {
     pub(super) magnitude: bool,
     /// Whether the joint was recorded.
     pub(super) recorded: bool,
+}
+
+/// What a recording says at a sample, as the simulated machine has to take it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Taken {
+    /// [N·m or N] torque of the motor before any correction.
+    pub(super) torque: f64,
+    /// [N·m or N] what effects on the readings add to the recorded torque; the motor does not have it.
+    pub(super) added: f64,
+    /// [rad or m] what effects on the readings add to the recorded position.
+    pub(super) misread: f64,
+}
+
+impl Input {
+    /// The sample `k`, while the simulated joint is in this state and reads so.
+    pub(super) fn taken(&self, k: usize, torque_per_ampere: f64, state: &JointState, reading: &Reading) -> Taken {
+        let added = torque_per_ampere * (reading.current - state.current);
+        Taken { torque: self.forward.at(k) - added, added, misread: reading.position - state.motor_position }
+    }
 }
 
 /// One input per joint of the model. A joint that was not recorded stands still at zero.

@@ -14,6 +14,7 @@ mod gain;
 mod inputs;
 mod low_pass;
 mod pair;
+pub mod prediction;
 
 use std::borrow::Cow;
 
@@ -21,7 +22,7 @@ pub use compare::Side;
 use drawing::Drawing;
 use feedback::Feedback;
 pub use gain::{Gain, Pairs};
-use inputs::Input;
+use inputs::{Input, Taken};
 pub use low_pass::low_pass;
 pub use pair::{Compared, compare_models, compared};
 
@@ -214,7 +215,7 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
     let mut joints: Vec<Simulated> = (0..n).map(|_| empty()).collect();
     let mut drawing = Drawing::new(model, time.len());
     let steps = feedback.iter().map(|one| one.steps).max().unwrap_or(1);
-    let (mut commands, mut known, mut misread) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let (mut commands, mut taken) = (vec![0.0; n], vec![Taken::default(); n]);
     let mut readings = Vec::with_capacity(n);
     for (k, &now) in time.iter().enumerate() {
         readings.clear();
@@ -222,13 +223,11 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
         for i in 0..n {
             let torque_per_ampere = model.joints[i].torque_per_ampere();
             let state = plant.states()[i];
-            // An effect on the readings is contained in the recorded current, not in the motor.
-            let added = torque_per_ampere * (readings[i].current - state.current);
-            known[i] = inputs[i].forward.at(k) - added;
-            misread[i] = readings[i].position - state.motor_position;
-            let asked = known[i] + feedback[i].correction(readings[i].position);
+            taken[i] = inputs[i].taken(k, torque_per_ampere, &state, &readings[i]);
+            let asked = taken[i].torque + feedback[i].correction(readings[i].position);
             commands[i] = asked / torque_per_ampere;
-            let torque = if inputs[i].commanded { asked + added } else { torque_per_ampere * readings[i].current };
+            let commanded = inputs[i].commanded;
+            let torque = if commanded { asked + taken[i].added } else { torque_per_ampere * readings[i].current };
             joints[i].position.push(readings[i].position);
             joints[i].torque.push(torque);
             drawing.sample(i, now, &state, f64::from(plant.contact(i)));
@@ -238,8 +237,8 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
         plant.advance(&commands, interval)?;
         for _ in 1..steps {
             for (i, feedback) in feedback.iter_mut().enumerate().filter(|(_, feedback)| feedback.steps > 1) {
-                let position = plant.states()[i].motor_position + misread[i];
-                commands[i] = (known[i] + feedback.correction(position)) / model.joints[i].torque_per_ampere();
+                let position = plant.states()[i].motor_position + taken[i].misread;
+                commands[i] = (taken[i].torque + feedback.correction(position)) / model.joints[i].torque_per_ampere();
             }
             plant.advance(&commands, interval)?;
         }

@@ -10,12 +10,12 @@ use super::files::envelope;
 use super::headline;
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
+use super::prediction;
 use super::recording::{Motion, Trace};
 use super::shortfall;
 use super::table::Table;
 use crate::diagnose::{BaselineEstimate, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict, mistakes};
 use crate::effects;
-use crate::replay::Gain;
 use crate::scenario::Findings;
 use crate::timeseries::Drawn;
 use crate::units::JointKind;
@@ -253,14 +253,14 @@ fn errors(diagnosis: &Diagnosis) -> Section {
             error.unit.to_owned(),
             format!("{:.2} %", error.before_percent),
             format!("{:.2} %", error.after_percent),
-            gain(error.gain),
+            headline::gain(error.gain),
         ]);
     }
     let mut replay = Table::new(
         "RMS error of the simulation in closed loop beside the data",
         &["joint", "channel", "data", "nominal", "extended", "unit", "gain"],
     );
-    for error in &diagnosis.replay {
+    for error in diagnosis.replay.iter().filter(|error| error.horizon.is_none()) {
         let (unit, factor) = shown(error.unit);
         replay.row([
             error.joint.clone(),
@@ -269,7 +269,7 @@ fn errors(diagnosis: &Diagnosis) -> Section {
             number::significant(error.before * factor, 3),
             number::significant(error.after * factor, 3),
             unit.to_owned(),
-            gain(error.gain),
+            headline::gain(error.gain),
         ]);
     }
     let text = if diagnosis.effects.is_empty() {
@@ -277,21 +277,9 @@ fn errors(diagnosis: &Diagnosis) -> Section {
     } else {
         vec!["Gains with their 95 % interval, from the scatter between blocks of some seconds; a gain whose interval includes zero is not shown.".to_owned()]
     };
-    let tables = [fit, headline::by_effect(diagnosis), replay];
+    let tables = [fit, headline::by_effect(diagnosis), prediction::table(diagnosis), replay];
     let tables = tables.into_iter().filter(|table| !table.rows.is_empty()).collect();
-    Section { text, tables, ..Section::new("The gain") }
-}
-
-/// A gain with its 95 % interval, or a note that it is not significant.
-pub fn gain(gain: Gain) -> String {
-    let [low, high] = gain.interval_percent;
-    if gain.shown {
-        format!("{:.0} % ({low:.0} to {high:.0})", gain.gain_percent)
-    } else if high < -0.5 {
-        format!("worse by {:.0} % ({:.0} to {:.0})", -gain.gain_percent, -high, -low)
-    } else {
-        "no gain shown".to_owned()
-    }
+    Section { text, tables, plots: prediction::plots(diagnosis), ..Section::new("The gain") }
 }
 
 /// Baseline and residual plots of a joint.
@@ -361,7 +349,7 @@ fn method(diagnosis: &Diagnosis) -> Section {
 
 /// Residuals over time for the recording.
 pub fn traces(diagnosis: &Diagnosis, session: &str) -> Vec<Trace> {
-    let mut traces = Vec::new();
+    let mut traces = prediction::traces(diagnosis, session);
     for series in diagnosis.series.iter().filter(|series| series.session == session) {
         for (label, role, values) in
             [("nominal", Role::Before, &series.before), ("extended", Role::After, &series.after)]

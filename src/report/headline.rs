@@ -15,12 +15,15 @@ pub fn gains(diagnosis: &Diagnosis) -> Vec<String> {
 }
 
 fn sentence(error: &FitError, replay: &[ReplayError]) -> String {
-    let own = replay.iter().filter(|one| one.joint == error.joint && one.split == Split::HeldOut);
-    let simulated: Vec<String> = own.map(in_simulation).collect();
-    let simulation = if simulated.is_empty() {
-        "not simulated".to_owned()
-    } else {
-        format!("in simulation {}", simulated.join(", "))
+    let own = || replay.iter().filter(|one| one.joint == error.joint && one.split == Split::HeldOut);
+    let furthest = own().max_by(|a, b| a.horizon.unwrap_or(0.0).total_cmp(&b.horizon.unwrap_or(0.0)));
+    let simulation = match furthest {
+        None => "not simulated".to_owned(),
+        Some(ReplayError { horizon: Some(horizon), .. }) => {
+            let ahead = own().filter(|one| one.horizon == Some(*horizon)).map(in_simulation);
+            format!("predicted {} s ahead, {}", significant(*horizon, 1), ahead.collect::<Vec<_>>().join(", "))
+        }
+        Some(_) => format!("in simulation {}", own().map(in_simulation).collect::<Vec<_>>().join(", ")),
     };
     format!(
         "{} on data held out: {} error along the motion {} to {} {} ({}); {simulation}.",
@@ -36,7 +39,9 @@ fn sentence(error: &FitError, replay: &[ReplayError]) -> String {
 fn in_simulation(error: &ReplayError) -> String {
     let (unit, factor) = shown(error.unit);
     let [before, after] = [error.before, error.after].map(|value| significant(value * factor, 3));
-    format!("{} {before} to {after} {unit} ({})", error.quantity, change(error.gain))
+    let floor = error.floor.map(|floor| format!("; sensors alone {}", significant(floor * factor, 2)));
+    let change = change(error.gain);
+    format!("{} {before} to {after} {unit} ({change}{})", error.quantity, floor.unwrap_or_default())
 }
 
 /// A gain in a few words; there is none if its interval contains zero.
@@ -46,6 +51,18 @@ fn change(gain: Gain) -> String {
         format!("{:.0} % less", gain.gain_percent)
     } else if high < 0.0 {
         format!("{:.0} % more", -gain.gain_percent)
+    } else {
+        "no gain shown".to_owned()
+    }
+}
+
+/// A gain with its 95 % interval, or a note that it is not significant.
+pub fn gain(gain: Gain) -> String {
+    let [low, high] = gain.interval_percent;
+    if gain.shown {
+        format!("{:.0} % ({low:.0} to {high:.0})", gain.gain_percent)
+    } else if high < -0.5 {
+        format!("worse by {:.0} % ({:.0} to {:.0})", -gain.gain_percent, -high, -low)
     } else {
         "no gain shown".to_owned()
     }

@@ -22,6 +22,7 @@ mod markup;
 pub mod number;
 /// Content of plots.
 pub mod plot;
+mod prediction;
 /// Recordings for the Rerun viewer.
 pub mod recording;
 /// A replay for readers.

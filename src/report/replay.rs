@@ -1,5 +1,7 @@
 //! A replay for readers: error figures, and both sides of each channel over time.
 
+use serde::Serialize;
+
 use super::display::shown;
 use super::document::{Document, Section};
 use super::number::significant;
@@ -7,6 +9,7 @@ use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::{Trace, canvas_frame};
 use super::svg;
 use super::table::Table;
+use crate::replay::prediction::Predicted;
 use crate::replay::{Loop, Observable, Replay, Side};
 use crate::timeseries::Envelope;
 
@@ -25,9 +28,38 @@ pub struct Shown {
     plots: Vec<(Observable, Plot)>,
     /// The recorded side and the position error, beside the simulated motion.
     pub traces: Vec<Trace>,
+    /// Predictions without a controller.
+    pub predicted: Vec<Predicted>,
+}
+
+/// A prediction in `report.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Prediction<'a> {
+    /// The joint.
+    joint: &'a str,
+    /// [s] How far ahead was predicted.
+    horizon: f64,
+    /// Unit of the errors.
+    unit: &'static str,
+    /// RMS error of the predicted position.
+    rms: f64,
+    /// RMS error that the sensors alone would leave.
+    floor: f64,
 }
 
 impl Shown {
+    /// The predictions for `report.json`.
+    pub fn predictions<'s>(&'s self) -> Vec<Prediction<'s>> {
+        let of = |one: &'s Predicted| Prediction {
+            joint: &one.joint,
+            horizon: one.horizon,
+            unit: one.unit,
+            rms: one.rms(),
+            floor: one.floor,
+        };
+        self.predicted.iter().map(of).collect()
+    }
+
     /// Adds both sides of a signal of that session, reduced to what is visible.
     pub fn add(&mut self, session: &str, side: &Side<'_>) {
         let (unit, factor) = shown(side.unit);
@@ -92,13 +124,27 @@ fn section(replay: &Replay, drawn: &Shown) -> Section {
             format!("{} %", significant(100.0 * error.relative, 3)),
         ]);
     }
+    let mut ahead = Table::new(
+        "RMS error of the position that is predicted, driven by the recorded torque alone",
+        &["joint", "ahead", "RMS error", "sensors alone", "unit"],
+    );
+    for one in &drawn.predicted {
+        let (unit, factor) = shown(one.unit);
+        ahead.row([
+            one.joint.clone(),
+            format!("{} s", significant(one.horizon, 1)),
+            significant(one.rms() * factor, 3),
+            significant(one.floor * factor, 2),
+            unit.to_owned(),
+        ]);
+    }
     // A torque that is an input has no error, and no plot.
     let judged = |quantity: Observable| replay.errors.iter().any(|error| error.quantity == quantity);
     let plots = drawn.plots.iter().filter(|(quantity, _)| judged(*quantity)).map(|(_, plot)| plot.clone());
     Section {
         title: replay.session.clone(),
         text: Vec::new(),
-        tables: vec![table],
+        tables: [table, ahead].into_iter().filter(|table| !table.rows.is_empty()).collect(),
         plots: plots.collect(),
         detail: false,
     }

@@ -1,8 +1,11 @@
 //! A diagnosis of recordings, with nominal and extended model in simulation beside the data held out.
 
 use crate::dataset::Session;
-use crate::diagnose::{self, Diagnosis, Options, ReplayError, ResidualSeries, Split, Verdict, ZoneShares};
+use crate::diagnose::{
+    self, Diagnosis, Options, PredictionSeries, ReplayError, ResidualSeries, Split, Verdict, ZoneShares,
+};
 use crate::error::{Error, Result};
+use crate::replay::prediction::{Ahead, AheadErrors, compare_predictions};
 use crate::replay::{self, Compared, Observable, Replay};
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
@@ -97,7 +100,10 @@ fn replay(diagnosis: &mut Diagnosis, mut judged: Vec<Session>) -> Result<()> {
     judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
     let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
     let (compared, replays) = replay::compare_models(nominal, extended, &judged, &replay::Options::default())?;
-    diagnosis.replay = compared.into_iter().map(|one| replay_error(one, nominal)).collect();
+    let ahead = compare_predictions(nominal, extended, &judged, &replay::Options::default())?;
+    let errors = compared.into_iter().map(|one| replay_error(one, nominal));
+    diagnosis.replay = errors.chain(ahead.iter().map(prediction_error)).collect();
+    diagnosis.predictions = ahead.into_iter().flat_map(prediction_series).collect();
     for joint in &mut diagnosis.shares {
         joint.zones = zone_shares(&joint.joint, &diagnosis.series, &replays);
     }
@@ -173,5 +179,35 @@ fn replay_error(compared: Compared, model: &Model) -> ReplayError {
         Observable::Torque if slides => "force",
         Observable::Torque => "torque",
     };
-    ReplayError { joint, quantity, unit, split: Split::HeldOut, before, after, gain }
+    ReplayError { joint, quantity, unit, split: Split::HeldOut, horizon: None, before, after, floor: None, gain }
+}
+
+/// One horizon of the report.
+fn prediction_error(ahead: &Ahead) -> ReplayError {
+    let Ahead { joint, horizon, unit, before, after, floor, gain, .. } = ahead;
+    ReplayError {
+        joint: joint.clone(),
+        quantity: "position",
+        unit,
+        split: Split::HeldOut,
+        horizon: Some(*horizon),
+        before: *before,
+        after: *after,
+        floor: Some(*floor),
+        gain: *gain,
+    }
+}
+
+/// Errors of one horizon over time.
+fn prediction_series(ahead: Ahead) -> impl Iterator<Item = PredictionSeries> {
+    let Ahead { joint, horizon, unit, errors, .. } = ahead;
+    errors.into_iter().map(move |AheadErrors { session, time, before, after }| PredictionSeries {
+        joint: joint.clone(),
+        session,
+        horizon,
+        unit,
+        time,
+        before,
+        after,
+    })
 }

@@ -2,6 +2,7 @@
 
 mod drawn;
 mod memory;
+mod noise;
 mod pauses;
 mod samples;
 
@@ -9,6 +10,7 @@ use std::collections::BTreeMap;
 
 pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
 pub use memory::give_back_memory;
+pub use noise::white_noise;
 pub use pauses::{pauses, uninterrupted};
 pub use samples::Samples;
 

@@ -8,7 +8,7 @@ use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::kernel::Kernel;
 use crate::diagnose::rows::observe::motor_torque;
 use crate::diagnose::rows::sampling::Sampling;
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{TimeSeries, white_noise};
 
 /// RMS error of each row, `floor[joint][row]`.
 pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Vec<Vec<f64>> {
@@ -27,7 +27,7 @@ pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Ve
                 _ => {
                     let series = sessions[session].joint(&model.name);
                     let torque = series.and_then(|series| motor_torque(motion.model, joint, series, None));
-                    third_difference_noise(&torque.unwrap_or_default().0)
+                    white_noise(&torque.unwrap_or_default().0)
                 }
             })
             .collect();
@@ -52,15 +52,4 @@ pub fn floor(problem: &Problem, sessions: &[&TimeSeries], inertia: &[f64]) -> Ve
         floors.push((0..motion.rows()).map(row_floor).collect());
     }
     floors
-}
-
-/// White noise of a signal: its third differences have 20 times the variance of the noise; the median is robust against motion.
-fn third_difference_noise(signal: &[f64]) -> f64 {
-    let mut differences: Vec<f64> = signal.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
-    if differences.is_empty() {
-        return 0.0;
-    }
-    let middle = differences.len() / 2;
-    // The median of |x| of a normal variable is 0.6745 standard deviations.
-    *differences.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 / 20.0_f64.sqrt()
 }

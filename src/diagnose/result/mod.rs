@@ -83,6 +83,9 @@ pub struct Diagnosis {
     /// The catalogue of effects that could be named.
     #[serde(skip)]
     pub catalogue: Catalogue,
+    /// Errors of predicted positions over time, for each session, joint and horizon.
+    #[serde(skip)]
+    pub predictions: Vec<PredictionSeries>,
     /// Residuals sample by sample, one for each session and joint.
     #[serde(skip)]
     pub series: Vec<ResidualSeries>,
@@ -202,13 +205,37 @@ pub struct ReplayError {
     pub unit: &'static str,
     /// Part of the data.
     pub split: Split,
+    /// [s] How far ahead the simulation predicts from the state that the recording shows, driven by the recorded torque alone; `None`: the whole
+    /// recording, with a controller in the loop.
+    pub horizon: Option<f64>,
     /// RMS error of the nominal model.
     pub before: f64,
     /// RMS error of the extended model.
     pub after: f64,
+    /// RMS error that the sensors alone would leave; `None` without a horizon.
+    pub floor: Option<f64>,
     /// By how much `after` is below `before`, and whether that is significant.
     #[serde(flatten)]
     pub gain: Gain,
+}
+
+/// Errors of predicted positions over time, for plots.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PredictionSeries {
+    /// The joint.
+    pub joint: String,
+    /// The session.
+    pub session: String,
+    /// [s] How far ahead was predicted.
+    pub horizon: f64,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// [s] Times for which was predicted.
+    pub time: Vec<f64>,
+    /// Recorded minus predicted position, nominal model.
+    pub before: Vec<f64>,
+    /// The same, extended model.
+    pub after: Vec<f64>,
 }
 
 /// Free parameters of the nominal model of one joint.

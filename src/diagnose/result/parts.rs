@@ -95,6 +95,7 @@ impl Parts {
             changes: self.changes,
             fit: self.fit,
             replay: Vec::new(),
+            predictions: Vec::new(),
             baseline: self.baseline,
             two_encoders: self.two_encoders,
             unexplained,

@@ -4,7 +4,7 @@ use std::fs;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use rerun::RecordingStream;
-use rerun::components::{FillMode, MediaType};
+use rerun_types::components::{FillMode, MediaType};
 
 use super::Motion;
 use super::entities::{failed, log_static, single, times};
@@ -54,10 +54,12 @@ fn log_skeleton(stream: &RecordingStream, robot: &Robot) -> Result<()> {
             ends.push(2.0 * body.inertia.com);
         }
         let lines = ends.iter().map(|end| [origin, *end].map(|point| <[f32; 3]>::from(point.map(single))));
-        let lines =
-            rerun::LineStrips3D::new(lines).with_colors([LINKS[1 + number % (LINKS.len() - 1)]]).with_radii([0.012]);
+        let lines = rerun_types::archetypes::LineStrips3D::new(lines)
+            .with_colors([LINKS[1 + number % (LINKS.len() - 1)]])
+            .with_radii([0.012]);
         log_static(stream, &format!("arm/{}/line", body.name), &lines)?;
-        let joint = rerun::Points3D::new([[0.0, 0.0, 0.0]]).with_colors([LINKS[0]]).with_radii([0.025]);
+        let joint =
+            rerun_types::archetypes::Points3D::new([[0.0, 0.0, 0.0]]).with_colors([LINKS[0]]).with_radii([0.025]);
         log_static(stream, &format!("arm/{}/joint", body.name), &joint)?;
     }
     Ok(())
@@ -78,7 +80,7 @@ fn log_motion(stream: &RecordingStream, motion: &Motion<'_>, start: f64) -> Resu
         .collect();
     for (index, body) in motion.robot.bodies.iter().enumerate() {
         let path = format!("arm/{}", body.name);
-        let transforms = rerun::Transform3D::update_fields()
+        let transforms = rerun_types::archetypes::Transform3D::update_fields()
             .with_many_translation(poses.iter().map(|poses| translation(&poses[index])))
             .with_many_quaternion(poses.iter().map(|poses| quaternion(&poses[index])));
         let columns = transforms.columns_of_unit_batches().map_err(|source| failed(&path, source))?;
@@ -133,8 +135,8 @@ fn translation(pose: &Isometry3<f64>) -> [f32; 3] {
     pose.translation.vector.map(single).into()
 }
 
-fn quaternion(pose: &Isometry3<f64>) -> rerun::Quaternion {
-    rerun::Quaternion::from_xyzw(pose.rotation.coords.map(single).into())
+fn quaternion(pose: &Isometry3<f64>) -> rerun_types::datatypes::Quaternion {
+    rerun_types::datatypes::Quaternion::from_xyzw(pose.rotation.coords.map(single).into())
 }
 
 fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3]) -> Result<()> {
@@ -142,7 +144,8 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
     let turn = [quaternion(&shape.pose)];
     match &shape.geometry {
         Geometry::Box(sides) => {
-            let boxes = rerun::Boxes3D::from_centers_and_sizes(centre, [<[f32; 3]>::from(sides.map(single))]);
+            let boxes =
+                rerun_types::archetypes::Boxes3D::from_centers_and_sizes(centre, [<[f32; 3]>::from(sides.map(single))]);
             log_static(
                 stream,
                 path,
@@ -150,14 +153,16 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
             )
         }
         Geometry::Cylinder(radius, length) => {
-            let cylinders = rerun::Cylinders3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
+            let cylinders =
+                rerun_types::archetypes::Cylinders3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
             let cylinders = cylinders.with_centers(centre).with_quaternions(turn);
             log_static(stream, path, &cylinders.with_colors([colour]).with_fill_mode(FillMode::Solid))
         }
         Geometry::Capsule(radius, length) => {
             // The archetype's capsule starts at the centre of its lower cap; that of the model is centred.
             let lower = shape.pose * Point3::new(0.0, 0.0, -0.5 * length);
-            let capsules = rerun::Capsules3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
+            let capsules =
+                rerun_types::archetypes::Capsules3D::from_lengths_and_radii([single(*length)], [single(*radius)]);
             let capsules = capsules.with_translations([<[f32; 3]>::from(lower.coords.map(single))]);
             log_static(
                 stream,
@@ -166,7 +171,7 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
             )
         }
         Geometry::Sphere(radius) => {
-            let spheres = rerun::Ellipsoids3D::from_centers_and_radii(centre, [single(*radius)]);
+            let spheres = rerun_types::archetypes::Ellipsoids3D::from_centers_and_radii(centre, [single(*radius)]);
             log_static(stream, path, &spheres.with_colors([colour]).with_fill_mode(FillMode::Solid))
         }
         Geometry::ConvexHull(points) => log_static(stream, path, &hull(points, &shape.pose, colour)),
@@ -174,18 +179,18 @@ fn log_shape(stream: &RecordingStream, path: &str, shape: &Shape, colour: [u8; 3
 }
 
 /// The convex hull of some points, its triangles shaded as plane faces.
-fn hull(points: &[Vector3<f64>], pose: &Isometry3<f64>, colour: [u8; 3]) -> rerun::Mesh3D {
+fn hull(points: &[Vector3<f64>], pose: &Isometry3<f64>, colour: [u8; 3]) -> rerun_types::archetypes::Mesh3D {
     let triangles = convex_hull(points).unwrap_or_default();
     let corners =
         triangles.iter().flatten().map(|corner| <[f32; 3]>::from((pose * Point3::from(*corner)).coords.map(single)));
     let normal =
         |[a, b, c]: &[Vector3<f64>; 3]| <[f32; 3]>::from((pose * (b - a).cross(&(c - a)).normalize()).map(single));
     let normals = triangles.iter().flat_map(|triangle| [normal(triangle); 3]);
-    rerun::Mesh3D::new(corners).with_vertex_normals(normals).with_albedo_factor(tint(colour))
+    rerun_types::archetypes::Mesh3D::new(corners).with_vertex_normals(normals).with_albedo_factor(tint(colour))
 }
 
-fn tint([red, green, blue]: [u8; 3]) -> rerun::components::AlbedoFactor {
-    rerun::Rgba32::from_rgb(red, green, blue).into()
+fn tint([red, green, blue]: [u8; 3]) -> rerun_types::components::AlbedoFactor {
+    rerun_types::datatypes::Rgba32::from_rgb(red, green, blue).into()
 }
 
 /// Meshes of links below `arm/<link>/drawn`; returns the bodies that are drawn by meshes, and `None` for the base. A file that cannot be read
@@ -200,13 +205,13 @@ fn log_meshes(stream: &RecordingStream, robot: &Robot) -> Result<Vec<Option<usiz
         left = left.saturating_sub(content.len() as u64);
         let name = mesh.body.map_or("base", |body| robot.bodies[body].name.as_str());
         let path = format!("arm/{name}/drawn/{index}");
-        let place = rerun::Transform3D::from_translation_rotation_scale(
+        let place = rerun_types::archetypes::Transform3D::from_translation_rotation_scale(
             translation(&mesh.pose),
             quaternion(&mesh.pose),
             <[f32; 3]>::from(mesh.scale.map(single)),
         );
         log_static(stream, &path, &place)?;
-        log_static(stream, &path, &rerun::Asset3D::new(content).with_media_type(format))?;
+        log_static(stream, &path, &rerun_types::archetypes::Asset3D::new(content).with_media_type(format))?;
         drawn.push(mesh.body);
     }
     Ok(drawn)

@@ -3,17 +3,28 @@
 
 use nalgebra::Vector3;
 use rerun::external::re_log_types::BlueprintActivationCommand;
-use rerun::external::re_sdk_types::blueprint::{archetypes as blueprint, components};
 use rerun::log::LogMsg;
-use rerun::{AsComponents, RecordingStream, RecordingStreamBuilder, datatypes};
+use rerun::{AsComponents, RecordingStream, RecordingStreamBuilder};
+use rerun_types::blueprint::{archetypes as blueprint, components};
+use rerun_types::datatypes;
 
 use super::CANVAS;
 use super::entities::{APPLICATION, failed, single};
 use crate::error::Result;
 
 /// Panels of a joint, in their order from the top.
-const PANELS: [&str; 9] =
-    ["residual", "position_error", "velocity", "position", "gap", "current", "torque", "force", "contact"];
+const PANELS: [&str; 10] = [
+    "residual",
+    "prediction_error",
+    "position_error",
+    "velocity",
+    "position",
+    "gap",
+    "current",
+    "torque",
+    "force",
+    "contact",
+];
 /// Number of plots that are visible at once; the others are in tabs.
 const PLOTS_AT_ONCE: usize = 3;
 /// [s] A recording is played in about this time.
@@ -57,7 +68,7 @@ impl Layout {
         let fail = |source| failed("blueprint", source);
         let (recording, storage) = RecordingStreamBuilder::new(APPLICATION)
             .recording_id(format!("layout of {}", self.title))
-            .recording_started(rerun::components::Timestamp(0.into()))
+            .recording_started(rerun_types::components::Timestamp(0.into()))
             .blueprint()
             .memory()
             .map_err(fail)?;
@@ -179,7 +190,7 @@ impl Writer<'_> {
         let contents = blueprint::ViewContents::new([components::QueryExpression("$origin/**".into())]);
         self.log(&format!("{}/ViewContents", node.path), &contents)?;
         let view = blueprint::ViewBlueprint::new(components::ViewClass(class.into()))
-            .with_display_name(rerun::components::Name(name.into()))
+            .with_display_name(rerun_types::components::Name(name.into()))
             .with_space_origin(origin.to_owned());
         self.log(&node.path, &view)?;
         for (property, value) in properties {
@@ -224,8 +235,11 @@ impl Writer<'_> {
         let contents = parts.iter().map(|(part, _)| components::IncludedContent(part.path.clone().into()));
         let shares = parts.iter().map(|(_, share)| *share);
         let container = blueprint::ContainerBlueprint::new(kind).with_contents(contents);
-        let container =
-            if name.is_empty() { container } else { container.with_display_name(rerun::components::Name(name.into())) };
+        let container = if name.is_empty() {
+            container
+        } else {
+            container.with_display_name(rerun_types::components::Name(name.into()))
+        };
         let container = match kind {
             components::ContainerKind::Horizontal => {
                 container.with_col_shares(shares.map(|share| components::ColumnShare(share.into())))

@@ -31,7 +31,7 @@ const fn single([x, y]: [f64; 2]) -> [f32; 2] {
 /// A text centred at `place`.
 fn log_text(stream: &RecordingStream, path: &str, texts: Vec<(String, [f64; 2])>, colour: [u8; 3]) -> Result<()> {
     let places: Vec<[f32; 2]> = texts.iter().map(|(_, place)| single(*place)).collect();
-    let points = rerun::Points2D::new(places)
+    let points = rerun_types::archetypes::Points2D::new(places)
         .with_labels(texts.into_iter().map(|(text, _)| text))
         .with_show_labels(true)
         .with_colors([colour])
@@ -66,8 +66,8 @@ fn strips(
     colour: [u8; 3],
     radius: f32,
     order: f32,
-) -> rerun::LineStrips2D {
-    rerun::LineStrips2D::new(lines).with_colors([colour]).with_radii([radius]).with_draw_order(order)
+) -> rerun_types::archetypes::LineStrips2D {
+    rerun_types::archetypes::LineStrips2D::new(lines).with_colors([colour]).with_radii([radius]).with_draw_order(order)
 }
 
 fn log_layer(stream: &RecordingStream, path: &str, layer: &Layer, frame: &Frame) -> Result<()> {
@@ -79,7 +79,8 @@ fn log_layer(stream: &RecordingStream, path: &str, layer: &Layer, frame: &Frame)
     }
     let places = frame.points(&layer.points, MOST_POINTS).into_iter().map(single);
     let radius = if layer.mark == Mark::Dots { 1.2 } else { 2.6 };
-    let points = rerun::Points2D::new(places).with_colors([colour]).with_radii([radius]).with_draw_order(2.0);
+    let points =
+        rerun_types::archetypes::Points2D::new(places).with_colors([colour]).with_radii([radius]).with_draw_order(2.0);
     log_static(stream, path, &points)
 }
 

@@ -1,6 +1,7 @@
 //! What all entities of a recording share: application, time line, colours, precision, and the error of an entity.
 
-use rerun::{RecordingStream, TimeColumn};
+use rerun::RecordingStream;
+use rerun::log::TimeColumn;
 
 use crate::error::{Error, Result};
 use crate::report::plot::Role;

@@ -20,7 +20,7 @@ pub fn encode(document: &Document, motions: &[Motion<'_>]) -> Result<Vec<u8>> {
     let stream = RecordingStreamBuilder::new(APPLICATION)
         .recording_id(document.title.as_str())
         .recording_name(document.title.as_str())
-        .recording_started(rerun::components::Timestamp(0.into()))
+        .recording_started(rerun_types::components::Timestamp(0.into()))
         .buffered()
         .map_err(|source| failed("the recording", source))?;
     let storage: BinaryStreamStorage = stream.binary_stream();
@@ -28,7 +28,7 @@ pub fn encode(document: &Document, motions: &[Motion<'_>]) -> Result<Vec<u8>> {
     let traces: Vec<Vec<Trace>> = motions.iter().map(traces_of).collect();
     layout(document, motions, &traces, &plots).send(&stream)?;
 
-    log_static(&stream, "result", &rerun::TextDocument::from_markdown(document.to_markdown()))?;
+    log_static(&stream, "result", &rerun_types::archetypes::TextDocument::from_markdown(document.to_markdown()))?;
     let mut start = 0.0;
     for (motion, traces) in motions.iter().zip(&traces) {
         arm::log(&stream, motion, start)?;
@@ -85,10 +85,13 @@ fn path_of_plot(index: usize) -> String {
 fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> {
     let path = format!("joints/{}/{}/{}", trace.joint, trace.panel, trace.label);
     let name = trace.label.replace('_', " ");
-    let style = rerun::SeriesLines::new().with_names([name]).with_colors([colour(trace.role)]).with_widths([1.5]);
+    let style = rerun_types::archetypes::SeriesLines::new()
+        .with_names([name])
+        .with_colors([colour(trace.role)])
+        .with_widths([1.5]);
     log_static(stream, &path, &style)?;
     let time = times(trace.time.iter().copied(), start);
-    let columns = rerun::Scalars::new(trace.values.iter().copied())
+    let columns = rerun_types::archetypes::Scalars::new(trace.values.iter().copied())
         .columns_of_unit_batches()
         .map_err(|source| failed(&path, source))?;
     stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))

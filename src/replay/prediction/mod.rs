@@ -1,0 +1,212 @@
+//! How far ahead a model predicts: the simulated machine follows the recording up to an instant, then the recorded torque alone drives it.
+//!
+//! ```text
+//!   e_h(t) = q_rec(t + h) − q_sim(t + h | q_rec up to t, τ_rec from t to t + h)          h: the horizon
+//! ```
+//! No controller corrects the motion during the horizon, so that an error of the torque shows as what it moves: `½ Δτ/J h²` at first. Before,
+//! an [`observer`] takes position, velocity and the flank that touches from the model and from the positions up to `t`; it adjusts itself to how
+//! well the model fits, so that a wrong model starts from a state nearly as good as a right one does.
+//! The *floor* is what encoder and current sensor leave of an exact model ([`blurred`]).
+
+mod blurred;
+mod compared;
+mod observer;
+mod releases;
+
+use blurred::blurred;
+pub use compared::{Ahead, AheadErrors, compare_predictions};
+use observer::Observed;
+use releases::Released;
+
+use super::inputs::{self, Input};
+use super::{Loop, Options, longest_part};
+use crate::dataset::{self, Session};
+use crate::error::Result;
+use crate::plant::{Options as PlantOptions, Plant};
+use crate::robot::{JointModel, Model};
+
+/// [s] How far ahead is predicted: what a controller, a contact and a motion planner need.
+pub const HORIZONS: [f64; 3] = [0.01, 0.1, 1.0];
+
+/// [rad/s] Bandwidths of the observer that are tried, each twice the one before: a second of memory to a hundredth.
+const BANDWIDTHS: [f64; 5] = [8.0, 16.0, 32.0, 64.0, 128.0];
+/// [s] Time in which the observer settles: its slowest memory, eightfold, leaves `e⁻⁸` of a wrong start.
+const SETTLES: f64 = 1.0;
+/// [s] Part of a recording on which bandwidths are compared.
+const COMPARED: f64 = 20.0;
+/// Most instants of a recording from which one horizon is predicted: an RMS of 300 errors is known to 4 %.
+const MOST_RELEASES: usize = 300;
+
+/// Errors of a model's predictions over one horizon on one joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Predicted {
+    /// The joint.
+    pub joint: String,
+    /// [s] The horizon.
+    pub horizon: f64,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// [s] Times for which was predicted.
+    pub time: Vec<f64>,
+    /// [rad or m] Recorded minus predicted position at these times.
+    pub error: Vec<f64>,
+    /// [rad or m] RMS error that the sensors alone would leave of an exact model.
+    pub floor: f64,
+}
+
+impl Predicted {
+    /// [rad or m] RMS error.
+    pub fn rms(&self) -> f64 {
+        rms(&self.error)
+    }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|e| e * e).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Predicts the positions of a recording over each of [`HORIZONS`], joint by joint; only joints that were recorded. Nothing is predicted in a
+/// recording shorter than a horizon with the time in which the observer settles, and nothing from currents without their sign.
+///
+/// # Errors
+/// As [`replay`](super::replay).
+pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Vec<Predicted>> {
+    let model = &model.in_session(&session.series.name);
+    let session = &*longest_part(session, &mut Vec::new());
+    let inputs = inputs::inputs(model, session, Loop::Closed, &mut Vec::new())?;
+    if inputs.iter().any(|input| input.magnitude) {
+        return Ok(Vec::new());
+    }
+    let steps: Vec<f64> = model.joints.iter().zip(&inputs).map(|(joint, input)| encoder_step(joint, input)).collect();
+    let followed = Followed { model, time: &session.series.time, inputs: &inputs, steps: &steps, options };
+    let bandwidths = followed.best_bandwidths()?;
+    let blurred = blurred(model, session, &inputs);
+    let blurred_inputs = inputs::inputs(model, &blurred, Loop::Closed, &mut Vec::new())?;
+    let by_others = Followed { inputs: &blurred_inputs, ..followed };
+    let samples = session.series.time.len();
+    let both = [followed, by_others].map(|one| one.observe(&bandwidths, samples, &HORIZONS));
+    let [observed, observed_by_others] = both;
+    let (observed, observed_by_others) = (observed?, observed_by_others?);
+    let mut predicted = Vec::new();
+    for (at, horizon) in HORIZONS.iter().enumerate() {
+        let own = followed.predictions(&observed, *horizon, &observed.released[at])?;
+        let others = by_others.predictions(&observed_by_others, *horizon, &observed_by_others.released[at])?;
+        let pairs = own.into_iter().zip(others).zip(&steps);
+        predicted
+            .extend(pairs.filter(|((one, _), _)| one.recorded).map(|((one, other), step)| one.beside(&other, *step)));
+    }
+    Ok(predicted)
+}
+
+/// Predictions over one horizon on one joint.
+struct Prediction<'a> {
+    joint: &'a JointModel,
+    recorded: bool,
+    horizon: f64,
+    /// [s] Times for which was predicted.
+    time: Vec<f64>,
+    /// [rad or m] The prediction, as the joint's encoder sees it.
+    position: Vec<f64>,
+    /// [rad or m] Recorded minus predicted position.
+    error: Vec<f64>,
+}
+
+impl Prediction<'_> {
+    /// Its errors, with the floor from the same prediction by other sensors with this step [rad or m] of the encoder.
+    fn beside(self, other: &Self, step: f64) -> Predicted {
+        let differences = self.position.iter().zip(&other.position).map(|(one, other)| (one - other).powi(2));
+        let mean = differences.sum::<f64>() / self.position.len().max(1) as f64;
+        Predicted {
+            joint: self.joint.name.clone(),
+            horizon: self.horizon,
+            unit: self.joint.kind.position_unit(),
+            time: self.time,
+            error: self.error,
+            floor: (0.5 * mean + step * step / 12.0).sqrt(),
+        }
+    }
+}
+
+/// [rad or m] Step of a joint's encoder: of the model, otherwise of the recording; 0 if neither has one.
+fn encoder_step(joint: &JointModel, input: &Input) -> f64 {
+    let found = || dataset::encoder_step(&[&input.position]).unwrap_or(0.0);
+    if joint.encoder.is_some() { joint.encoder_step() } else { found() }
+}
+
+/// A recording and the model that follows it.
+#[derive(Clone, Copy)]
+struct Followed<'a> {
+    model: &'a Model,
+    /// [s] Sample times.
+    time: &'a [f64],
+    inputs: &'a [Input],
+    /// [rad or m] Steps of the encoders.
+    steps: &'a [f64],
+    options: &'a Options,
+}
+
+impl Followed<'_> {
+    /// The bandwidth [rad/s] for each joint with which the shortest horizon is predicted best at the start of the recording.
+    fn best_bandwidths(&self) -> Result<Vec<f64>> {
+        let start = self.time.first().copied().unwrap_or(0.0);
+        let samples = self.time.partition_point(|time| *time - start <= COMPARED);
+        let mut best = vec![(f64::INFINITY, BANDWIDTHS[0]); self.inputs.len()];
+        for bandwidth in BANDWIDTHS {
+            let observed = self.observe(&vec![bandwidth; self.inputs.len()], samples, &HORIZONS[..1])?;
+            let predicted = self.predictions(&observed, HORIZONS[0], &observed.released[0])?;
+            for (best, one) in best.iter_mut().zip(predicted).filter(|(_, one)| !one.error.is_empty()) {
+                if rms(&one.error) < best.0 {
+                    *best = (rms(&one.error), bandwidth);
+                }
+            }
+        }
+        Ok(best.into_iter().map(|(_, bandwidth)| bandwidth).collect())
+    }
+
+    /// Predictions over a horizon from the instants at which the machine was released, one for each joint.
+    fn predictions(&self, observed: &Observed, horizon: f64, released: &[Released]) -> Result<Vec<Prediction<'_>>> {
+        let ends: Vec<usize> = released.iter().map(|one| self.end(one.sample, horizon)).collect();
+        let positions = releases::positions(self, observed, released, &ends)?;
+        let joints = self.model.joints.iter().zip(self.inputs).zip(positions);
+        let predicted = joints.map(|((joint, input), position)| Prediction {
+            joint,
+            recorded: input.recorded,
+            horizon,
+            time: ends.iter().map(|end| self.time[*end]).collect(),
+            error: ends.iter().zip(&position).map(|(end, predicted)| input.position[*end] - predicted).collect(),
+            position,
+        });
+        Ok(predicted.collect())
+    }
+
+    /// The sample at the end of a horizon that begins at `sample`: the last that is no later, but at least one on.
+    fn end(&self, sample: usize, horizon: f64) -> usize {
+        /// Times are rounded.
+        const ROUNDING: f64 = 1e-9;
+        let until = self.time[sample] + horizon + ROUNDING;
+        let end = sample + self.time[sample..].partition_point(|time| *time <= until) - 1;
+        end.max(sample + 1).min(self.time.len() - 1)
+    }
+
+    /// The samples among the first `samples` at which the machine is let go for a horizon.
+    fn releases(&self, horizon: f64, samples: usize) -> Vec<usize> {
+        let (Some(first), Some(last)) = (self.time.first(), self.time[..samples].last()) else { return Vec::new() };
+        let (from, to) = (first + SETTLES, last - horizon);
+        let spacing = horizon.max((to - from) / MOST_RELEASES as f64);
+        let count = if to > from { ((to - from) / spacing) as usize } else { 0 };
+        let mut at: Vec<usize> =
+            (0..count).map(|k| self.time.partition_point(|time| *time < from + k as f64 * spacing)).collect();
+        at.dedup();
+        at
+    }
+
+    /// The simulated machine, with exact sensors.
+    fn plant(&self) -> Result<Plant> {
+        let Options { engine, catalogue, .. } = self.options;
+        let catalogue = catalogue.clone();
+        Plant::new(
+            self.model,
+            &PlantOptions { engine: *engine, ideal_sensors: true, catalogue, ..PlantOptions::default() },
+        )
+    }
+}

@@ -1,0 +1,107 @@
+//! The simulated machine on the track of a recording: driven by the recorded torque, and corrected by each recorded position.
+//!
+//! ```text
+//!   e = r − clamp(r, −δ/2, δ/2)      r = q_rec − q_sim, δ: the encoder's step
+//!   q += g e + ½ â T²     v += h e/T + â T     â += 2 k e/T²          on rotor and link of the joint alike
+//!   z = e^{−ω T},  g = 1 − z³,  h = 3/2 (1 − z²)(1 − z),  k = 1/2 (1 − z)³
+//! ```
+//! These are the gains of a filter with fading memory, whose three poles lie at `−ω`: it leaves no error under a constant acceleration `â` that
+//! the model lacks. Rotor and link are moved together, so that the flank that touches and the torque through the gear remain the model's.
+//! A position within the count that was read needs no correction.
+//! Reference: N. Morrison (1969), Introduction to sequential smoothing and prediction, chapter 13; E. Brookner (1998), Tracking and Kalman
+//! filtering made easy, chapter 7.
+
+use super::releases::Released;
+use super::{Followed, Input};
+use crate::effects::JointState;
+use crate::error::Result;
+use crate::plant::Plant;
+use crate::replay::inputs::Taken;
+
+/// What the machine on the track of a recording has shown.
+pub(super) struct Observed {
+    /// What was read from the recording, `[sample · joints + joint]`.
+    pub(super) taken: Vec<Taken>,
+    /// The machine at the samples from which each horizon is predicted.
+    pub(super) released: Vec<Vec<Released>>,
+}
+
+impl Followed<'_> {
+    /// Follows the first `samples` of the recording with an observer of these bandwidths [rad/s], one per joint.
+    ///
+    /// # Errors
+    /// The model's effects do not fit, or the simulation diverges.
+    pub(super) fn observe(&self, bandwidths: &[f64], samples: usize, horizons: &[f64]) -> Result<Observed> {
+        let n = self.inputs.len();
+        let torque_per_ampere: Vec<f64> = self.model.joints.iter().map(|joint| joint.torque_per_ampere()).collect();
+        let at: Vec<Vec<usize>> = horizons.iter().map(|horizon| self.releases(*horizon, samples)).collect();
+        let mut observed = Observed { taken: Vec::with_capacity(samples * n), released: vec![Vec::new(); at.len()] };
+        let mut plant = self.plant()?;
+        plant.launch(&self.start());
+        let mut corrections: Vec<Correction> = (0..n).map(|i| self.correction(i, bandwidths[i])).collect();
+        let mut commands = vec![0.0; n];
+        for k in 0..samples {
+            for (released, at) in observed.released.iter_mut().zip(&at) {
+                if at.get(released.len()) == Some(&k) {
+                    released.push(Released { sample: k, time: plant.time(), states: plant.states().to_vec() });
+                }
+            }
+            let readings = plant.read().to_vec();
+            for i in 0..n {
+                let taken = self.inputs[i].taken(k, torque_per_ampere[i], &plant.states()[i], &readings[i]);
+                commands[i] = taken.torque / torque_per_ampere[i];
+                observed.taken.push(taken);
+            }
+            if k + 1 < samples {
+                let interval = self.time[k + 1] - self.time[k];
+                plant.advance(&commands, interval)?;
+                let read = &observed.taken[k * n..];
+                for (i, correction) in corrections.iter_mut().enumerate() {
+                    correction.apply(&mut plant, i, self.inputs[i].position[k + 1] - read[i].misread, interval);
+                }
+            }
+        }
+        Ok(observed)
+    }
+
+    /// The motion at the first sample, with the links in the middle of their gaps.
+    fn start(&self) -> Vec<JointState> {
+        let moving = |input: &Input| {
+            let position = input.position[0];
+            JointState { motor_position: position, link_position: position, ..JointState::default() }
+        };
+        self.inputs.iter().map(moving).collect()
+    }
+
+    /// The correction of a joint; one that was not recorded is held where it is.
+    pub(super) fn correction(&self, joint: usize, bandwidth: f64) -> Correction {
+        let half_step = if self.inputs[joint].recorded { 0.5 * self.steps[joint] } else { 0.0 };
+        Correction { bandwidth, half_step, acceleration: 0.0 }
+    }
+}
+
+/// The correction of one joint.
+pub(super) struct Correction {
+    /// `ω` [rad/s].
+    bandwidth: f64,
+    /// `δ/2` [rad or m].
+    half_step: f64,
+    /// `â` [rad/s² or m/s²].
+    acceleration: f64,
+}
+
+impl Correction {
+    /// Corrects a joint of the machine by a recorded position, an interval `T` [s] after the one before.
+    pub(super) fn apply(&mut self, plant: &mut Plant, joint: usize, recorded: f64, interval: f64) {
+        let r = recorded - plant.states()[joint].motor_position;
+        let e = r - r.clamp(-self.half_step, self.half_step);
+        let z = (-self.bandwidth * interval).exp();
+        self.acceleration += (1.0 - z).powi(3) * e / interval.powi(2);
+        let a = self.acceleration;
+        let way = (1.0 - z.powi(3)) * e + 0.5 * a * interval.powi(2);
+        let velocity = 1.5 * (1.0 - z * z) * (1.0 - z) * e / interval + a * interval;
+        if way != 0.0 || velocity != 0.0 {
+            plant.shift(joint, way, velocity);
+        }
+    }
+}
