@@ -139,6 +139,7 @@ fn amounts(effect: &dyn Diagnosable) -> (Vec<f64>, Vec<f64>) {
         "cable_spring" => (vec![0.2, -0.06], Vec::new()),
         "cogging" => (vec![0.03, -0.02], vec![4.0]),
         "coulomb_asymmetry" => (vec![-0.2], Vec::new()),
+        "counterbalance" => (vec![0.2, -0.1], Vec::new()),
         "current_offset" => (vec![0.3], Vec::new()),
         "external_contact" => (vec![12.0], vec![0.4, -1.0]),
         // 20 % of the second link's mass at a place 5 mm away, and 7.5 % of its moments, at a stated accuracy of 10 %, 5 mm and 15 %.
@@ -148,6 +149,8 @@ fn amounts(effect: &dyn Diagnosable) -> (Vec<f64>, Vec<f64>) {
         "payload" => (vec![0.4, 0.04, -0.02, 0.008], vec![0.22, -0.04, 0.02, 0.3, 0.0]),
         "position_dependent_friction" => (vec![0.1, 0.15], vec![2.0]),
         "quadratic_drag" => (vec![0.2], Vec::new()),
+        // The whole of friction is lacking at rest.
+        "regularised_friction" => (vec![1.0], vec![0.3]),
         "rotor_inertia" => (vec![0.3], Vec::new()),
         "stribeck" => (vec![0.1], vec![0.04]),
         "thermal_friction_drift" => (vec![0.12], vec![9.0_f64.ln()]),

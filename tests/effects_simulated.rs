@@ -76,6 +76,7 @@ fn sizes() -> Vec<Amount> {
         ("cable_spring", vec![("stiffness", 0.4), ("rest_position", 0.1)], Some(("stiffness", 0.0))),
         ("cogging", vec![("amplitude", 0.05), ("order", 4.0)], Some(("amplitude", 0.0))),
         ("coulomb_asymmetry", vec![("asymmetry", 0.3)], Some(("asymmetry", 0.0))),
+        ("counterbalance", vec![("amplitude", 0.6), ("angle", 0.4)], Some(("amplitude", 0.0))),
         ("coupling_slip", vec![("jump", 0.02), ("time", 0.5), ("duration", 0.02)], Some(("jump", 0.0))),
         ("current_offset", vec![("offset", 0.3)], Some(("offset", 0.0))),
         ("drive_dead_band", vec![("width", 0.8)], Some(("width", 0.0))),
@@ -99,6 +100,8 @@ fn sizes() -> Vec<Amount> {
         // It replaces the law of friction: there is no size at which it is that law.
         ("presliding", vec![("stiffness", 2000.0), ("damping", 3.0)], None),
         ("quadratic_drag", vec![("coefficient", 0.1)], Some(("coefficient", 0.0))),
+        // The steeper, the nearer to the law; as steep as that takes steps below a microsecond.
+        ("regularised_friction", vec![("velocity", 0.05)], None),
         ("rotor_inertia", vec![("error", 0.3)], Some(("error", 0.0))),
         ("sensor_delay", vec![("current_delay", 0.003)], Some(("current_delay", 0.0))),
         ("stribeck", vec![("breakaway", 0.6), ("stribeck_velocity", 0.05)], None),
@@ -130,7 +133,7 @@ fn property_sizes_name_the_whole_catalogue() {
     let named: Vec<&str> = sizes().iter().map(|(name, ..)| *name).collect();
     let catalogue: Vec<&str> = CATALOGUE.iter().map(|effect| effect.name()).collect();
     assert_eq!(named, catalogue);
-    assert_eq!(catalogue.len(), 28, "as many as the catalogue is said to have");
+    assert_eq!(catalogue.len(), 30, "as many as the catalogue is said to have");
 }
 
 #[test]
@@ -163,6 +166,41 @@ fn property_energy_closes_with_every_effect() {
         // 1e-4: what is asked of the plant without effects.
         assert!(gap.abs() < 1e-4 * end.work, "{effect}: {gap:e} of {} J", end.work);
     }
+}
+
+/// `v = v_r artanh(τ/F)` under half of the friction, after the time `v_r J/F = 0.5 ms` many times over.
+#[test]
+fn analytic_a_joint_of_regularised_friction_creeps() {
+    let (f, v_r, torque) = (0.4, 0.01, 0.2);
+    let machine = rotor_alone(Some(friction(f, f, 1.0, 0.0, 0.0)));
+    let mut plant = ideal(&with(machine.clone(), "regularised_friction", &[("velocity", v_r)]));
+    plant.advance(&[torque], 0.5).unwrap();
+    let before = plant.states()[0].motor_position;
+    plant.advance(&[torque], 1.0).unwrap();
+    let state = plant.states()[0];
+    let creep = v_r * (torque / f).atanh();
+    near("creep", state.motor_velocity, creep, 1e-9);
+    near("way", state.motor_position - before, creep, EXACT);
+    // The law of a machine holds.
+    let mut machine = ideal(&machine);
+    machine.advance(&[torque], 1.5).unwrap();
+    near("held", machine.states()[0].motor_position, 0.0, 0.0);
+}
+
+/// `I q̈ = −c sin(q − q0)` for a link that swings with its rotor: the energy `c (1 − cos(q − q0))` becomes speed.
+#[test]
+fn analytic_a_counterbalance_pulls_towards_its_angle() {
+    let (c, q0) = (0.8, 0.7);
+    let mut plant = ideal(&with(two_inertias(), "counterbalance", &[("amplitude", c), ("angle", q0)]));
+    plant.place(&[0.1]);
+    let mut fastest = 0.0_f64;
+    for _ in 0..1500 {
+        plant.advance(&[0.0], 1e-3).unwrap();
+        fastest = fastest.max(plant.states()[0].link_velocity);
+    }
+    let expected = (2.0 * c * (1.0 - (0.1_f64 - q0).cos()) / (I + J)).sqrt();
+    // The gear of 3000 N·m/rad swings with c sin/k = 0.2 mrad at sqrt(k/J), 0.05 rad/s at most; a sample a millisecond.
+    near("speed at q0", fastest, expected, 0.05);
 }
 
 /// `(J + I) s̈ = τ` for the centre of inertia, however the gear swings.

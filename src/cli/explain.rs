@@ -38,6 +38,7 @@ fn render(effect: &dyn Effect) -> String {
     let kind = match about.kind {
         Kind::Physics => "the machine moves differently",
         Kind::Measurement => "the machine moves in the same way, but its sensors read differently",
+        Kind::Simulation => "no machine does so: the data come from a simulator with a simpler law",
     };
     let scope = match about.scope {
         Scope::Joint => "one joint",

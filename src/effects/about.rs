@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::toml_input::Range;
 
-/// Whether the machine itself differs, or only its measurement.
+/// What differs: the machine itself, only its measurement, or the simulator that made the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -12,6 +12,8 @@ pub enum Kind {
     Physics,
     /// The machine moves as before; its sensors read differently.
     Measurement,
+    /// No machine does so: the data come from a simulator with a simpler law.
+    Simulation,
 }
 
 /// What one set of parameters applies to.
@@ -103,7 +105,7 @@ pub struct About {
     pub summary: &'static str,
     /// Its equation.
     pub equation: &'static str,
-    /// Whether it belongs to the machine or to the measurement.
+    /// What it belongs to: the machine, the measurement, or a simulator.
     pub kind: Kind,
     /// What one set of parameters applies to.
     pub scope: Scope,

@@ -70,7 +70,7 @@ fn mean_slope(y: f64, x: f64) -> f64 {
 }
 
 /// `∫ 15/16 (1 − u²)² f(u) du` over −1 to 1, by the midpoint rule.
-fn over_kernel(f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn over_kernel(f: impl Fn(f64) -> f64) -> f64 {
     let sample = |k: usize| (2.0 * k as f64 + 1.0) / SAMPLES as f64 - 1.0;
     let weight = |u: f64| (1.0 - u * u).powi(2);
     let (sum, total) = (0..SAMPLES).map(sample).fold((0.0, 0.0), |(sum, total), u| {

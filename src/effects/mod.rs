@@ -17,6 +17,7 @@ mod base_tilt;
 mod cable_spring;
 mod cogging;
 mod coulomb_asymmetry;
+mod counterbalance;
 mod coupling_slip;
 mod current_offset;
 mod drive_dead_band;
@@ -33,6 +34,7 @@ mod position_dependent_backlash;
 mod position_dependent_friction;
 mod presliding;
 mod quadratic_drag;
+mod regularised_friction;
 mod rotor_inertia;
 mod sensor_delay;
 mod stribeck;
@@ -68,6 +70,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &cable_spring::CableSpring,
     &cogging::Cogging,
     &coulomb_asymmetry::CoulombAsymmetry,
+    &counterbalance::Counterbalance,
     &coupling_slip::CouplingSlip,
     &current_offset::CurrentOffset,
     &drive_dead_band::DriveDeadBand,
@@ -83,6 +86,7 @@ pub static CATALOGUE: &[&dyn Effect] = &[
     &position_dependent_friction::PositionDependentFriction,
     &presliding::Presliding,
     &quadratic_drag::QuadraticDrag,
+    &regularised_friction::RegularisedFriction,
     &rotor_inertia::RotorInertia,
     &sensor_delay::SensorDelay,
     &stribeck::Stribeck,

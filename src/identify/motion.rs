@@ -47,8 +47,6 @@ pub struct Track {
     strides: Vec<Stride>,
     /// First stride of every part of the window, and the end of the last.
     parts: [usize; PARTS + 1],
-    /// [s] sample interval.
-    interval: f64,
     /// [rad or m] first reading, and [rad/s or m/s] velocity over the first half of the lead-in.
     start: (f64, f64),
     /// `J + H_ii` [kg·m² or kg] over the window.
@@ -66,6 +64,9 @@ pub struct Track {
 struct Stride {
     /// Number of samples.
     samples: f64,
+    /// [s] its length, and that of the last sample interval in it.
+    time: f64,
+    last: f64,
     /// [N·m or N] mean of `τ − G`.
     torque: f64,
     /// [rad or m] reading at the end.
@@ -89,14 +90,18 @@ pub struct Lack {
 impl Track {
     /// The track of a window.
     pub fn of(signals: &Signals, rigid: &RigidBody, window: Window) -> Self {
-        let lead = ((LEAD / signals.interval) as usize).min(window.start);
-        let samples = window.start - lead..window.end + 1;
+        let clock = &signals.clock;
+        let lead = ((LEAD / clock.interval) as usize).min(window.start);
+        let first = window.start - lead;
+        let samples = first..window.end + 1;
         let gravity = rigid.gravity_along(samples.clone());
         let (torque, position) = (&signals.torque[samples.clone()], &signals.position[samples]);
         let head = (lead / 2).max(1).min(position.len() - 1);
         let mean = torque.iter().sum::<f64>() / torque.len() as f64;
         let noise_variance = signals.torque_noise.powi(2).max(white_noise(torque).powi(2)).max((1e-4 * mean).powi(2));
-        let (strides, ends) = strides(torque, &gravity, position, (STEP / signals.interval + 1e-9) as usize);
+        let elapsed = |from: usize, to: usize| clock.elapsed(first + from, first + to);
+        let most = (STEP / clock.interval + 1e-9) as usize;
+        let (strides, ends) = strides(torque, &gravity, position, elapsed, most);
         let first_of = |part: usize| {
             let sample = lead + part * (position.len() - 1 - lead) / PARTS;
             ends.partition_point(|&end| end <= sample)
@@ -104,8 +109,7 @@ impl Track {
         Self {
             strides,
             parts: std::array::from_fn(first_of),
-            interval: signals.interval,
-            start: (position[0], (position[head] - position[0]) / (head as f64 * signals.interval)),
+            start: (position[0], (position[head] - position[0]) / elapsed(0, head)),
             inertia: rigid.inertia(window),
             count: signals.count,
             level: torque.iter().map(|torque| torque.abs()).sum::<f64>() / torque.len() as f64,
@@ -136,7 +140,7 @@ impl Track {
         for stride in &self.strides[first..last] {
             let before = state.omega;
             state.advance(self, stride, law, centrifugal);
-            velocities.push((stride.samples, 0.5 * (before + state.omega)));
+            velocities.push((stride.time, 0.5 * (before + state.omega)));
             state.correct(self, stride);
         }
         Lack {
@@ -150,13 +154,13 @@ impl Track {
     pub fn lacking(&self, law: &FrictionLaw, centrifugal: f64) -> [f64; PARTS] {
         let mut state = State::start(self);
         let mut momentum = |strides: Range<usize>| {
-            let (mut momentum, mut samples) = (0.0, 0.0);
+            let (mut momentum, mut time) = (0.0, 0.0);
             for stride in &self.strides[strides] {
                 state.advance(self, stride, law, centrifugal);
                 momentum += state.correct(self, stride);
-                samples += stride.samples;
+                time += stride.time;
             }
-            momentum / (samples * self.interval)
+            momentum / time
         };
         momentum(0..self.parts[0]);
         std::array::from_fn(|part| momentum(self.parts[part]..self.parts[part + 1]))
@@ -164,16 +168,23 @@ impl Track {
 }
 
 /// The strides of some samples, none of more than `most`, and the sample at which each ends.
-fn strides(torque: &[f64], gravity: &[f64], position: &[f64], most: usize) -> (Vec<Stride>, Vec<usize>) {
+fn strides(
+    torque: &[f64],
+    gravity: &[f64],
+    position: &[f64],
+    elapsed: impl Fn(usize, usize) -> f64,
+    most: usize,
+) -> (Vec<Stride>, Vec<usize>) {
     let (mut strides, mut ends) = (Vec::new(), Vec::new());
     let (mut from, mut sum) = (0, 0.0);
     for k in 1..position.len() {
-        sum += 0.5 * (torque[k - 1] + torque[k] - gravity[k - 1] - gravity[k]);
+        let last = elapsed(k - 1, k);
+        sum += 0.5 * last * (torque[k - 1] + torque[k] - gravity[k - 1] - gravity[k]);
         let way = position[k] - position[k - 1];
         if way != 0.0 || k - from >= most || k + 1 == position.len() {
-            let samples = (k - from) as f64;
+            let (samples, time) = ((k - from) as f64, elapsed(from, k));
             let edge = if way == 0.0 { 0.0 } else { way.signum() };
-            strides.push(Stride { samples, torque: sum / samples, position: position[k], edge });
+            strides.push(Stride { samples, time, last, torque: sum / time, position: position[k], edge });
             ends.push(k);
             (from, sum) = (k, 0.0);
         }
@@ -181,16 +192,16 @@ fn strides(torque: &[f64], gravity: &[f64], position: &[f64], most: usize) -> (V
     (strides, ends)
 }
 
-/// Velocities that represent a distribution: means of [`CLASSES`] equal shares of the samples in motion, in the order of speed.
+/// Velocities that represent a distribution: means of [`CLASSES`] equal shares of the strides in motion, in the order of speed.
 fn condensed(mut velocities: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    let all: f64 = velocities.iter().map(|(samples, _)| samples).sum();
+    let all: f64 = velocities.iter().map(|(time, _)| time).sum();
     velocities.retain(|(_, velocity)| *velocity != 0.0);
     velocities.sort_by(|a, b| a.1.total_cmp(&b.1));
     let size = velocities.len().div_ceil(CLASSES).max(1);
     let class = |class: &[(f64, f64)]| {
-        let samples: f64 = class.iter().map(|(samples, _)| samples).sum();
-        let way: f64 = class.iter().map(|(samples, velocity)| samples * velocity).sum();
-        (samples / all, way / samples)
+        let time: f64 = class.iter().map(|(time, _)| time).sum();
+        let way: f64 = class.iter().map(|(time, velocity)| time * velocity).sum();
+        (time / all, way / time)
     };
     velocities.chunks(size).map(class).collect()
 }
@@ -245,7 +256,7 @@ impl State {
 
     /// Advances the state and its covariance over a stride.
     fn advance(&mut self, track: &Track, stride: &Stride, law: &FrictionLaw, centrifugal: f64) {
-        let time = stride.samples * track.interval;
+        let time = stride.time;
         let steps = (time / STEP - 1e-9).ceil().max(1.0);
         let dt = time / steps;
         for _ in 0..steps as usize {
@@ -286,7 +297,7 @@ impl State {
         } else {
             // The edge lies anywhere within the last sample interval.
             let boundary = if stride.edge > 0.0 { low } else { high };
-            let way = self.omega.abs() * track.interval;
+            let way = self.omega.abs() * stride.last;
             let travel = (0.5 * way).min(0.5 * track.count).copysign(stride.edge);
             (boundary + travel - self.theta, way.powi(2) / 12.0 + (EDGE * track.count).powi(2))
         };

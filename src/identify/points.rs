@@ -54,7 +54,7 @@ impl Point {
         let time = signals.time[end] - signals.time[start];
         let velocity = slope(start, end);
         // An edge is seen at the first sample after it: a uniform delay of up to one sample at either end.
-        let edge_time = signals.interval / 12f64.sqrt();
+        let edge_time = signals.clock.interval / 12f64.sqrt();
         let velocity_std_error = velocity.abs() * 2f64.sqrt() * edge_time / time;
         let part = (END_PART * (end - start) as f64) as usize;
         let (early, late) = (signals.edge_after(start + part), signals.edge_after(end - part));

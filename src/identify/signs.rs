@@ -30,12 +30,14 @@ pub fn recover(signals: &mut Signals, gravity: &[f64]) -> Vec<bool> {
 
 /// Direction of the motion at every sample; while the encoder stands still, the direction before.
 fn directions(signals: &Signals) -> Vec<f64> {
-    let half = (HALF / signals.interval).round().max(1.0) as usize;
+    let clock = &signals.clock;
     let last = signals.position.len() - 1;
     let mut direction = 0.0;
     (0..=last)
         .map(|k| {
-            let way = signals.position[(k + half).min(last)] - signals.position[k.saturating_sub(half)];
+            let to = clock.after(k, HALF).clamp((k + 1).min(last), last);
+            let from = clock.before(k, HALF).min(k.saturating_sub(1));
+            let way = signals.position[to] - signals.position[from];
             if way.abs() > 1.5 * signals.count {
                 direction = way.signum();
             }

@@ -27,13 +27,15 @@ pub struct Window {
 
 /// The steady windows of a joint in one session.
 pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
-    let shortest = (options.shortest_window / signals.interval).round() as usize;
+    let clock = &signals.clock;
     let found: Vec<Window> = match &signals.reference_velocity {
         Some(reference) => {
-            let settling = (options.settling_time / signals.interval).round() as usize;
             let stretches = constant_stretches(reference).into_iter();
             stretches
-                .filter_map(|(from, to)| edges(signals, from + settling.min((to - from) / 2), to))
+                .filter_map(|(from, to)| {
+                    let settled = clock.after(from, options.settling_time).min(from + (to - from) / 2);
+                    edges(signals, settled, to)
+                })
                 .map(|window| settled(signals, window))
                 .collect()
         }
@@ -42,7 +44,7 @@ pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
     };
     found
         .into_iter()
-        .filter(|window| window.end - window.start >= shortest)
+        .filter(|window| window.end >= clock.after(window.start, options.shortest_window))
         .filter(|window| {
             let travel = (signals.position[window.end] - signals.position[window.start]).abs();
             travel > 0.0 && travel >= FEWEST_COUNTS * signals.count
@@ -55,8 +57,9 @@ pub fn find(signals: &Signals, options: &Options) -> Vec<Window> {
 fn settled(signals: &Signals, window: Window) -> Window {
     let (x, Window { start, end }) = (signals.position, window);
     let third = signals.edge_after(end - (end - start) / 3);
-    let speed = (x[end] - x[third]) / (end - third).max(1) as f64;
-    let behind = |k: usize| (x[end] - x[k] - speed * (end - k) as f64).abs();
+    let time = |from: usize| signals.clock.elapsed(from, end);
+    let speed = if third < end { (x[end] - x[third]) / time(third) } else { 0.0 };
+    let behind = |k: usize| (x[end] - x[k] - speed * time(k)).abs();
     let allowed = |k: usize| (UNSETTLED.0 * (x[end] - x[k]).abs()).max(UNSETTLED.1 * signals.count);
     let last_bad = (start..third).rev().find(|&k| behind(k) > allowed(k));
     Window { start: last_bad.map_or(start, |k| signals.edge_after(k + 1)), end }
@@ -81,22 +84,12 @@ fn constant_stretches(reference: &[f64]) -> Vec<(usize, usize)> {
 
 /// Runs in which the slopes of both halves of a sliding window agree.
 fn steady_stretches(signals: &Signals) -> Vec<(usize, usize)> {
-    let half = (0.5 * SLOPE_WINDOW / signals.interval).round() as usize;
-    let n = signals.position.len();
-    if half == 0 || n < 2 * half + 1 {
-        return Vec::new();
-    }
-    let x = &signals.position;
-    let is_steady = |k: usize| {
-        let before = x[k] - x[k - half];
-        let after = x[k + half] - x[k];
-        let tolerance = 0.5 * STEADY * (before + after).abs() + 2.0 * signals.count;
-        (after - before).abs() <= tolerance && (before + after).abs() > 4.0 * signals.count
-    };
+    let slopes = Slopes { signals, half: 0.5 * SLOPE_WINDOW };
+    let inner = slopes.inner();
     let mut found = Vec::new();
     let mut from = None;
-    for k in half..=n - half {
-        let steady = k < n - half && is_steady(k) && from.is_none_or(|f: usize| agrees(x, f, k, half, signals.count));
+    for k in inner.start..=inner.end {
+        let steady = k < inner.end && slopes.steady(k) && from.is_none_or(|f: usize| slopes.agree(f, k));
         match (steady, from) {
             (true, None) => from = Some(k),
             (false, Some(f)) => {
@@ -109,11 +102,47 @@ fn steady_stretches(signals: &Signals) -> Vec<(usize, usize)> {
     found
 }
 
-/// Whether the slope about sample `k` still agrees with that about sample `from`: a slow drift of the speed ends a stretch.
-fn agrees(x: &[f64], from: usize, k: usize, half: usize, count: f64) -> bool {
-    let there = x[from + half] - x[from - half];
-    let here = x[k + half] - x[k - half];
-    (here - there).abs() <= STEADY * there.abs() + 3.0 * count
+/// Ways of a sliding window [rad or m].
+struct Slopes<'a> {
+    signals: &'a Signals<'a>,
+    /// [s] Half of the window.
+    half: f64,
+}
+
+impl Slopes<'_> {
+    /// The samples with a half window on either side.
+    fn inner(&self) -> std::ops::Range<usize> {
+        let (clock, n) = (&self.signals.clock, self.signals.position.len());
+        if n < 3 || clock.after(0, self.half) == 0 {
+            return 0..0;
+        }
+        let first = clock.after(0, self.half);
+        let end = clock.before(n - 1, self.half) + 1;
+        first..end.max(first)
+    }
+
+    /// Ways of the halves before and after a sample, each as long as the half at its mean speed.
+    fn ways(&self, k: usize) -> [f64; 2] {
+        let (x, clock) = (self.signals.position, &self.signals.clock);
+        let way = |from: usize, to: usize| {
+            let way = x[to] - x[from];
+            if clock.even { way } else { way * self.half / clock.elapsed(from, to) }
+        };
+        [way(clock.before(k, self.half), k), way(k, clock.after(k, self.half).min(x.len() - 1))]
+    }
+
+    /// Whether the slopes of both halves about a sample agree.
+    fn steady(&self, k: usize) -> bool {
+        let [before, after] = self.ways(k);
+        let tolerance = 0.5 * STEADY * (before + after).abs() + 2.0 * self.signals.count;
+        (after - before).abs() <= tolerance && (before + after).abs() > 4.0 * self.signals.count
+    }
+
+    /// Whether the slope about sample `k` still agrees with that about sample `from`: a slow drift of the speed ends a stretch.
+    fn agree(&self, from: usize, k: usize) -> bool {
+        let [there, here] = [from, k].map(|k| self.ways(k).iter().sum::<f64>());
+        (here - there).abs() <= STEADY * there.abs() + 3.0 * self.signals.count
+    }
 }
 
 /// Moves both ends inwards to samples at which the position has just changed; not needed for exact positions.

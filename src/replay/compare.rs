@@ -7,7 +7,7 @@ use super::inputs::Input;
 use super::low_pass::low_pass;
 use super::{ChannelError, Observable, Simulated};
 use crate::robot::JointModel;
-use crate::timeseries::Channel;
+use crate::timeseries::{Channel, Clock};
 use crate::units::JointKind;
 
 /// One signal of a joint, as recorded and as simulated. Joint side, SI.
@@ -33,14 +33,14 @@ pub(super) fn compare(
     joint: &JointModel,
     input: &Input,
     simulated: Simulated,
-    (time, interval): (&[f64], f64),
+    clock: &Clock,
     cutoff: f64,
     see: &mut dyn FnMut(&Side<'_>) -> bool,
 ) -> Vec<ChannelError> {
-    let smooth = |values: &[f64]| low_pass(values, interval, cutoff);
+    let smooth = |values: &[f64]| low_pass(values, clock, cutoff);
     let mut see = |quantity: Observable, recorded: &[f64], simulated: &[f64]| {
         let unit = quantity.unit(joint.kind);
-        see(&Side { joint: &joint.name, quantity, unit, time, recorded, simulated })
+        see(&Side { joint: &joint.name, quantity, unit, time: clock.time(), recorded, simulated })
     };
     let error = |quantity: Observable, recorded: &[f64], simulated: &[f64], kept: bool| {
         let difference: Vec<f64> = recorded.iter().zip(simulated).map(|(a, b)| a - b).collect();
@@ -62,18 +62,26 @@ pub(super) fn compare(
     let of_torque = error(Observable::Torque, &recorded, &smooth(&torque), kept);
     drop((recorded, torque));
 
-    let velocities = positions.map(|position| rate(&position, interval));
+    let velocities = positions.map(|position| rate(&position, clock));
     let kept = see(Observable::Velocity, &velocities[0], &velocities[1]);
     let of_velocity = error(Observable::Velocity, &velocities[0], &velocities[1], kept);
     vec![of_position, of_torque, of_velocity]
 }
 
-/// Derivative of a smooth position.
-fn rate(smooth: &[f64], interval: f64) -> Vec<f64> {
+/// Derivative of a smooth position: that of the parabola through a sample and its neighbours.
+fn rate(smooth: &[f64], clock: &Clock) -> Vec<f64> {
     let last = smooth.len().saturating_sub(1);
     let at = |k: usize| {
         let (from, to) = (k.saturating_sub(1), (k + 1).min(last));
-        if to > from { (smooth[to] - smooth[from]) / ((to - from) as f64 * interval) } else { 0.0 }
+        let slope = |from: usize, to: usize| (smooth[to] - smooth[from]) / clock.elapsed(from, to);
+        if to <= from {
+            0.0
+        } else if clock.even || to - from == 1 {
+            slope(from, to)
+        } else {
+            let [before, after] = [clock.elapsed(from, k), clock.elapsed(k, to)];
+            (slope(from, k) * after + slope(k, to) * before) / (before + after)
+        }
     };
     (0..smooth.len()).map(at).collect()
 }

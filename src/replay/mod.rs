@@ -31,7 +31,7 @@ use crate::effects::{Catalogue, JointState};
 use crate::error::Result;
 use crate::plant::{Engine, Options as PlantOptions, Plant};
 use crate::robot::Model;
-use crate::timeseries::{Channel, Drawn, Envelope, uninterrupted};
+use crate::timeseries::{Channel, Clock, Drawn, Envelope, uninterrupted};
 
 /// Channels of a recording that a replay reads; all others may be dropped.
 pub const CHANNELS: [Channel; 4] = [Channel::Position, Channel::Torque, Channel::CommandCurrent, Channel::Current];
@@ -157,7 +157,7 @@ fn replayed(
     let inputs = inputs::inputs(model, session, options.control, &mut notes)?;
     let (simulated, mut drawn) = simulate(model, session, &inputs, options)?;
     let time = &session.series.time;
-    let interval = session.series.sample_interval();
+    let clock = Clock::new(time);
     let mut errors = Vec::new();
     for (index, (input, simulated)) in inputs.iter().zip(simulated).enumerate() {
         let channels = &mut drawn.joints[index].channels;
@@ -166,8 +166,7 @@ fn replayed(
             channels.insert(side.quantity.channel(), envelope);
             see(side)
         };
-        let sampled = (time.as_slice(), interval);
-        errors.extend(compare::compare(&model.joints[index], input, simulated, sampled, options.cutoff, &mut seen));
+        errors.extend(compare::compare(&model.joints[index], input, simulated, &clock, options.cutoff, &mut seen));
     }
     if options.control == Loop::Open {
         // The torque is an input here, not a result.
@@ -224,7 +223,7 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
             let torque_per_ampere = model.joints[i].torque_per_ampere();
             let state = plant.states()[i];
             taken[i] = inputs[i].taken(k, torque_per_ampere, &state, &readings[i]);
-            let asked = taken[i].torque + feedback[i].correction(readings[i].position);
+            let asked = taken[i].torque + feedback[i].correction(readings[i].position, now);
             commands[i] = asked / torque_per_ampere;
             let commanded = inputs[i].commanded;
             let torque = if commanded { asked + taken[i].added } else { torque_per_ampere * readings[i].current };
@@ -235,10 +234,12 @@ fn simulate(model: &Model, session: &Session, inputs: &[Input], options: &Option
         let Some(next) = time.get(k + 1) else { continue };
         let interval = (next - now) / steps as f64;
         plant.advance(&commands, interval)?;
-        for _ in 1..steps {
+        for step in 1..steps {
+            let now = now + step as f64 * interval;
             for (i, feedback) in feedback.iter_mut().enumerate().filter(|(_, feedback)| feedback.steps > 1) {
                 let position = plant.states()[i].motor_position + taken[i].misread;
-                commands[i] = (taken[i].torque + feedback.correction(position)) / model.joints[i].torque_per_ampere();
+                commands[i] =
+                    (taken[i].torque + feedback.correction(position, now)) / model.joints[i].torque_per_ampere();
             }
             plant.advance(&commands, interval)?;
         }

@@ -150,9 +150,11 @@ fn parameters(found: &FoundEffect) -> String {
 /// Effects of the machine, then effects of the measurement, then structure without a name.
 fn found(diagnosis: &Diagnosis) -> Section {
     let mut section = Section::new("What was found");
-    for (title, kind) in
-        [("In the machine", effects::Kind::Physics), ("In the measurement", effects::Kind::Measurement)]
-    {
+    for (title, kind) in [
+        ("In the machine", effects::Kind::Physics),
+        ("In the measurement", effects::Kind::Measurement),
+        ("In the simulator that made the data", effects::Kind::Simulation),
+    ] {
         let mut table = Table::new(title, &["effect", "joints", "parameter", "value", "probability", "gain held out"]);
         for found in diagnosis.effects.iter().filter(|found| found.kind == kind) {
             // An effect on several joints is explained only once.
@@ -202,6 +204,7 @@ fn about(found: &FoundEffect, diagnosis: &Diagnosis) -> Vec<String> {
     let place = match found.kind {
         effects::Kind::Physics => "the machine",
         effects::Kind::Measurement => "the measurement, not the machine",
+        effects::Kind::Simulation => "a simulator that made the data, no machine",
     };
     let summary = diagnosis.catalogue.find(&found.effect).map_or("", |effect| effect.about().summary);
     let mut text = vec![format!("{} ({place}): {summary}", found.effect)];

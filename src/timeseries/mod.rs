@@ -1,5 +1,6 @@
 //! Sampled signals of a machine; measured and simulated data have the same type.
 
+mod clock;
 mod drawn;
 mod memory;
 mod noise;
@@ -8,6 +9,7 @@ mod samples;
 
 use std::collections::BTreeMap;
 
+pub use clock::{Clock, is_uneven_step};
 pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
 pub use memory::give_back_memory;
 pub use noise::white_noise;

@@ -7,10 +7,9 @@ use std::ops::Range;
 
 use super::kernel::{Averages, Kernel};
 use super::local::{LEAST, LocalWeights};
-use crate::timeseries::uninterrupted;
+use crate::timeseries::{is_uneven_step, uninterrupted};
 
-/// [1] Largest difference of a step from the median, and of a window's length from its steps, in median steps. Times that are rounded to a
-/// hundredth of a step differ from even ones by half of that; through a window of `n` steps, the rate is off by no more than `ROUNDING/n`.
+/// [1] Largest difference of a window's length from its steps, in median steps, as [`is_uneven_step`] allows of a step.
 const ROUNDING: f64 = 0.02;
 
 /// Times of a session.
@@ -35,7 +34,7 @@ pub enum Window<'k> {
 impl<'t> Sampling<'t> {
     /// For rising times [s]; `median` [s] is their median step.
     pub fn new(time: &'t [f64], median: f64) -> Self {
-        let odd = |pair: &[f64]| (pair[1] - pair[0] - median).abs() > ROUNDING * median;
+        let odd = |pair: &[f64]| is_uneven_step(pair[1] - pair[0], median);
         let mut uneven = Vec::new();
         if time.windows(2).any(odd) {
             uneven.reserve(time.len());

@@ -276,7 +276,7 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
         let part = if alike || strong.name == weak.name { rules.alike_residue } else { rules.residue };
         let rows = problem.rows(joint, Part::Train);
         let power: f64 = rows.iter().map(|row| problem.motion.joints[joint].torque[*row].powi(2)).sum();
-        let least = if weak.kind == Kind::Physics { rules.least_torque } else { 0.0 };
+        let least = if weak.kind != Kind::Measurement { rules.least_torque } else { 0.0 };
         (part * moved[largest][joint]).max(least * (power / rows.len().max(1) as f64).sqrt())
     };
     for (own, (taken, moved)) in taken.iter_mut().zip(&moved).enumerate() {

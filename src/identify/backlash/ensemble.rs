@@ -34,8 +34,10 @@ pub(super) struct Window<'a> {
     pub transmission: Transmission,
     /// `δ` [rad or m] size of a count.
     pub count: f64,
-    /// [s] sample interval.
+    /// [s] median sample interval.
     pub interval: f64,
+    /// [s] from each sample to the next.
+    pub steps: Vec<f64>,
     /// [rad or m] middle of the count at each sample.
     pub position: &'a [f64],
     /// `τ` [N·m or N] motor torque between a sample and the next.
@@ -149,14 +151,18 @@ impl<'a> Run<'a> {
 
     /// Advances by one sample; false at the end of the window.
     fn step(&mut self) -> bool {
-        let Window { transmission, torque, interval, position, count, .. } = self.window;
-        let Some(tau) = torque.get(self.sample) else { return false };
-        let keep = (-interval / self.spread.level_time).exp();
+        let Window { transmission, torque, interval, steps, position, count, .. } = self.window;
+        let (Some(tau), Some(step)) = (torque.get(self.sample), steps.get(self.sample)) else { return false };
+        // A longer step is divided, because contact is stable in steps of the median interval.
+        let parts = (step / interval - 0.5).ceil().max(1.0);
+        let keep = (-step / self.spread.level_time).exp();
         let renew = (1.0 - keep * keep).sqrt() * self.spread.level;
         let from = self.sample * self.members.len();
         for (member, [z_torque, z_level]) in self.members.iter_mut().zip(&self.draws.noise[from..]) {
             member.level = 1.0 + keep * (member.level - 1.0) + renew * z_level;
-            transmission.advance(member, self.gap, tau + self.spread.torque * z_torque, *interval);
+            for _ in 0..parts as usize {
+                transmission.advance(member, self.gap, tau + self.spread.torque * z_torque, step / parts);
+            }
         }
         self.sample += 1;
         let log_mass = assimilate(&mut self.members, position[self.sample], *count, self.spread.blur * count);

@@ -15,6 +15,7 @@
 use super::result::{EstimatorResult, LeftOut, Reason, ReversalGap};
 use super::reversal::{Reversal, Session};
 use crate::identify::signals::Signals;
+use crate::timeseries::Clock;
 
 /// The gap is computed from this number of the last reversals.
 const LAST_REVERSALS: usize = 10;
@@ -37,7 +38,7 @@ pub(super) fn filtered(sessions: &[Session]) -> EstimatorResult {
 fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> EstimatorResult {
     let (mut values, mut left_out) = (Vec::new(), Vec::new());
     for Session { signals, reversals, .. } in sessions {
-        let current = centred_mean(&signals.torque, (0.5 * width / signals.interval).round() as usize);
+        let current = centred_mean(&signals.torque, &signals.clock, 0.5 * width);
         for reversal in reversals {
             let time = signals.time[reversal.turn];
             match one(signals, reversal, &current, rise) {
@@ -94,8 +95,8 @@ fn first_minimum(current: &[f64], needed: f64) -> Option<usize> {
     None
 }
 
-/// Mean over `2 half + 1` samples about each, fewer at the ends: no phase shift.
-fn centred_mean(signal: &[f64], half: usize) -> Vec<f64> {
+/// Mean over the samples up to `half` [s] before and after each, fewer at the ends: no phase shift.
+fn centred_mean(signal: &[f64], clock: &Clock, half: f64) -> Vec<f64> {
     let mut sums = Vec::with_capacity(signal.len() + 1);
     sums.push(0.0);
     let mut sum = 0.0;
@@ -105,7 +106,7 @@ fn centred_mean(signal: &[f64], half: usize) -> Vec<f64> {
     }
     (0..signal.len())
         .map(|k| {
-            let (from, to) = (k.saturating_sub(half), (k + half + 1).min(signal.len()));
+            let (from, to) = (clock.before(k, half), (clock.after(k, half) + 1).min(signal.len()));
             (sums[to] - sums[from]) / (to - from) as f64
         })
         .collect()

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::identify::rigid_body::RigidBody;
 use crate::identify::signals::Signals;
 use crate::robot::Model;
-use crate::timeseries::{Channel, TimeSeries};
+use crate::timeseries::{Channel, Clock, TimeSeries};
 
 /// Fewest reversals from which a gap is estimated.
 const FEWEST: usize = 3;
@@ -40,7 +40,7 @@ impl<'a> Session<'a> {
             sign_by_command(&mut signals.torque, recorded.get(Channel::CommandCurrent)?);
             signals.rectified = false;
         }
-        let reversals = gentlest(find_reversals(signals.position, signals.count), signals.position, signals.interval);
+        let reversals = gentlest(find_reversals(signals.position, signals.count), signals.position, &signals.clock);
         let unit = model.joints[joint].kind.position_unit();
         Some(Self { joint, unit, signals, rigid: RigidBody::new(model, joint, series), reversals })
     }
@@ -97,23 +97,24 @@ pub fn find_reversals(position: &[f64], count: f64) -> Vec<Reversal> {
         .collect()
 }
 
-/// Sample at which the stroke before a reversal begins to brake, less `span`, and the steady speed before it, per sample.
-pub(super) fn braking(position: &[f64], reversal: &Reversal, span: usize) -> (usize, f64) {
-    let speed = |k: usize, span: usize| (position[k] - position[k.saturating_sub(span)]).abs() / span as f64;
+/// Sample at which the stroke before a reversal begins to brake, less [`SPEED_SPAN`], and the steady speed before it [rad/s or m/s].
+pub(super) fn braking(position: &[f64], reversal: &Reversal, clock: &Clock) -> (usize, f64) {
+    let speed = |from: usize, to: usize| (position[to] - position[from]).abs() / clock.elapsed(from, to);
     let quarter = ((reversal.turn - reversal.start) / 4).max(1);
-    let steady = speed(reversal.start + quarter, quarter);
-    let start = (reversal.start + span..reversal.turn).rev().find(|&k| speed(k, span) >= BRAKING * steady);
-    (start.map_or(reversal.start, |k| k - span), steady)
+    let steady = speed(reversal.start, reversal.start + quarter);
+    let before = |k: usize| clock.before(k, SPEED_SPAN).min(k - 1);
+    let first = clock.after(reversal.start, SPEED_SPAN).max(reversal.start + 1);
+    let start = (first..reversal.turn).rev().find(|&k| speed(before(k), k) >= BRAKING * steady);
+    (start.map_or(reversal.start, before), steady)
 }
 
 /// The reversals that braked most gently, in the order of time: where a motor brakes harder than the link's own friction, the link
 /// leaves its flank, and where it is at the turn is not known.
-fn gentlest(mut reversals: Vec<Reversal>, position: &[f64], interval: f64) -> Vec<Reversal> {
-    let span = (SPEED_SPAN / interval).round().max(1.0) as usize;
+fn gentlest(mut reversals: Vec<Reversal>, position: &[f64], clock: &Clock) -> Vec<Reversal> {
     reversals.sort_by_cached_key(|reversal| {
-        let (start, steady) = braking(position, reversal, span);
-        // A deceleration in any unit. It is not negative, so its bits sort in the same order.
-        (steady / (reversal.turn - start).max(1) as f64).to_bits()
+        let (start, steady) = braking(position, reversal, clock);
+        // It is not negative, so its bits sort in the same order.
+        (steady / clock.elapsed(start, reversal.turn.max(start + 1))).to_bits()
     });
     reversals.truncate(MOST);
     reversals.sort_by_key(|reversal| reversal.turn);

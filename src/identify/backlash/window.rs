@@ -51,23 +51,26 @@ fn site<'a>(
     travel: f64,
 ) -> Site<'a> {
     let signals = &session.signals;
-    let (position, dt) = (signals.position, signals.interval);
-    let samples = |time: f64| (time / dt).round().max(1.0) as usize;
-    let (brakes, _) = braking(position, reversal, samples(SPEED_SPAN));
-    let start = brakes.max(reversal.turn.saturating_sub(samples(LONGEST_LEAD)));
+    let (position, clock) = (signals.position, &signals.clock);
+    let (brakes, _) = braking(position, reversal, clock);
+    let start = brakes.max(clock.before(reversal.turn, LONGEST_LEAD));
     let gone = |k: usize| (position[k] - position[reversal.turn]) * reversal.sign();
     let far = (reversal.turn..reversal.end).find(|&k| gone(k) > travel).unwrap_or(reversal.end);
-    let end = (far + samples(AFTER_CONTACT)).min(reversal.turn + samples(LONGEST_TAIL)).min(position.len());
+    let end = clock.after(far, AFTER_CONTACT).min(clock.after(reversal.turn, LONGEST_TAIL)).min(position.len());
     let range = position.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
-    let early = start.saturating_sub(samples(2.0 * SPEED_SPAN));
-    let late = (reversal.end + samples(2.0 * SPEED_SPAN)).min(position.len() - 1);
-    let speed = |from: usize, to: usize| (position[to] - position[from]) / ((to - from).max(1) as f64 * dt);
+    let early = clock.before(start, 2.0 * SPEED_SPAN);
+    let late = clock.after(reversal.end, 2.0 * SPEED_SPAN).min(position.len() - 1);
+    let speed = |from: usize, to: usize| {
+        if from < to { (position[to] - position[from]) / clock.elapsed(from, to) } else { 0.0 }
+    };
+    let steps: Vec<f64> = (start + 1..end).map(|k| clock.elapsed(k - 1, k)).collect();
     let window = Window {
         transmission: transmission(session, joint, friction, reversal),
         count: signals.count.max(FINEST_COUNT * (range.1 - range.0)),
-        interval: dt,
+        interval: clock.interval,
         position: &position[start..end],
-        torque: torque_between(&signals.torque[start..end], dt / joint.amplifier.current_time_constant),
+        torque: torque_between(&signals.torque[start..end], &steps, joint.amplifier.current_time_constant),
+        steps,
         velocity: speed(early, start),
         seed: reversal.turn as u64,
     };
@@ -90,7 +93,7 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
     let mobility = 1.0 / rotor_inertia + 1.0 / link_inertia;
     let known = joint.flanks(0.0, rotor_inertia + link_inertia, mobility);
     // The stiffness of a rigid gear is limited to what the steps of a sample in contact can follow.
-    let followed = (STEP_ANGLE * CONTACT_STEPS as f64 / session.signals.interval).powi(2) / mobility;
+    let followed = (STEP_ANGLE * CONTACT_STEPS as f64 / session.signals.clock.interval).powi(2) / mobility;
     let softer = if joint.gear_stiffness.is_none() { (followed / known.stiffness).min(1.0) } else { 1.0 };
     Transmission {
         rotor_inertia,
@@ -106,7 +109,11 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
 
 /// Mean torque between each sample and the next: the current starts from its reading and follows its new command with the time
 /// constant `T_i`, so that with `a = Δt/T_i` the mean is `u i_k + (1 − u) i_{k+1}`, `u = 1/a − e^{−a}/(1 − e^{−a})`.
-fn torque_between(torque: &[f64], a: f64) -> Vec<f64> {
-    let weight = if a < 1e-3 { 0.5 } else { 1.0 / a - 1.0 / a.exp_m1() };
-    torque.windows(2).map(|pair| weight * pair[0] + (1.0 - weight) * pair[1]).collect()
+fn torque_between(torque: &[f64], steps: &[f64], time_constant: f64) -> Vec<f64> {
+    let mean = |(pair, step): (&[f64], &f64)| {
+        let a = step / time_constant;
+        let weight = if a < 1e-3 { 0.5 } else { 1.0 / a - 1.0 / a.exp_m1() };
+        weight * pair[0] + (1.0 - weight) * pair[1]
+    };
+    torque.windows(2).zip(steps).map(mean).collect()
 }

@@ -146,7 +146,7 @@ pub fn draw(rng: &mut ChaCha8Rng, order: &Order, machine: &mut impl Host) -> Vec
         assert!(EFFECTS.contains(&effect.as_str()), "{effect} is none of {EFFECTS:?}");
         let strength = order.strength * (1.0 + rng.random_range(-SPREAD..SPREAD));
         // What a free friction law would take for its own shows only where the law is known to lack it.
-        if effect == "stribeck" {
+        if ["stribeck", "regularised_friction"].contains(&effect.as_str()) {
             machine.know_friction();
         }
         match strengths::of_machine(rng, effect, strength, &machine.payload()) {

@@ -53,7 +53,7 @@ pub struct Payload {
 }
 
 /// Every effect that can be hidden, by name: all but `link_inertia`, for which the nominal model would have to be wrong and not the machine.
-pub const EFFECTS: [&str; 27] = [
+pub const EFFECTS: [&str; 29] = [
     "base_tilt",
     "cable_spring",
     "cogging",
@@ -81,6 +81,9 @@ pub const EFFECTS: [&str; 27] = [
     "transmission_error",
     "velocity_lag",
     "viscous_asymmetry",
+    // After the others: the index of a name is part of its seeds.
+    "counterbalance",
+    "regularised_friction",
 ];
 
 /// An effect of the whole machine; `None` where it is one of a joint.
@@ -110,6 +113,7 @@ pub fn of_joint(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &Joint
             at_reversals(rng, effect, strength, joint)
         }
         "cable_spring"
+        | "counterbalance"
         | "current_offset"
         | "drive_dead_band"
         | "external_contact"
@@ -193,6 +197,10 @@ fn of_torque(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &JointSiz
                 ("rest_position", joint.middle + joint.reach * rng.random_range(-1.0..1.0)),
             ]
         }
+        // At its largest as much as a cable pulls one and a half ranges from its rest.
+        "counterbalance" => {
+            vec![("amplitude", 1.5 * joint.reach * joint.cable * strength), ("angle", angle(rng))]
+        }
         "current_offset" => vec![("offset", joint.offset * strength * sign)],
         "drive_dead_band" => vec![("width", joint.dead_band * strength)],
         // The runs go to ±1.8 times this reach: it is met in part of them, on one side.
@@ -214,6 +222,8 @@ fn of_friction(rng: &mut ChaCha8Rng, effect: &str, strength: f64, joint: &JointS
             vec![("amplitude", 0.25 * strength), ("order", whole(rng, 1..=3)), ("phase", angle(rng))]
         }
         "quadratic_drag" => vec![("coefficient", joint.drag * strength)],
+        // As fast as the slow steps of the runs, where it shows most.
+        "regularised_friction" => vec![("velocity", around(rng, 0.015, 2.0) * strength)],
         "stribeck" => vec![
             ("breakaway", friction.coulomb * (1.0 + 0.3 * strength)),
             ("stribeck_velocity", friction.stribeck_velocity),

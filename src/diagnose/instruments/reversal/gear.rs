@@ -9,13 +9,13 @@
 //!   D = λ T + F_r − (L + F(θ̇))        L = I θ̈ + B: what the link needs if it follows;  F = F_r + F_l
 //! ```
 //! `D` is the torque that a rigid fit lacks. It is zero while the link follows a perfect gear with the friction of the law.
-//! [`Mesh`] gives the position of the flanks and [`Memory`] the state of friction: effects install both in a simulation.
+//! [`Mesh`] gives the position of the flanks, [`Memory`] the state of friction, [`JointAction`] its level: effects install them in a simulation.
 //! Sign: a positive `D` is torque that the motor must add.
 //! Left out: wind-up of the gear (30 µrad per 0.1 N·m at 3000 N·m/rad), and the effect of a floating link on other joints.
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey, the hard-contact model.
 
 use super::path::{Path, Span};
-use crate::effects::{Action, GearAction};
+use crate::effects::{Action, GearAction, JointAction, JointState};
 use crate::gearhead::{Exponential, Flank, Memory, Mesh, slowed};
 
 /// Known parameters of a joint's gear.
@@ -32,16 +32,18 @@ pub struct Gear {
 pub struct Altered<'a> {
     gears: Vec<&'a dyn GearAction>,
     memory: Option<Memory>,
+    joints: Vec<&'a dyn JointAction>,
 }
 
 impl<'a> Altered<'a> {
-    /// The actions on the flanks of a joint or on the memory of its friction.
+    /// The actions on the flanks of a joint, on the memory of its friction or on its level.
     pub fn by(actions: &'a [Action], joint: usize) -> Self {
         let mut altered = Self::default();
         for action in actions {
             match action {
                 Action::Gear(of, gear) if *of == joint => altered.gears.push(gear.as_ref()),
                 Action::Friction(of, memory) if *of == joint => altered.memory = Some(*memory),
+                Action::Joint(of, action) if *of == joint => altered.joints.push(action.as_ref()),
                 _ => {}
             }
         }
@@ -63,7 +65,7 @@ struct Run<'a> {
     altered: &'a Altered<'a>,
     /// `F`, the same in both directions.
     law: Exponential,
-    /// Increase of dry friction at each instant.
+    /// Increase of dry friction at each instant, at the speed of the rotor.
     grown: Vec<f64>,
     lack: Vec<f64>,
 }
@@ -73,6 +75,7 @@ pub fn lack(path: &Path, gear: &Gear, altered: &Altered) -> Vec<f64> {
     let law = path.friction.law();
     let mut run = Run { path, gear, altered, law, grown: Vec::new(), lack: vec![0.0; path.theta.len()] };
     run.remember();
+    run.act();
     for span in &path.spans {
         run.span(*span);
     }
@@ -108,6 +111,36 @@ impl Run<'_> {
         }
     }
 
+    /// Computes what actions add to the level of dry friction.
+    fn act(&mut self) {
+        if self.altered.joints.is_empty() {
+            return;
+        }
+        let rotor = 1.0 - self.gear.share;
+        self.grown.resize(self.path.theta.len(), 0.0);
+        for span in &self.path.spans {
+            for k in span.start..span.end {
+                let (v, level) = (self.path.v[k], self.path.dry[k] + self.grown[k]);
+                let added = self.acted(k, v, level) - level;
+                self.grown[k] += added;
+                self.lack[k] += rotor * added * sign(v);
+            }
+        }
+    }
+
+    /// A level of dry friction at a velocity, after the actions.
+    fn acted(&self, k: usize, velocity: f64, level: f64) -> f64 {
+        let (motor_velocity, link_velocity) = (velocity, velocity);
+        let state = JointState {
+            motor_position: self.path.theta[k],
+            motor_velocity,
+            link_position: self.path.theta[k],
+            link_velocity,
+            ..JointState::default()
+        };
+        self.altered.joints.iter().fold(level, |level, action| action.dry_friction(&state, level))
+    }
+
     fn grown(&self, k: usize) -> f64 {
         self.grown.get(k).copied().unwrap_or(0.0)
     }
@@ -115,8 +148,14 @@ impl Run<'_> {
     /// Friction of the link [N·m or N], at least zero.
     fn friction(&self, k: usize, w: f64) -> f64 {
         // On a flank of a perfect gear the link moves like the rotor, whose friction is known.
-        let dry = if w == self.path.v[k] { self.path.dry[k] } else { self.law.dry(w.abs()) };
-        self.gear.share * (dry + self.grown(k) + self.law.viscous * w.abs())
+        let dry = if w == self.path.v[k] {
+            self.path.dry[k] + self.grown(k)
+        } else if self.altered.joints.is_empty() {
+            self.law.dry(w.abs()) + self.grown(k)
+        } else {
+            self.acted(k, w, self.law.dry(w.abs()))
+        };
+        self.gear.share * (dry + self.law.viscous * w.abs())
     }
 
     /// Torque of the motor if the link follows the rotor [N·m or N], without the rotor's friction.
