@@ -9,12 +9,13 @@ use super::classes::{Classes, Item};
 use super::compiler::{Compiler, FromGeoms, unit};
 use super::document::Node;
 use super::geoms::Geom;
+use super::meshes::Meshes;
 use super::written::{Written, escaped, origin};
 use crate::error::Result;
 use crate::robot::drives::{DriveData, Drives};
 use crate::robot::remark::Remark;
 use crate::robot::tree::Inertia;
-use crate::robot::urdf::written_inertial;
+use crate::robot::urdf::{LARGEST_DAMPING, written_inertial};
 
 /// Largest depth of nested bodies.
 const MOST_NESTED: usize = 64;
@@ -31,8 +32,7 @@ pub(super) struct Walk<'n> {
     compiler: &'n Compiler,
     actuators: BTreeMap<String, Actuated>,
     mimics: BTreeMap<String, Mimic>,
-    /// File and scale of each mesh.
-    meshes: BTreeMap<String, (String, [f64; 3])>,
+    meshes: Meshes,
     /// `ref` of each joint [rad or m].
     references: BTreeMap<String, f64>,
     links: Names,
@@ -59,51 +59,29 @@ struct Parts<'n> {
 }
 
 impl<'n> Walk<'n> {
-    /// Prepares the walk: names of meshes, references of joints.
-    ///
-    /// # Errors
-    /// A mesh has no file, or a value is not a number.
+    /// Prepares the walk.
     pub fn new(
         root: &'n Node,
         classes: &'n Classes,
         compiler: &'n Compiler,
-        actuators: BTreeMap<String, Actuated>,
-        mimics: BTreeMap<String, Mimic>,
+        (actuators, mimics): (BTreeMap<String, Actuated>, BTreeMap<String, Mimic>),
+        meshes: Meshes,
         remarks: Vec<Remark>,
-    ) -> Result<Self> {
+    ) -> Self {
         let name = root.attribute("model").unwrap_or("robot");
-        let mut walk = Self {
+        Self {
             classes,
             compiler,
             actuators,
             mimics,
-            meshes: BTreeMap::new(),
+            meshes,
             references: BTreeMap::new(),
             links: Names::new(),
             joints: Names::new(),
             written: Written::new(name, root.main_line),
             drives: Drives::new(),
             remarks,
-        };
-        for node in root.all("asset").flat_map(|asset| asset.all("mesh")) {
-            walk.mesh(node)?;
         }
-        Ok(walk)
-    }
-
-    fn mesh(&mut self, node: &'n Node) -> Result<()> {
-        let item = self.classes.with(node, None)?;
-        let Some(file) = item.text("file") else { return Ok(()) };
-        let stem = std::path::Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        let name = item.text("name").map_or(stem.unwrap_or_default(), str::to_owned);
-        let scale = item.array::<3>("scale")?.unwrap_or([1.0; 3]);
-        for moved in ["refpos", "refquat"] {
-            if item.text(moved).is_some() {
-                self.remarks.push(node.remark(&format!("{moved} is not taken: the coordinates of the file are used")));
-            }
-        }
-        self.meshes.insert(name, (format!("{}{file}", self.compiler.mesh_folder), scale));
-        Ok(())
     }
 
     /// Writes the base and all bodies.
@@ -253,6 +231,12 @@ impl<'n> Walk<'n> {
         let kind = kind(&item)?;
         let anchor = around.frame * nalgebra::Point3::from(Vector3::from(item.array::<3>("pos")?.unwrap_or_default()));
         let anchor = Translation3::from(anchor.coords);
+        if kind == "fixed" {
+            self.remarks
+                .push(node.remark("of type fixed, which MuJoCo does not have: the body is fixed to its parent"));
+            self.write_joint(node.main_line, (&name, kind), (parent, link), at, "");
+            return Ok(Isometry3::identity());
+        }
         if kind == "free" || kind == "ball" {
             let of_urdf = if kind == "free" { "floating" } else { "spherical" };
             self.write_joint(node.main_line, (&name, of_urdf), (parent, link), &(at * anchor), "");
@@ -308,7 +292,14 @@ impl<'n> Walk<'n> {
         let gear_ratio = self.actuators.get(name).map(|actuated| actuated.gear).filter(|gear| *gear > 1.0);
         self.drives.insert(name.to_owned(), DriveData { gear_ratio, armature, ..DriveData::default() });
         let mut out = String::new();
-        let damping = damping.first().copied().unwrap_or_default();
+        let mut damping = damping.first().copied().unwrap_or_default();
+        // Files hold a joint in this way.
+        if damping > LARGEST_DAMPING {
+            let text =
+                format!("its damping of {damping:e} is taken as {LARGEST_DAMPING:e}: nothing moves against either");
+            self.remarks.push(item.node.remark(&text));
+            damping = LARGEST_DAMPING;
+        }
         if damping != 0.0 || friction != 0.0 {
             out = format!("<dynamics damping=\"{damping}\" friction=\"{friction}\"/>");
         }
@@ -346,15 +337,25 @@ impl<'n> Walk<'n> {
             return Ok(None);
         }
         let mut sum = Inertia::zero();
+        let mut unread = None;
         for (node, around) in &parts.geoms {
             let geom = Geom::read(self.classes.with(node, around.class)?, self.compiler, &around.frame)?;
-            match geom.inertia()? {
+            let mut expected = "a mesh, box, capsule, cylinder, ellipsoid or sphere".to_owned();
+            let mesh = |name: &str| self.meshes.inertia(name).map_err(|fault| expected = fault).ok();
+            match geom.inertia(mesh)? {
                 Some(inertia) => sum = sum.joined(&inertia),
-                None if geom.has_unread_mass()? => {
-                    self.remarks.push(node.remark("the mass of a mesh is not read; give its body an <inertial>"));
+                None if geom.is_solid() => {
+                    self.remarks.push(node.remark(&format!("its mass is not read: expected {expected}")));
+                    unread.get_or_insert((*node, geom.mesh.unwrap_or(geom.kind), expected));
                 }
                 None => {}
             }
+        }
+        // Another body that is fixed to this one may bring a mass.
+        let alone = !parts.joints.is_empty() && parts.bodies.iter().all(|(body, _)| body.all("joint").next().is_some());
+        if let Some((node, value, expected)) = unread.filter(|_| sum.mass == 0.0 && alone) {
+            let expected = format!("{expected}, or an <inertial> of its body, which has no other mass");
+            return Err(node.error("mesh", value, expected));
         }
         Ok((sum.mass > 0.0).then_some((body.main_line, sum)))
     }
@@ -379,7 +380,7 @@ impl<'n> Walk<'n> {
                 continue;
             }
             let element = if geom.collides { "collision" } else { "visual" };
-            match geom.urdf(|mesh| self.mesh_element(mesh)) {
+            match geom.urdf(|mesh| self.meshes.element(mesh)) {
                 Some(shape) => {
                     let origin = origin(&(at * geom.pose));
                     self.written.line(line, &format!("<{element}>{origin}<geometry>{shape}</geometry></{element}>"));
@@ -389,11 +390,6 @@ impl<'n> Walk<'n> {
             }
         }
         Ok(())
-    }
-
-    fn mesh_element(&self, name: &str) -> Option<String> {
-        let (file, [x, y, z]) = self.meshes.get(name)?;
-        Some(format!("<mesh filename=\"{}\" scale=\"{x} {y} {z}\"/>", escaped(file)))
     }
 }
 
@@ -412,7 +408,10 @@ fn own_name(names: &mut Names, wanted: &str) -> String {
     name
 }
 
-/// How a joint moves.
+/// How a joint moves. `fixed` is a word of other simulators, whose meaning is clear.
 fn kind(item: &Item<'_>) -> Result<&'static str> {
+    if item.text("type") == Some("fixed") {
+        return Ok("fixed");
+    }
     item.node.word("type", item.text("type").unwrap_or("hinge"), &["hinge", "slide", "ball", "free"])
 }
