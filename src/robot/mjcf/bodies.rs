@@ -242,6 +242,14 @@ impl<'n> Walk<'n> {
             self.write_joint(node.main_line, (&name, of_urdf), (parent, link), &(at * anchor), "");
             return Ok(anchor.inverse() * Isometry3::identity());
         }
+        if let Some(damping) =
+            item.numbers("damping", 1, 3)?.and_then(|damping| damping.first().copied()).filter(|c| *c > LARGEST_DAMPING)
+        {
+            let text = format!("its damping of {damping:e} holds it: it is fixed at its reference");
+            self.remarks.push(node.remark(&text));
+            self.write_joint(node.main_line, (&name, "fixed"), (parent, link), &(at * anchor), "");
+            return Ok(anchor.inverse() * Isometry3::identity());
+        }
         let axis = Vector3::from(item.array::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
         let axis = unit(around.frame.rotation * axis)
             .ok_or_else(|| node.error("axis", item.text("axis").unwrap_or_default(), "an axis that is not zero"))?;
@@ -292,14 +300,7 @@ impl<'n> Walk<'n> {
         let gear_ratio = self.actuators.get(name).map(|actuated| actuated.gear).filter(|gear| *gear > 1.0);
         self.drives.insert(name.to_owned(), DriveData { gear_ratio, armature, ..DriveData::default() });
         let mut out = String::new();
-        let mut damping = damping.first().copied().unwrap_or_default();
-        // Files hold a joint in this way.
-        if damping > LARGEST_DAMPING {
-            let text =
-                format!("its damping of {damping:e} is taken as {LARGEST_DAMPING:e}: nothing moves against either");
-            self.remarks.push(item.node.remark(&text));
-            damping = LARGEST_DAMPING;
-        }
+        let damping = damping.first().copied().unwrap_or_default();
         if damping != 0.0 || friction != 0.0 {
             out = format!("<dynamics damping=\"{damping}\" friction=\"{friction}\"/>");
         }
