@@ -88,24 +88,42 @@ fn property_the_mass_of_a_mesh_does_not_depend_on_its_orientation() {
     }
 }
 
+/// What the file says of `msh`, with the fault as it is remarked.
+const UNREAD: [(&str, &str, &str); 5] = [
+    ("file=\"l.msh\"/>", "file=\"gone.msh\"/>", "expected a file that can be read"),
+    ("file=\"l.msh\"/>", "file=\"l.dae\"/>", "expected a file that can be read"),
+    ("mesh=\"msh\"", "mesh=\"none\"", "expected a mesh of this file"),
+    ("file=\"l.msh\"/>", "file=\"l.msh\" scale=\"0 1 1\"/>", "expected a mesh with a volume of "),
+    ("file=\"l.msh\"/>", "file=\"l.msh\" scale=\"1e9 1 1\"/>", "expected points within 1e5 m of "),
+];
+
+/// A joint that moves nothing is held; where nothing moves, the file is refused for the mesh.
 #[test]
-fn property_a_mesh_that_is_needed_and_cannot_be_read_is_refused_with_its_line() {
-    for (from, to, parts) in [
-        (
-            "file=\"l.msh\"/>",
-            "file=\"gone.msh\"/>",
-            &[":14: geom: mesh = msh: expected a file that can be read", "gone.msh"][..],
-        ),
-        ("file=\"l.msh\"/>", "file=\"l.dae\"/>", &[":14: geom: mesh = msh: expected", "l.dae", "<inertial>"]),
-        ("mesh=\"msh\"", "mesh=\"none\"", &[":14: geom: mesh = none: expected a mesh of this file"]),
-        ("scale=\"0.5 -1 2\"", "scale=\"0.5 0 2\"", &[":17: geom: mesh = scaled: expected a mesh with a volume of "]),
-        ("inertia=\"shell\"", "inertia=\"hollow\"", &[":8: mesh shell: inertia = hollow: expected one of legacy"]),
-        ("scale=\"0.5 -1 2\"", "scale=\"1e9 1 2\"", &["expected points within 1e5 m of "]),
-    ] {
+fn property_a_mesh_that_cannot_be_read_is_named_with_its_line() {
+    for (from, to, part) in UNREAD {
         let place = changed(from, to);
-        let error = first_model(&place.path().join("meshes.xml")).expect_err(to).to_string();
+        let file = place.path().join("meshes.xml");
+        let model = first_model(&file).unwrap().model;
+        let remarks: Vec<String> = model.remarks.iter().map(ToString::to_string).collect();
+        let said = |parts: &[&str]| remarks.iter().any(|remark| parts.iter().all(|part| remark.contains(part)));
+        assert!(said(&[":14: geom: its mass is not read: ", part]), "{to}: {remarks:?}");
+        assert!(said(&["msh_joint: it moves no mass and is held"]), "{to}: {remarks:?}");
+        assert!(!model.robot.bodies.iter().any(|body| body.name == "msh"));
+
+        let text = fs::read_to_string(&file).unwrap();
+        let alone = |line: &str| !line.contains("<body") || line.contains("name=\"msh\"");
+        fs::write(&file, text.lines().filter(|line| alone(line)).collect::<Vec<_>>().join("\n")).unwrap();
+        let error = first_model(&file).expect_err(to).to_string();
+        let parts = [":12: geom: mesh = ", part, "or an <inertial> of its body: no body that moves has a mass"];
         assert!(parts.iter().all(|part| error.contains(part)), "{to}: {error}");
     }
+    let place = changed("inertia=\"shell\"", "inertia=\"hollow\"");
+    let error = first_model(&place.path().join("meshes.xml")).expect_err("hollow").to_string();
+    assert!(error.contains(":8: mesh shell: inertia = hollow: expected one of legacy"), "{error}");
+}
+
+#[test]
+fn property_damaged_mesh_files_are_named() {
     for (name, content) in [
         ("l.msh", &[0xff; 40][..]),
         ("l.msh", &[9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 7]),
@@ -116,14 +134,10 @@ fn property_a_mesh_that_is_needed_and_cannot_be_read_is_refused_with_its_line() 
     ] {
         let place = changed("", "");
         fs::write(place.path().join("meshes").join(name), content).unwrap();
-        let error = first_model(&place.path().join("meshes.xml")).expect_err(name).to_string();
-        assert!(error.contains("geom: mesh = ") && error.contains(name), "{name}: {error}");
+        let model = first_model(&place.path().join("meshes.xml")).unwrap().model;
+        let named = |remark: &str| remark.contains("its mass is not read: expected") && remark.contains(name);
+        assert!(model.remarks.iter().any(|remark| named(&remark.to_string())), "{name}: {:?}", model.remarks);
     }
-    // What another geom of the body brings is enough; the mesh is remarked.
-    let place = changed("mesh=\"msh\" mass=\"0.7\"", "mesh=\"gone\"/><geom size=\"0.1\"");
-    let model = first_model(&place.path().join("meshes.xml")).unwrap().model;
-    let remark = "geom: its mass is not read: expected a mesh of this file";
-    assert!(model.remarks.iter().any(|found| found.to_string().contains(remark)), "{:?}", model.remarks);
 }
 
 /// Words of other simulators, and numbers that hold a joint.
