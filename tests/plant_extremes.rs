@@ -106,3 +106,75 @@ fn property_a_hammering_rotor_costs_a_bounded_number_of_steps() {
         assert!(gap_of_books.abs() < if counts.crowded == 0 { 1e-4 } else { 1e-3 }, "{gap_of_books:e}");
     }
 }
+
+/// Velocities of rotor and link after a constant torque on a damped link: `J ω̇ = τ − T`, `M v̇ = T − c v`, `T = k x + d (ω − v)`, `ẋ = ω − v`,
+/// in steps of 1 µs; without `M` the link follows `T = c v`.
+fn pushed(damper: f64, link: Option<f64>, torque: f64, duration: f64) -> [f64; 2] {
+    let rate = |[omega, v, x]: [f64; 3]| {
+        let v = if link.is_some() { v } else { (STIFFNESS * x + GEAR_DAMPING * omega) / (damper + GEAR_DAMPING) };
+        let gear = STIFFNESS * x + GEAR_DAMPING * (omega - v);
+        [(torque - gear) / ROTOR, link.map_or(0.0, |link| (gear - damper * v) / link), omega - v]
+    };
+    let moved = |y: [f64; 3], by: f64, r: [f64; 3]| [0, 1, 2].map(|i| y[i] + by * r[i]);
+    let (mut y, h) = ([0.0; 3], 1e-6);
+    for _ in 0..(duration / h).round() as usize {
+        let a = rate(y);
+        let b = rate(moved(y, 0.5 * h, a));
+        let c = rate(moved(y, 0.5 * h, b));
+        let d = rate(moved(y, h, c));
+        y = [0, 1, 2].map(|i| y[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+    }
+    let v = if link.is_some() { y[1] } else { (STIFFNESS * y[2] + GEAR_DAMPING * y[0]) / (damper + GEAR_DAMPING) };
+    [y[0], v]
+}
+
+/// [kg·m²], [N·m/rad], [N·m·s/rad] A wheel of a mobile robot on its gear.
+const ROTOR: f64 = 0.36;
+const STIFFNESS: f64 = 3200.0;
+const GEAR_DAMPING: f64 = 1.0;
+
+/// Dampers that bring light links to rest in 50 ns: their links move as if they had no inertia, and at last with `τ/c`. The negative control is a
+/// damper that the steps follow: its link keeps its own inertia.
+#[test]
+fn analytic_a_damper_too_fast_for_any_step_leaves_all_slower_motion_right() {
+    let (damper, torque) = (20.0, 7.0);
+    for engine in [Engine::Rapier, Engine::Reduced] {
+        for (link, of_reference, most) in [
+            // The joint bears c/1e5 = 2e-4 kg·m² beside a rotor of 0.36: 5.6e-4 of its time constant. The link is late by 10 µs; after 10 ms,
+            // while its velocity grows with t², this is 2e-3 of it.
+            (1e-6, None, 2.6e-3),
+            // c/M = 8e4 1/s: the inertia itself is 7e-4 of the rotor's, and the steps are right to 1e-9 of it.
+            (2.5e-4, Some(2.5e-4), 1e-6),
+        ] {
+            let mut robot = turntable(link);
+            robot.bodies[0].joint.damping = damper;
+            let mut joint = plain_joint("joint1");
+            (joint.gear_stiffness, joint.gear_damping, joint.rotor_inertia) =
+                (Some(STIFFNESS), Some(GEAR_DAMPING), Some(ROTOR));
+            let mut plant = Plant::new(&model(robot, vec![joint]), &Options { engine, ..Options::default() }).unwrap();
+            for (more, passed) in [(0.01, 0.01), (0.04, 0.05), (0.95, 1.0)] {
+                plant.advance(&[torque], more).unwrap();
+                let [omega, v] = pushed(damper, of_reference, torque, passed);
+                let state = plant.states()[0];
+                let errors = [state.motor_velocity / omega - 1.0, state.link_velocity / v - 1.0];
+                println!("{engine:?}, link {link:e}, {passed} s: {errors:?}");
+                assert!(errors.iter().all(|error| error.abs() < most), "{errors:?} at {passed} s");
+            }
+            let last = plant.states()[0].link_velocity;
+            assert!((last * damper / torque - 1.0).abs() < 1e-9, "{last} rad/s for τ/c");
+        }
+    }
+}
+
+/// Two light links in series, each with such a damper: they couple, and all joints are slowed together.
+#[test]
+fn property_dampers_too_fast_for_any_step_do_not_diverge_in_a_chain() {
+    let mut robot = planar_arm();
+    for body in &mut robot.bodies {
+        body.joint.damping = 1e9;
+    }
+    let n = robot.dof();
+    let mut plant = Plant::new(&plain(robot), &Options::default()).unwrap();
+    plant.advance(&vec![0.1; n], 0.2).unwrap();
+    assert!(plant.states().iter().all(|state| state.link_velocity.abs() < 1e-9), "{:?}", plant.states());
+}

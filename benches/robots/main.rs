@@ -111,6 +111,11 @@ fn kind(reason: &str) -> String {
         return format!("{head}: {fault}");
     }
     let expected = text.find("expected ").map_or(text, |at| &text[at..]);
+    let expected = if expected.contains("or an <inertial> of its body") {
+        "expected meshes that the masses follow from"
+    } else {
+        expected
+    };
     format!("{head}: {}", expected.replace('|', "\\|"))
 }
 

@@ -23,32 +23,34 @@ pub(super) enum Format {
     Parquet,
     /// MCAP.
     Mcap,
+    /// SQLite, in which ROS 2 keeps bags.
+    Db3,
 }
 
 /// First bytes of formats that are read.
-const READ: [(&[u8], Format); 5] = [
+const READ: [(&[u8], Format); 6] = [
     (b"MATLAB 5.0", Format::Mat),
     (b"\x93NUMPY", Format::Npy),
     (b"PK\x03\x04", Format::Npz),
     (b"PAR1", Format::Parquet),
     (b"\x89MCAP0", Format::Mcap),
+    (b"SQLite format 3\0", Format::Db3),
 ];
 
 /// First bytes of formats that are not read; name of the format; advice on the conversion, in which `STEM` is the file's name without its
 /// ending and `FILE` its whole name.
-const REFUSED: [(&[u8], &str, &str); 15] = [
+const REFUSED: [(&[u8], &str, &str); 14] = [
     (b"\x89HDF\r\n\x1a\n", "HDF5", HDF5),
     (b"MATLAB 7.3", "MATLAB 7.3, which is HDF5", MATLAB_73),
     (b"ARROW1", "Feather or Arrow", FEATHER),
     (b"FEA1", "Feather", FEATHER),
-    (b"SQLite format 3", "SQLite, in which ROS 2 keeps .db3", DB3),
     (
         b"#ROSBAG V",
         "a bag of ROS 1",
         "an MCAP file: `mcap convert FILE STEM.mcap`, with the command `mcap` of foxglove",
     ),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)", SPREADSHEET),
-    (b"\x28\xb5\x2f\xfd", "compressed by zstd", "a file that is not compressed by zstd: `unzstd FILE`"),
+    (b"\x28\xb5\x2f\xfd", "compressed by zstd", "a file that is not compressed by zstd: `unzstd FILE -o STEM`"),
     (b"\xfd7zXZ", "compressed by xz", "a file that is not compressed by xz: `unxz FILE`"),
     (b"BZh", "compressed by bzip2", "a file that is not compressed by bzip2: `bunzip2 FILE`"),
     (b"\x80\x04", "a pickle of Python", PICKLE),
@@ -64,8 +66,6 @@ const MATLAB_73: &str = "a MATLAB 5 file: in MATLAB `s = load('FILE'); save('STE
                          \"import h5py, pandas; f = h5py.File('FILE'); pandas.DataFrame({k: v[()].ravel() for k, v in f.items() \
                          if getattr(v, 'size', 0) > 1}).to_csv('STEM.csv', index=False)\"`";
 const FEATHER: &str = "Parquet: `python3 -c \"import pandas; pandas.read_feather('FILE').to_parquet('STEM.parquet')\"`";
-const DB3: &str = "MCAP: `ros2 bag convert -i FILE -o convert.yaml`, where convert.yaml holds `output_bags: [{uri: STEM_mcap, storage_id: mcap, \
-                   all_topics: true}]`";
 const PICKLE: &str = "CSV: `python3 -c \"import pandas; pandas.read_pickle('FILE').to_csv('STEM.csv')\"`";
 const SPREADSHEET: &str = "the sheet saved as CSV";
 
@@ -102,12 +102,16 @@ fn has_arrays(head: &[u8]) -> bool {
 }
 
 fn refuse<T>(path: &Path, what: &str, way: &str) -> Result<T> {
+    Err(Error::input(path, Place::File, "format", what, way_for(path, way)))
+}
+
+/// An advice for a file: `FILE` becomes its name, `STEM` its name without the ending.
+pub(super) fn way_for(path: &Path, way: &str) -> String {
     let plain = |name: Option<&std::ffi::OsStr>, other: &str| {
         let name = name.unwrap_or_default().to_string_lossy();
         // Only characters that every shell and program takes as part of a name.
         let harmless = |c: char| c.is_alphanumeric() || matches!(c, '.' | '_' | '-' | '+');
         if !name.is_empty() && name.chars().all(harmless) { name.into_owned() } else { other.to_owned() }
     };
-    let way = way.replace("FILE", &plain(path.file_name(), "FILE")).replace("STEM", &plain(path.file_stem(), "NAME"));
-    Err(Error::input(path, Place::File, "format", what, way))
+    way.replace("FILE", &plain(path.file_name(), "FILE")).replace("STEM", &plain(path.file_stem(), "NAME"))
 }

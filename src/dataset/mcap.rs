@@ -12,15 +12,14 @@
 //! to fewer bytes than its header states. Every length is compared with the available bytes before memory is allocated.
 //! Reference: the MCAP format, version 0.
 
+mod channels;
 mod chunk;
-mod joint_state;
-mod topics;
 
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use self::channels::Channels;
 use self::chunk::{Chunk, MAX_RECORD};
-use self::topics::Topics;
 use super::source_file::{self, MAX_BYTES};
 use super::table::Table;
 use crate::error::{Error, Place, Result};
@@ -76,7 +75,7 @@ fn decode(path: &Path, mut input: impl Read + Seek, size: u64) -> Result<Table> 
         }
         Ok(())
     })?;
-    let mut topics = Topics::new(path);
+    let mut channels = Channels::new(path);
     let mut body = Vec::new();
     each_record(path, &mut input, size, |at, opcode, length, record| {
         let unreadable = |error: &io::Error| damaged(path, at, error);
@@ -84,18 +83,18 @@ fn decode(path: &Path, mut input: impl Read + Seek, size: u64) -> Result<Table> 
             opcode::SCHEMA | opcode::CHANNEL | opcode::MESSAGE if length <= MAX_RECORD => {
                 body.clear();
                 record.read_to_end(&mut body).map_err(|error| unreadable(&error))?;
-                topics.take(opcode, &body)
+                channels.take(opcode, &body)
             }
             opcode::CHUNK => {
                 let chunk = Chunk::read(record).map_err(|error| unreadable(&error))?;
                 chunk.inflate(record, &mut body).map_err(|error| unreadable(&error))?;
-                chunk::records(&body, |opcode, record| topics.take(opcode, record))
+                chunk::records(&body, |opcode, record| channels.take(opcode, record))
                     .unwrap_or_else(|()| Err(unreadable(&io::ErrorKind::InvalidData.into())))
             }
             _ => Ok(()),
         }
     })?;
-    topics.table()
+    channels.table()
 }
 
 /// Hands place, opcode, length and content of every record to `take`.

@@ -12,6 +12,8 @@ mod checks;
 mod columns;
 mod csv;
 mod date_time;
+#[cfg(feature = "db3")]
+mod db3;
 mod derivative;
 mod encoder_step;
 mod first_manifest;
@@ -29,6 +31,8 @@ mod numpy;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod plan;
+#[cfg(any(feature = "mcap", feature = "db3"))]
+mod ros;
 mod source_file;
 mod survey;
 mod table;
@@ -251,7 +255,11 @@ fn read_as(text: Text<'_>) -> Result<Table> {
         (Format::Mcap, Text::File(path)) => mcap::read(path),
         #[cfg(feature = "mcap")]
         (Format::Mcap, Text::Memory(path, bytes)) => mcap::parse(path, bytes),
-        #[cfg(not(all(feature = "parquet", feature = "mcap")))]
+        #[cfg(feature = "db3")]
+        (Format::Db3, Text::File(path)) => db3::read(path),
+        #[cfg(feature = "db3")]
+        (Format::Db3, Text::Memory(path, bytes)) => db3::parse(path, bytes),
+        #[cfg(not(all(feature = "parquet", feature = "mcap", feature = "db3")))]
         (other, _) => {
             let expected =
                 "another format: this build lacks the feature of that name (build without --no-default-features)";

@@ -116,6 +116,9 @@ impl Plant {
             readings: vec![Reading::default(); n],
         };
         plant.place(&vec![0.0; n]);
+        if plant.integrator.machine.slow_dampers() {
+            plant.place(&vec![0.0; n]);
+        }
         Ok(plant)
     }
 }

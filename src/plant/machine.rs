@@ -36,6 +36,8 @@ pub struct Machine {
     pub evaluations: usize,
     /// Evaluations of the engine that confirmed those of the built-in algorithms.
     pub confirmations: usize,
+    /// [kg·m² or kg] Inertia that joints bear beside their links, because their dampers are too fast ([`Machine::slow_dampers`]).
+    pub(super) borne: Vec<f64>,
     asked: Asked,
 }
 
@@ -69,6 +71,7 @@ impl Machine {
             response: Response::new(n),
             evaluations: 0,
             confirmations: 0,
+            borne: vec![0.0; n],
             asked: Asked { q: vec![0.0; n], v: vec![0.0; n], mass: DMatrix::zeros(n, n), bias: vec![0.0; n] },
         }
     }
@@ -79,6 +82,9 @@ impl Machine {
         self.asked.at(joints);
         let Asked { q, v, mass, bias } = &mut self.asked;
         self.links.evaluate(time, q, v, mass, bias);
+        for (i, borne) in self.borne.iter().enumerate() {
+            mass[(i, i)] += borne;
+        }
     }
 
     /// Forgets the past and starts from a state.

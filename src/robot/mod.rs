@@ -7,6 +7,7 @@ mod first;
 mod format;
 mod inertia;
 mod joint;
+mod mesh;
 mod mjcf;
 pub mod model;
 mod placeholders;

@@ -64,6 +64,8 @@ pub struct Regulator {
     h: DMatrix<f64>,
     c: DMatrix<f64>,
     g: Vec<f64>,
+    /// [N·m·s/rad or N·s/m] Damping of joints whose torque at the planned velocity is fed forward.
+    damping: Vec<f64>,
     period: f64,
 }
 
@@ -105,9 +107,15 @@ impl Regulator {
             commands: zero.clone(),
             h: DMatrix::zeros(n, n),
             c: DMatrix::zeros(n, n),
-            g: zero,
+            g: zero.clone(),
+            damping: zero,
             period,
         }
+    }
+
+    /// From now on commands the torque `c q̇_d` beside that of the controller.
+    pub fn feed_damping_forward(&mut self, damping: Vec<f64>) {
+        self.damping = damping;
     }
 
     /// Command currents [A] for the present readings and targets.
@@ -124,7 +132,7 @@ impl Regulator {
         let terms = Terms { h: &self.h, c: &self.c, g: &self.g };
         self.controller.torque(targets, Motion { q: &self.q, v: &self.v }, &terms, &mut self.tau);
         for (i, drive) in self.drives.iter().enumerate() {
-            let current = self.tau[i] / drive.torque_per_ampere;
+            let current = (self.tau[i] + self.damping[i] * targets[i].velocity) / drive.torque_per_ampere;
             self.commands[i] = current.clamp(-drive.current_limit, drive.current_limit);
         }
         &self.commands

@@ -6,7 +6,8 @@
 //! It begins in the first of four postures in which the joints can hold the arm's weight, among them all joints near zero, and in the middle of
 //! their rooms. `a/√n`: all n joints accelerate at once, and each feels the others. A joint follows if it is within half of `w` of its
 //! reference at both ends, or where its friction at rest holds against the feedback. Each joint is controlled by itself
-//! ([`Independent`](crate::control::Independent)), with gains that follow from its inertia and friction.
+//! ([`Independent`](crate::control::Independent)), with gains that follow from its inertia and friction, and with the torque of its
+//! link's damping at the planned velocity.
 
 use super::reach::{Reach, reaches, starts};
 use super::{ControllerSettings, Feedback, Keep, Law, Regulator, STEPS_A_SECOND, Timing, closed_loop};
@@ -36,8 +37,8 @@ const PATIENCE: f64 = 60.0;
 /// [1/s] Bandwidth of the velocity loop: below the resonance of common gears, above the speed of a careful motion.
 const BANDWIDTH: f64 = 20.0;
 
-/// [1/s] `λ` of the controller: a quarter of the bandwidth.
-const LAMBDA: f64 = 5.0;
+/// [1] `λ` of the controller as a share of the bandwidth of its velocity loop: the poles of both loops are real and equal.
+const LAMBDA: f64 = 0.25;
 
 /// [1] Gain per rotor inertia, times the interval of readings: a rotor alone stays stable within its gap and on its gear.
 const OF_ROTOR: f64 = 0.2;
@@ -73,6 +74,9 @@ pub fn trial(model: &Model) -> Result<Trial> {
     let end: Vec<f64> = reaches.iter().zip(&start).map(|(reach, start)| start + way(reach, *start)).collect();
     plant.place(&start);
     let mut regulator = Regulator::new(model, &settings(model, &reaches), PERIOD);
+    if model.robot.coupling.is_none() {
+        regulator.feed_damping_forward(model.robot.bodies.iter().map(|body| body.joint.damping).collect());
+    }
     for (from, to) in [(&start, &end), (&end, &start)] {
         if let Err(error) = go(&mut plant, &mut regulator, &reaches, from, to) {
             faults.push(error.to_string());
@@ -183,5 +187,7 @@ pub(super) fn gains(model: &Model, reaches: &[Reach], index: usize, period: f64)
     let rotor = joint.rotor_beside(reach.inertia);
     let gain = (BANDWIDTH * reach.inertia).max(friction / ALLOWED_ERROR).min(OF_ROTOR / period * rotor);
     let switching = MARGIN * friction + ALLOWED_ERROR * gain;
-    SlidingGains { lambda: LAMBDA, switching, boundary: switching / gain }
+    // A rotor that is light for its link allows a slow loop only.
+    let lambda = LAMBDA * BANDWIDTH.min(gain / reach.inertia);
+    SlidingGains { lambda, switching, boundary: switching / gain }
 }

@@ -6,8 +6,13 @@ use super::Folder;
 use super::support::recordings::run_csv;
 
 /// Formats of recordings, each with whether this build reads it.
-const FORMATS: [(&str, bool); 4] =
-    [("csv", true), ("mat", true), ("parquet", cfg!(feature = "parquet")), ("mcap", cfg!(feature = "mcap"))];
+const FORMATS: [(&str, bool); 5] = [
+    ("csv", true),
+    ("mat", true),
+    ("parquet", cfg!(feature = "parquet")),
+    ("mcap", cfg!(feature = "mcap")),
+    ("db3", cfg!(feature = "db3")),
+];
 
 fn formats() -> impl Iterator<Item = &'static str> {
     FORMATS.into_iter().filter(|(_, read)| *read).map(|(format, _)| format)
@@ -75,13 +80,12 @@ fn regress_what_is_no_file_of_data_is_refused() {
         folder.reads(name, &["200 samples"]);
     }
     let sheet = [b"PK\x03\x04".as_slice(), &[0; 22], &[19, 0, 0, 0], b"[Content_Types].xml"].concat();
-    let others: [(&[u8], &[&str]); 9] = [
+    let others: [(&[u8], &[&str]); 8] = [
         (&sheet, &["spreadsheet", "CSV"]),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", &["an old spreadsheet", "CSV"]),
-        (b"SQLite format 3\0", &["SQLite", "ros2 bag convert -i run.log"]),
         (b"#ROSBAG V2.0\n", &["a bag of ROS 1", "mcap convert run.log run.mcap"]),
         (b"ARROW1\0\0", &["Feather", "read_feather('run.log')"]),
-        (b"\x28\xb5\x2f\xfd\0", &["compressed by zstd", "unzstd run.log"]),
+        (b"\x28\xb5\x2f\xfd\0", &["compressed by zstd", "unzstd run.log -o run`"]),
         (b"\x80\x04\x95", &["a pickle of Python", "read_pickle('run.log')"]),
         (b"\x1f\x8b\x08 no gzip", &["cannot read"]),
         (b"PK\x03\x04", &["ZIP"]),

@@ -7,6 +7,8 @@
 mod support;
 
 mod csv;
+#[cfg(feature = "db3")]
+mod db3;
 mod files;
 mod identity;
 mod manifests;

@@ -104,7 +104,10 @@ fn regress_broken_recordings_of_messages_are_refused() {
             (good[..good.len() - 1].to_vec(), &["cut off", "a whole MCAP file"]),
             (good[..good.len() / 2].to_vec(), &["cut off", "a whole MCAP file"]),
             (written(&messages(), None, "std_msgs/String", "ros1"), &["messages of type sensor_msgs/JointState"]),
-            (written(&messages(), None, joint_state, "json"), &["row 1", topic, readable]),
+            (
+                written(&messages(), None, joint_state, "json"),
+                &["row 1", "/joint_states = json", readable, "cdr or ros1"],
+            ),
             (written(&messages(), None, joint_state, "cdr"), &["row 1", topic, readable]),
             (two(message(1, &["arm"], [&[1.0], &[], &[]])), &["row 2", "/joint_states = arm", "turn"]),
             (two(message(1, &["turn", "arm"], [&[1.0, 2.0], &[], &[]])), &["row 2", "turn, arm"]),

@@ -144,5 +144,5 @@ pub const CASES: &[Case] = &[
     direct("pandas.json", "pandas `to_json`"),
     direct("records.json", "pandas `to_json`, `orient=\"records\"`: a list of rows"),
     case("ros2.mcap", "mcap-ros2: `sensor_msgs/JointState`", Read::Directly, AS_TORQUE),
-    refused("ros2.db3", "SQLite, as rosbag2 writes it", "ros2 bag convert -i ros2.db3"),
+    case("ros2.db3", "rosbags, SQLite as rosbag2: `sensor_msgs/JointState`", Read::Directly, AS_TORQUE),
 ];

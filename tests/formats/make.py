@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Writes the corpus of tests/formats: one recording in many formats, by the libraries that users have.
 
-    python3 -m venv venv && venv/bin/pip install numpy pandas pyarrow scipy h5py mcap mcap-ros2-support
+    python3 -m venv venv && venv/bin/pip install numpy pandas pyarrow scipy h5py mcap mcap-ros2-support rosbags
     venv/bin/python tests/formats/make.py
 
 The recording is computed here: two joints at 1 kHz, encoders of 1e-4 rad. The versions of the libraries go to corpus/VERSIONS.
 """
-import gzip, importlib.metadata, json, pathlib, sqlite3
+import gzip, importlib.metadata, json, pathlib, shutil, sqlite3
 
 import h5py, numpy as np, pandas as pd, scipy.io as sio
 from mcap_ros2.writer import Writer
+from rosbags.rosbag2 import StoragePlugin, Writer as Rosbag2
+from rosbags.typesys import Stores, get_typestore
 
 OUT = pathlib.Path(__file__).parent / "corpus"
 ROWS, EPOCH = 120, 1_763_000_000
@@ -162,10 +164,19 @@ def bags(df):
             at = EPOCH * 10**9 + int(STEPS[k])
             writer.write_message("/joint_states", schema, {"header": {"stamp": stamp, "frame_id": ""}, "name": JOINTS, **lists}, log_time=at, publish_time=at)
         writer.finish()
-    (OUT / "ros2.db3").unlink(missing_ok=True)
+    bag = OUT / "bag"
+    with Rosbag2(bag, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        types = get_typestore(Stores.ROS2_JAZZY)
+        message, stamp, header = [types.types[name] for name in ["sensor_msgs/msg/JointState", "builtin_interfaces/msg/Time", "std_msgs/msg/Header"]]
+        topic = writer.add_connection("/joint_states", message.__msgtype__, typestore=types)
+        for k in range(ROWS):
+            lists = {q: df[[f"{joint}.{c}" for joint in JOINTS]].to_numpy()[k].copy() for q, c in [("position", "position"), ("velocity", "velocity"), ("effort", "current")]}
+            state = message(header=header(stamp=stamp(sec=EPOCH, nanosec=int(STEPS[k])), frame_id=""), name=JOINTS, **lists)
+            writer.write(topic, EPOCH * 10**9 + int(STEPS[k]), types.serialize_cdr(state, message.__msgtype__))
+    (bag / "bag.db3").rename(OUT / "ros2.db3")
+    shutil.rmtree(bag)
     with sqlite3.connect(OUT / "ros2.db3") as base:
-        base.execute("pragma page_size = 512")
-        base.execute("create table messages(id integer primary key, topic_id integer, timestamp integer, data blob)")
+        base.executescript("pragma page_size = 1024; vacuum")  # half the size
     base.close()
 
 
@@ -173,5 +184,5 @@ OUT.mkdir(exist_ok=True)
 df = recording()
 for part in [texts, times, names, parquets, arrays, bags]:
     part(df)
-libraries = ["numpy", "pandas", "pyarrow", "scipy", "h5py", "mcap", "mcap-ros2-support"]
+libraries = ["numpy", "pandas", "pyarrow", "scipy", "h5py", "mcap", "mcap-ros2-support", "rosbags"]
 (OUT / "VERSIONS").write_text("".join(f"{name} {importlib.metadata.version(name)}\n" for name in libraries))

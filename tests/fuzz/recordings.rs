@@ -74,6 +74,23 @@ fn property_no_broken_mcap_panics_hangs_or_swells() {
     survive("mcap", false, compressions.map(super::support::mcap::good).to_vec());
 }
 
+/// From memory, and as a file: SQLite takes other ways for the two.
+#[cfg(feature = "db3")]
+#[test]
+fn property_no_broken_db3_panics_hangs_or_swells() {
+    survive("db3", false, [512, 4096].map(super::support::db3::good).to_vec());
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("run.db3");
+    let corpus = [Good { path: path.clone(), bytes: super::support::db3::good(512) }];
+    run("db3_file", false, &corpus, |_, bytes| {
+        std::fs::write(&path, bytes).expect("a file");
+        dataset::load_alone(&path).map_or(Reached::Refused, |session| {
+            check(&session);
+            Reached::Done
+        })
+    });
+}
+
 #[cfg(feature = "parquet")]
 #[test]
 fn property_no_broken_parquet_panics_hangs_or_swells() {

@@ -89,10 +89,15 @@ fn property_no_broken_urdf_panics_hangs_or_swells() {
 #[test]
 fn property_no_broken_mjcf_panics_hangs_or_swells() {
     let all = corpus("tests/mjcf", ".xml");
-    assert_eq!(all.len(), 3);
+    assert_eq!(all.len(), 4);
     let gripper = all.iter().find(|good| good.path.ends_with("gripper.xml")).expect("the file that is included");
     let arm = all.iter().find(|good| good.path.ends_with("arm.xml")).expect("the file that includes it");
     let folder = Folder::with(&[]);
+    let meshes = corpus("tests/mjcf/meshes", "");
+    let put_mesh = |mesh: &super::campaign::Good, bytes: &[u8]| {
+        folder.put(&format!("meshes/{}", mesh.path.file_name().expect("a name").to_string_lossy()), bytes);
+    };
+    meshes.iter().for_each(|mesh| put_mesh(mesh, &mesh.bytes));
     run("mjcf", true, &all, |at, bytes| {
         folder.put("arm.xml", &arm.bytes);
         folder.put("gripper.xml", &gripper.bytes);
@@ -100,6 +105,19 @@ fn property_no_broken_mjcf_panics_hangs_or_swells() {
         folder.put(&name, bytes);
         let read = if all[at].path == gripper.path { "arm.xml" } else { &name };
         let_go(first_model(&folder.path(read)).map(|first| first.model))
+    });
+    // A model all of whose masses follow from meshes, and one mesh that is broken.
+    run("mesh", false, &meshes, |at, bytes| {
+        let name = meshes[at].path.file_name().expect("a name").to_string_lossy().into_owned();
+        put_mesh(&meshes[at], bytes);
+        folder.put(
+            "meshes.xml",
+            format!(
+                "<mujoco><asset><mesh name=\"m\" file=\"meshes/{name}\"/></asset><worldbody><body><joint/><geom type=\"mesh\" mesh=\"m\"/>\
+                 </body></worldbody></mujoco>"
+            ),
+        );
+        let_go(first_model(&folder.path("meshes.xml")).map(|first| first.model))
     });
 }
 

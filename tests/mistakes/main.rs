@@ -21,6 +21,7 @@ mod strengths;
 
 mod binary;
 mod judged;
+#[allow(dead_code)]
 mod machines;
 mod planted;
 

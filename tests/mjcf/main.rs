@@ -1,5 +1,7 @@
 //! MJCF beside URDF: the tree, masses and drives of our own models against MuJoCo's numbers (`mujoco.json`, written by `make.py`).
 
+mod meshes;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

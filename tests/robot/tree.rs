@@ -164,7 +164,7 @@ fn property_meshes_become_hulls_and_unreadable_ones_are_kept_for_the_motion_chec
     for (mesh, expected) in [
         ("none.obj", "a file that can be read (No such file or directory (os error 2))"),
         ("m.dae", "a file that can be read (No such file or directory (os error 2))"),
-        ("../../m.toml", "an STL or OBJ mesh"),
+        ("../../m.toml", "an STL, OBJ or MSH mesh"),
         ("cut.stl", "a complete mesh"),
         ("flat.obj", "at least 4 points, not 3"),
         ("package://elsewhere/a.stl", "a package whose folder is above the URDF, or beside a folder above it"),

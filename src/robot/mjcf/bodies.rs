@@ -1,17 +1,20 @@
 //! Bodies, their joints and their masses, as links and joints of a URDF.
 
+mod joints;
+
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::actuators::{Actuated, Mimic, limited};
-use super::classes::{Classes, Item};
-use super::compiler::{Compiler, FromGeoms, unit};
+use super::actuators::{Actuated, Mimic};
+use super::classes::Classes;
+use super::compiler::{Compiler, FromGeoms};
 use super::document::Node;
 use super::geoms::Geom;
+use super::meshes::Meshes;
 use super::written::{Written, escaped, origin};
-use crate::error::Result;
-use crate::robot::drives::{DriveData, Drives};
+use crate::error::{Error, Result};
+use crate::robot::drives::Drives;
 use crate::robot::remark::Remark;
 use crate::robot::tree::Inertia;
 use crate::robot::urdf::written_inertial;
@@ -31,8 +34,7 @@ pub(super) struct Walk<'n> {
     compiler: &'n Compiler,
     actuators: BTreeMap<String, Actuated>,
     mimics: BTreeMap<String, Mimic>,
-    /// File and scale of each mesh.
-    meshes: BTreeMap<String, (String, [f64; 3])>,
+    meshes: Meshes,
     /// `ref` of each joint [rad or m].
     references: BTreeMap<String, f64>,
     links: Names,
@@ -40,6 +42,10 @@ pub(super) struct Walk<'n> {
     written: Written,
     drives: Drives,
     remarks: Vec<Remark>,
+    /// Whether a body with a joint has a mass.
+    moves_mass: bool,
+    /// The error of the first mesh that cannot be read for its mass.
+    unread: Option<Error>,
 }
 
 /// Where a child element of a body stands: the `<frame>` around it, and the class that applies there.
@@ -59,51 +65,31 @@ struct Parts<'n> {
 }
 
 impl<'n> Walk<'n> {
-    /// Prepares the walk: names of meshes, references of joints.
-    ///
-    /// # Errors
-    /// A mesh has no file, or a value is not a number.
+    /// Prepares the walk.
     pub fn new(
         root: &'n Node,
         classes: &'n Classes,
         compiler: &'n Compiler,
-        actuators: BTreeMap<String, Actuated>,
-        mimics: BTreeMap<String, Mimic>,
+        (actuators, mimics): (BTreeMap<String, Actuated>, BTreeMap<String, Mimic>),
+        meshes: Meshes,
         remarks: Vec<Remark>,
-    ) -> Result<Self> {
+    ) -> Self {
         let name = root.attribute("model").unwrap_or("robot");
-        let mut walk = Self {
+        Self {
             classes,
             compiler,
             actuators,
             mimics,
-            meshes: BTreeMap::new(),
+            meshes,
             references: BTreeMap::new(),
             links: Names::new(),
             joints: Names::new(),
             written: Written::new(name, root.main_line),
             drives: Drives::new(),
             remarks,
-        };
-        for node in root.all("asset").flat_map(|asset| asset.all("mesh")) {
-            walk.mesh(node)?;
+            moves_mass: false,
+            unread: None,
         }
-        Ok(walk)
-    }
-
-    fn mesh(&mut self, node: &'n Node) -> Result<()> {
-        let item = self.classes.with(node, None)?;
-        let Some(file) = item.text("file") else { return Ok(()) };
-        let stem = std::path::Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        let name = item.text("name").map_or(stem.unwrap_or_default(), str::to_owned);
-        let scale = item.array::<3>("scale")?.unwrap_or([1.0; 3]);
-        for moved in ["refpos", "refquat"] {
-            if item.text(moved).is_some() {
-                self.remarks.push(node.remark(&format!("{moved} is not taken: the coordinates of the file are used")));
-            }
-        }
-        self.meshes.insert(name, (format!("{}{file}", self.compiler.mesh_folder), scale));
-        Ok(())
     }
 
     /// Writes the base and all bodies.
@@ -126,7 +112,10 @@ impl<'n> Walk<'n> {
         for (node, around) in parts.bodies {
             self.body(node, around, &base, &Isometry3::identity(), 1)?;
         }
-        Ok((self.written, self.drives, self.remarks))
+        match self.unread.filter(|_| !self.moves_mass) {
+            Some(error) => Err(error),
+            None => Ok((self.written, self.drives, self.remarks)),
+        }
     }
 
     /// Writes a body below a link. `at` is the pose of the parent body in the frame of that link.
@@ -228,98 +217,6 @@ impl<'n> Walk<'n> {
         Ok(())
     }
 
-    /// [rad or m] One unit of a joint's positions.
-    fn unit_of(&self, item: &Item<'_>) -> Result<f64> {
-        Ok(if kind(item)? == "hinge" { self.compiler.angle } else { 1.0 })
-    }
-
-    /// Writes a joint and returns the pose of the body in the frame of the link that the joint moves.
-    fn joint(
-        &mut self,
-        node: &'n Node,
-        around: Around<'n>,
-        body: &Node,
-        (parent, link): (&str, &str),
-        at: &Isometry3<f64>,
-    ) -> Result<Isometry3<f64>> {
-        let fallback = || format!("{}_joint", body.attribute("name").unwrap_or("body"));
-        let given = node.attribute("name").map(str::to_owned);
-        let name = own_name(&mut self.joints, &given.unwrap_or_else(fallback));
-        if node.name == "freejoint" {
-            self.write_joint(node.main_line, (&name, "floating"), (parent, link), at, "");
-            return Ok(Isometry3::identity());
-        }
-        let item = self.classes.with(node, around.class)?;
-        let kind = kind(&item)?;
-        let anchor = around.frame * nalgebra::Point3::from(Vector3::from(item.array::<3>("pos")?.unwrap_or_default()));
-        let anchor = Translation3::from(anchor.coords);
-        if kind == "free" || kind == "ball" {
-            let of_urdf = if kind == "free" { "floating" } else { "spherical" };
-            self.write_joint(node.main_line, (&name, of_urdf), (parent, link), &(at * anchor), "");
-            return Ok(anchor.inverse() * Isometry3::identity());
-        }
-        let axis = Vector3::from(item.array::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
-        let axis = unit(around.frame.rotation * axis)
-            .ok_or_else(|| node.error("axis", item.text("axis").unwrap_or_default(), "an axis that is not zero"))?;
-        let reference = item.number_or("ref", 0.0)? * self.unit_of(&item)?;
-        let back = if kind == "hinge" {
-            Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&axis, -reference))
-        } else {
-            Isometry3::from_parts(Translation3::from(*axis * -reference), UnitQuaternion::identity())
-        };
-        let limits = self.limits(&item, kind, &name)?;
-        let inner = format!("<axis xyz=\"{} {} {}\"/>{limits}{}", axis.x, axis.y, axis.z, self.dynamics(&item, &name)?);
-        let of_urdf = match (kind, limits.contains("lower")) {
-            ("hinge", true) => "revolute",
-            ("hinge", false) => "continuous",
-            _ => "prismatic",
-        };
-        self.write_joint(node.main_line, (&name, of_urdf), (parent, link), &(at * anchor * back), &inner);
-        Ok(anchor.inverse() * Isometry3::identity())
-    }
-
-    /// `<limit>`, with a range only where there is one.
-    fn limits(&self, item: &Item<'_>, kind: &str, name: &str) -> Result<String> {
-        let unit = self.unit_of(item)?;
-        let range = limited(item, self.compiler, "range", "limited")?;
-        let range = match (range, kind) {
-            (Some([lower, upper]), _) => format!(" lower=\"{}\" upper=\"{}\"", lower * unit, upper * unit),
-            (None, "slide") => " lower=\"-inf\" upper=\"inf\"".to_owned(),
-            (None, _) => String::new(),
-        };
-        let of_joint = limited(item, self.compiler, "actuatorfrcrange", "actuatorfrclimited")?;
-        let of_joint = of_joint.map(|[low, high]| low.abs().max(high.abs()));
-        let of_actuators = self.actuators.get(name).and_then(|actuated| actuated.effort);
-        let effort = of_joint.into_iter().chain(of_actuators).fold(f64::INFINITY, f64::min);
-        Ok(format!("<limit{range} effort=\"{effort}\" velocity=\"inf\"/>"))
-    }
-
-    /// `<dynamics>` and `<mimic>` of a joint; also stores its drive data.
-    fn dynamics(&mut self, item: &Item<'_>, name: &str) -> Result<String> {
-        let damping = item.numbers("damping", 1, 3)?.unwrap_or_default();
-        let friction = item.magnitude_or("frictionloss", 0.0)?;
-        if damping.iter().skip(1).any(|higher| *higher != 0.0) {
-            self.remarks.push(item.node.remark("only the part of its damping linear in velocity is taken"));
-        }
-        if item.numbers("stiffness", 1, 3)?.is_some_and(|stiffness| stiffness.iter().any(|value| *value != 0.0)) {
-            self.remarks.push(item.node.remark("its spring (stiffness) is not taken"));
-        }
-        let armature = Some(item.magnitude_or("armature", 0.0)?).filter(|armature| *armature > 0.0);
-        let gear_ratio = self.actuators.get(name).map(|actuated| actuated.gear).filter(|gear| *gear > 1.0);
-        self.drives.insert(name.to_owned(), DriveData { gear_ratio, armature, ..DriveData::default() });
-        let mut out = String::new();
-        let damping = damping.first().copied().unwrap_or_default();
-        if damping != 0.0 || friction != 0.0 {
-            out = format!("<dynamics damping=\"{damping}\" friction=\"{friction}\"/>");
-        }
-        if let Some(Mimic { other, polynomial: [a0, a1] }) = self.mimics.get(name) {
-            let reference = |joint: &str| self.references.get(joint).copied().unwrap_or_default();
-            let offset = reference(name) + a0 - a1 * reference(other);
-            out += &format!("<mimic joint=\"{}\" multiplier=\"{a1}\" offset=\"{offset}\"/>", escaped(other));
-        }
-        Ok(out)
-    }
-
     fn write_joint(
         &mut self,
         line: usize,
@@ -340,7 +237,9 @@ impl<'n> Walk<'n> {
     fn inertia(&mut self, body: &'n Node, parts: &Parts<'n>) -> Result<Option<(usize, Inertia)>> {
         let own = parts.inertial.filter(|_| self.compiler.inertia != FromGeoms::Always || parts.geoms.is_empty());
         if let Some(node) = own {
-            return Ok(Some((node.main_line, self.inertial(node)?)));
+            let inertia = self.inertial(node)?;
+            self.moves_mass |= inertia.mass > 0.0 && !parts.joints.is_empty();
+            return Ok(Some((node.main_line, inertia)));
         }
         if self.compiler.inertia == FromGeoms::Never {
             return Ok(None);
@@ -348,14 +247,19 @@ impl<'n> Walk<'n> {
         let mut sum = Inertia::zero();
         for (node, around) in &parts.geoms {
             let geom = Geom::read(self.classes.with(node, around.class)?, self.compiler, &around.frame)?;
-            match geom.inertia()? {
+            let mut expected = "a mesh, box, capsule, cylinder, ellipsoid or sphere".to_owned();
+            let mesh = |name: &str| self.meshes.inertia(name).map_err(|fault| expected = fault).ok();
+            match geom.inertia(mesh)? {
                 Some(inertia) => sum = sum.joined(&inertia),
-                None if geom.has_unread_mass()? => {
-                    self.remarks.push(node.remark("the mass of a mesh is not read; give its body an <inertial>"));
+                None if geom.is_solid() => {
+                    self.remarks.push(node.remark(&format!("its mass is not read: expected {expected}")));
+                    let expected = format!("{expected}, or an <inertial> of its body: no body that moves has a mass");
+                    self.unread.get_or_insert(node.error("mesh", geom.mesh.unwrap_or(geom.kind), expected));
                 }
                 None => {}
             }
         }
+        self.moves_mass |= sum.mass > 0.0 && !parts.joints.is_empty();
         Ok((sum.mass > 0.0).then_some((body.main_line, sum)))
     }
 
@@ -379,7 +283,7 @@ impl<'n> Walk<'n> {
                 continue;
             }
             let element = if geom.collides { "collision" } else { "visual" };
-            match geom.urdf(|mesh| self.mesh_element(mesh)) {
+            match geom.urdf(|mesh| self.meshes.element(mesh)) {
                 Some(shape) => {
                     let origin = origin(&(at * geom.pose));
                     self.written.line(line, &format!("<{element}>{origin}<geometry>{shape}</geometry></{element}>"));
@@ -389,11 +293,6 @@ impl<'n> Walk<'n> {
             }
         }
         Ok(())
-    }
-
-    fn mesh_element(&self, name: &str) -> Option<String> {
-        let (file, [x, y, z]) = self.meshes.get(name)?;
-        Some(format!("<mesh filename=\"{}\" scale=\"{x} {y} {z}\"/>", escaped(file)))
     }
 }
 
@@ -410,9 +309,4 @@ fn own_name(names: &mut Names, wanted: &str) -> String {
     }
     names.insert(name.clone(), 1);
     name
-}
-
-/// How a joint moves.
-fn kind(item: &Item<'_>) -> Result<&'static str> {
-    item.node.word("type", item.text("type").unwrap_or("hinge"), &["hinge", "slide", "ball", "free"])
 }

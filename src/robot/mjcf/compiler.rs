@@ -31,6 +31,8 @@ pub(super) struct Compiler {
     /// Whether a range acts as a limit without `limited="true"`.
     pub autolimits: bool,
     pub inertia: FromGeoms,
+    /// Whether masses of meshes are computed exactly where a mesh does not say.
+    pub exact_meshes: bool,
     /// [m/s²]
     pub gravity: Vector3<f64>,
     /// Axes of Euler angles; capital letters mean fixed axes.
@@ -48,6 +50,7 @@ impl Compiler {
             mesh_folder: String::new(),
             autolimits: true,
             inertia: FromGeoms::Auto,
+            exact_meshes: false,
             gravity: STANDARD_GRAVITY,
             euler: ['x', 'y', 'z'],
         };
@@ -85,6 +88,7 @@ impl Compiler {
         if let Some(auto) = item.switch("autolimits")? {
             self.autolimits = auto;
         }
+        self.exact_meshes = item.switch("exactmeshinertia")?.unwrap_or(self.exact_meshes);
         self.inertia = match word("inertiafromgeom", &["false", "true", "auto"])? {
             Some("false") => FromGeoms::Never,
             Some("true") => FromGeoms::Always,

@@ -7,8 +7,9 @@
 //!   capsule     cylinder and two half spheres: I_z = m_c r²/2 + 2/5 m_s r²
 //!                                              I_x = m_c (3 r² + 4 h²)/12 + m_s (2/5 r² + h² + 3/4 h r)
 //!   ellipsoid   m = ρ 4/3 π a b c       I_x = m (b² + c²)/5
+//!   mesh        `meshes`
 //! ```
-//! Left out: the mass of a mesh.
+//! Left out: primitives that are fitted to a mesh.
 //! Reference: MuJoCo documentation, XML reference, `body/geom`.
 
 use std::f64::consts::PI;
@@ -85,23 +86,35 @@ impl<'n> Geom<'n> {
         Ok(Self { kind, size, pose: frame * pose, mesh, collides, item })
     }
 
-    /// Inertia in the frame of its body; `None` for a geom whose mass is not read.
+    /// Inertia in the frame of its body; `None` for a geom whose mass is not read. `mesh` gives the inertia of a mesh by its name, for a density
+    /// of one.
     ///
     /// # Errors
     /// Mass or density is not a number, or is negative.
-    pub fn inertia(&self) -> Result<Option<Inertia>> {
+    pub fn inertia(&self, mesh: impl FnOnce(&str) -> Option<Inertia>) -> Result<Option<Inertia>> {
         let given = self.item.array::<1>("mass")?.map(|_| self.item.magnitude_or("mass", 0.0)).transpose()?;
         let density = self.item.magnitude_or("density", DENSITY)?;
-        let Some((volume, moments)) = self.unit_moments() else { return Ok(None) };
-        let mass = given.unwrap_or(density * volume);
-        let tensor = Matrix3::from_diagonal(&(moments * mass));
-        Ok(Some(Inertia { mass, com: Vector3::zeros(), tensor }.seen_from(&self.pose)))
+        if given.unwrap_or(density) == 0.0 {
+            return Ok(Some(Inertia::zero()));
+        }
+        let Some(unit) = self.unit_inertia(mesh) else { return Ok(None) };
+        let factor = given.map_or(density, |mass| mass / unit.mass);
+        let scaled = Inertia { mass: unit.mass * factor, com: unit.com, tensor: unit.tensor * factor };
+        Ok(Some(scaled.seen_from(&self.pose)))
     }
 
-    /// Whether the geom has a mass that is not read, because it is a mesh or an `sdf`.
-    pub fn has_unread_mass(&self) -> Result<bool> {
-        let solid = self.mesh.is_some() || self.kind == "sdf";
-        Ok(solid && self.item.number_or("mass", 1.0)? > 0.0 && self.item.number_or("density", 1.0)? > 0.0)
+    /// Whether the geom is solid: a plane and a height field have no mass.
+    pub fn is_solid(&self) -> bool {
+        !["plane", "hfield"].contains(&self.kind)
+    }
+
+    /// The inertia for a density of one.
+    fn unit_inertia(&self, mesh: impl FnOnce(&str) -> Option<Inertia>) -> Option<Inertia> {
+        if let (Some(name), "mesh") = (self.mesh, self.kind) {
+            return mesh(name);
+        }
+        let (volume, moments) = self.unit_moments()?;
+        Some(Inertia { mass: volume, com: Vector3::zeros(), tensor: Matrix3::from_diagonal(&(moments * volume)) })
     }
 
     /// Volume [m³], and moments of inertia of a unit mass [m²].

@@ -9,7 +9,7 @@
 //! Damping and dry friction of a joint become `<dynamics>`, ranges and forces `<limit>`, an equality of two joints `<mimic>`. Free and ball
 //! joints become floating and spherical ones, which the URDF reader holds fixed. What is not taken is remarked, with its line. Where the
 //! URDF reader reports an element of an included file, it gives the line of the `<include>`.
-//! Left out: masses of meshes, springs of joints, tendons, closed loops, contacts, sensors, keyframes, gains of actuators.
+//! Left out: springs of joints, tendons, closed loops, contacts, sensors, keyframes, gains of actuators.
 //! Reference: MuJoCo documentation, XML reference, version 4.0.
 
 mod actuators;
@@ -18,6 +18,7 @@ mod classes;
 mod compiler;
 mod document;
 mod geoms;
+mod meshes;
 mod written;
 
 use std::path::Path;
@@ -25,6 +26,7 @@ use std::path::Path;
 use self::bodies::Walk;
 use self::classes::Classes;
 use self::compiler::Compiler;
+use self::meshes::Meshes;
 use super::remark::Remark;
 use super::robot_file::RobotFile;
 use crate::error::Result;
@@ -65,7 +67,8 @@ pub(super) fn read(file: &Path, text: &str) -> Result<RobotFile> {
     let compiler = Compiler::read(&root, &classes, &mut remarks)?;
     let actuators = actuators::actuators(&root, &classes, &compiler, &mut remarks)?;
     let mimics = actuators::mimics(&root, &classes, &mut remarks)?;
-    let walk = Walk::new(&root, &classes, &compiler, actuators, mimics, remarks)?;
+    let meshes = Meshes::read(file, &root, &classes, &compiler, &mut remarks)?;
+    let walk = Walk::new(&root, &classes, &compiler, (actuators, mimics), meshes, remarks);
     let gravity = compiler.gravity;
     let (written, drives, remarks) = walk.all(&root)?;
     let (text, lines) = written.finish();

@@ -122,7 +122,7 @@ const MASS: f64 = 1e9;
 /// [kg·m²] Largest moment of inertia.
 const INERTIA: f64 = 1e12;
 /// [N·m·s/rad or N·s/m], [N·m or N] Largest damping and friction of a joint.
-const FRICTION: f64 = 1e10;
+pub(in crate::robot) const FRICTION: f64 = 1e10;
 /// [1] Largest factor.
 const FACTOR: f64 = 1e6;
 /// A limit may be arbitrarily large or infinite; a very large limit counts as none.

@@ -20,6 +20,7 @@ mod visuals;
 use std::path::Path;
 
 use self::description::kind_of;
+pub(super) use self::grammar::FRICTION as LARGEST_DAMPING;
 pub(super) use self::inertials::written as written_inertial;
 pub(super) use self::scan::{Element, elements};
 pub(super) use self::tree::Built;

@@ -1,6 +1,8 @@
 //! Good files of every kind, a folder to break them in, and the program run there.
 #![allow(dead_code, reason = "every test is its own crate and uses its own part")]
 
+#[cfg(feature = "db3")]
+pub mod db3;
 #[cfg(feature = "mcap")]
 pub mod mcap;
 #[cfg(feature = "parquet")]

@@ -1,27 +1,28 @@
-//! The joint states of an MCAP file, topic by topic.
+//! The joint states of a recording, topic by topic. The topic with the most messages becomes the table.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::super::Note;
 use super::super::table::{Column, Table, check_cells, list};
-use super::joint_state::{JointState, Reader, Wire};
-use super::opcode;
+use super::joint_state::{JointState, Wire};
 use crate::error::{Error, Place, Result};
 
 /// Names of the message in ROS 1 and ROS 2.
-const SCHEMAS: [&str; 2] = ["sensor_msgs/JointState", "sensor_msgs/msg/JointState"];
+const NAMES: [&str; 2] = ["sensor_msgs/JointState", "sensor_msgs/msg/JointState"];
 
-/// Length of the header of a message: channel, number, two times [bytes].
-const MESSAGE_HEAD: usize = 2 + 4 + 8 + 8;
+/// First bytes of a message that rosbag2 has compressed by Zstandard. CDR begins with a zero, ROS 1 with a counter that
+/// would take years to this number.
+const COMPRESSED: &[u8] = b"\x28\xb5\x2f\xfd";
+
+/// Whether a type of messages is that of joint states.
+pub(crate) fn is_joint_state(name: &str) -> bool {
+    NAMES.contains(&name)
+}
 
 /// State of reading.
-pub(super) struct Topics<'a> {
+pub(crate) struct Topics<'a> {
     path: &'a Path,
-    /// Ids of the schemas of joint states.
-    schemas: HashSet<u16>,
-    /// Index in `topics`, and the encoding of its messages, by the id of a channel.
-    channels: HashMap<u16, (usize, Option<Wire>)>,
     topics: Vec<Topic>,
     /// Index in `topics` by name.
     places: HashMap<String, usize>,
@@ -40,66 +41,25 @@ struct Topic {
 }
 
 impl<'a> Topics<'a> {
-    /// The state before the first record.
-    pub(super) fn new(path: &'a Path) -> Self {
-        Self {
-            path,
-            schemas: HashSet::new(),
-            channels: HashMap::new(),
-            topics: Vec::new(),
-            places: HashMap::new(),
-            cells: 0,
-        }
+    /// The state before the first message.
+    pub(crate) fn new(path: &'a Path) -> Self {
+        Self { path, topics: Vec::new(), places: HashMap::new(), cells: 0 }
     }
 
-    /// Processes a record. Records that are not joint states, or are incomplete, are skipped.
+    /// Index of a topic of joint states, by its name.
+    pub(crate) fn place(&mut self, name: String) -> usize {
+        *self.places.entry(name.clone()).or_insert_with(|| {
+            self.topics.push(Topic { name, first: None, columns: Vec::new(), fault: None });
+            self.topics.len() - 1
+        })
+    }
+
+    /// Takes the next message of a topic.
     ///
     /// # Errors
     /// There are too many numbers.
-    pub(super) fn take(&mut self, opcode: u8, record: &[u8]) -> Result<()> {
-        match opcode {
-            opcode::SCHEMA => {
-                self.schema(record);
-            }
-            opcode::CHANNEL => {
-                self.channel(record);
-            }
-            opcode::MESSAGE => return self.message(record),
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn schema(&mut self, record: &[u8]) -> Option<()> {
-        let mut reader = Reader::packed(record);
-        let (id, name) = (reader.u16()?, reader.string()?);
-        if SCHEMAS.contains(&name.as_str()) {
-            self.schemas.insert(id);
-        }
-        Some(())
-    }
-
-    fn channel(&mut self, record: &[u8]) -> Option<()> {
-        let mut reader = Reader::packed(record);
-        let (id, schema) = (reader.u16()?, reader.u16()?);
-        if !self.schemas.contains(&schema) || self.channels.contains_key(&id) {
-            return None;
-        }
-        let (name, encoding) = (reader.string()?, reader.string()?);
-        let place = *self.places.entry(name.clone()).or_insert_with(|| {
-            self.topics.push(Topic { name, first: None, columns: Vec::new(), fault: None });
-            self.topics.len() - 1
-        });
-        self.channels.insert(id, (place, Wire::of_encoding(&encoding)));
-        Some(())
-    }
-
-    fn message(&mut self, record: &[u8]) -> Result<()> {
-        let Some((head, content)) = record.split_at_checked(MESSAGE_HEAD) else { return Ok(()) };
-        let Some(&(place, wire)) = self.channels.get(&u16::from_le_bytes([head[0], head[1]])) else { return Ok(()) };
-        let topic = &mut self.topics[place];
-        let added = topic.add(wire.and_then(|wire| wire.joint_state(content)));
-        self.cells += added as u64;
+    pub(crate) fn take(&mut self, place: usize, wire: &Wire, content: &[u8]) -> Result<()> {
+        self.cells += self.topics[place].add(wire, content) as u64;
         check_cells(self.path, self.cells, 1)
     }
 
@@ -107,7 +67,7 @@ impl<'a> Topics<'a> {
     ///
     /// # Errors
     /// There is none, or one of its messages cannot be used.
-    pub(super) fn table(mut self) -> Result<Table> {
+    pub(crate) fn table(mut self) -> Result<Table> {
         self.topics.retain(|topic| topic.first.is_some() || topic.fault.is_some());
         let Some(chosen) = (0..self.topics.len()).rev().max_by_key(|&place| self.topics[place].rows()) else {
             let expected = "messages of type sensor_msgs/JointState";
@@ -133,13 +93,14 @@ impl Topic {
     }
 
     /// Adds a message; returns its count of numbers.
-    fn add(&mut self, state: Option<JointState>) -> usize {
+    fn add(&mut self, wire: &Wire, content: &[u8]) -> usize {
         if self.fault.is_some() {
             return 0;
         }
         let row = self.rows() + 1;
-        let Some(state) = state else {
-            self.fault = Some((row, String::new(), "a readable sensor_msgs/JointState".into()));
+        let Some(state) = wire.joint_state(content) else {
+            let (value, expected) = unreadable(wire, content);
+            self.fault = Some((row, value, expected));
             return 0;
         };
         let first = self.first.get_or_insert_with(|| {
@@ -159,5 +120,21 @@ impl Topic {
             column.values.push(value);
         }
         self.columns.len()
+    }
+}
+
+/// What a message is that cannot be read, and what was expected.
+fn unreadable(wire: &Wire, content: &[u8]) -> (String, String) {
+    let readable = "a readable sensor_msgs/JointState";
+    match wire {
+        Wire::Other(encoding) => (encoding.clone(), format!("{readable}, encoded as cdr or ros1")),
+        _ if content.starts_with(COMPRESSED) => (
+            "a message compressed by zstd".to_owned(),
+            format!(
+                "{readable}: `ros2 bag convert -i FOLDER -o convert.yaml` with the folder of the bag, where convert.yaml holds \
+                 `output_bags: [{{uri: plain, all_topics: true}}]`"
+            ),
+        ),
+        _ => (String::new(), readable.to_owned()),
     }
 }

@@ -8,18 +8,20 @@
 //! every number to its size and ends strings with a zero; ROS 1 is packed and little-endian.
 
 /// Encoding of a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wire {
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Wire {
     Ros1,
     Cdr,
+    /// One that is not read, by its name.
+    Other(String),
 }
 
 /// One message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct JointState {
+pub(crate) struct JointState {
     /// Seconds and nanoseconds.
-    pub(super) stamp: (i64, u32),
-    pub(super) names: Vec<String>,
+    pub(crate) stamp: (i64, u32),
+    pub(crate) names: Vec<String>,
     /// Position, velocity, effort: one value per joint, or none.
     lists: [Vec<f64>; 3],
 }
@@ -32,47 +34,48 @@ const QUANTITIES: [&str; 3] = ["position", "velocity", "effort"];
 
 impl JointState {
     /// Joint and quantity of every value, quantity by quantity.
-    pub(super) fn quantities(&self) -> impl Iterator<Item = (&str, &'static str)> {
+    pub(crate) fn quantities(&self) -> impl Iterator<Item = (&str, &'static str)> {
         let present = QUANTITIES.into_iter().zip(&self.lists).filter(|(_, list)| !list.is_empty());
         present.flat_map(|(quantity, _)| self.names.iter().map(move |name| (name.as_str(), quantity)))
     }
 
     /// The values in that order.
-    pub(super) fn values(&self) -> impl Iterator<Item = f64> {
+    pub(crate) fn values(&self) -> impl Iterator<Item = f64> {
         self.lists.iter().flatten().copied()
     }
 
     /// Whether names and lists are the same as those of another message.
-    pub(super) fn has_the_joints_of(&self, other: &Self) -> bool {
+    pub(crate) fn has_the_joints_of(&self, other: &Self) -> bool {
         self.names == other.names && (0..3).all(|i| self.lists[i].len() == other.lists[i].len())
     }
 }
 
 impl Wire {
-    /// The encoding, from its name in a channel.
-    pub(super) fn of_encoding(encoding: &str) -> Option<Self> {
+    /// The encoding, from its name in a file.
+    pub(crate) fn of_encoding(encoding: &str) -> Self {
         match encoding {
-            "ros1" => Some(Self::Ros1),
-            "cdr" => Some(Self::Cdr),
-            _ => None,
+            "ros1" => Self::Ros1,
+            "cdr" => Self::Cdr,
+            other => Self::Other(other.to_owned()),
         }
     }
 
     /// Reads a message; `None` if it is cut off or its lists do not fit its names.
-    pub(super) fn joint_state(self, bytes: &[u8]) -> Option<JointState> {
+    pub(crate) fn joint_state(&self, bytes: &[u8]) -> Option<JointState> {
         let mut reader = match self {
             Self::Ros1 => Reader::packed(bytes),
             Self::Cdr => {
                 let (head, bytes) = bytes.split_at_checked(4)?;
                 Reader { bytes, at: 0, aligned: true, little_endian: head[1] & 1 == 1 }
             }
+            Self::Other(_) => return None,
         };
-        if self == Self::Ros1 {
+        if *self == Self::Ros1 {
             reader.u32()?;
         }
         let seconds = reader.u32()?;
         // ROS 2 has signed seconds, ROS 1 unsigned ones.
-        let seconds = if self == Self::Cdr { i64::from(seconds.cast_signed()) } else { i64::from(seconds) };
+        let seconds = if *self == Self::Cdr { i64::from(seconds.cast_signed()) } else { i64::from(seconds) };
         let stamp = (seconds, reader.u32()?);
         reader.string()?;
         let count = reader.u32().filter(|&count| count <= MAX_JOINTS)?;
@@ -84,7 +87,7 @@ impl Wire {
 }
 
 /// Reads a message from front to back.
-pub(super) struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
     aligned: bool,
@@ -93,7 +96,7 @@ pub(super) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// For packed bytes, least byte first.
-    pub(super) fn packed(bytes: &'a [u8]) -> Self {
+    pub(crate) fn packed(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0, aligned: false, little_endian: true }
     }
 
@@ -114,7 +117,8 @@ impl<'a> Reader<'a> {
         Some(bytes)
     }
 
-    pub(super) fn u16(&mut self) -> Option<u16> {
+    #[cfg(feature = "mcap")]
+    pub(crate) fn u16(&mut self) -> Option<u16> {
         self.number().map(u16::from_le_bytes)
     }
 
@@ -122,7 +126,7 @@ impl<'a> Reader<'a> {
         self.number().map(u32::from_le_bytes)
     }
 
-    pub(super) fn string(&mut self) -> Option<String> {
+    pub(crate) fn string(&mut self) -> Option<String> {
         let length = self.u32()?;
         let bytes = self.take(usize::try_from(length).ok()?)?;
         let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);
