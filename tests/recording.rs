@@ -9,6 +9,8 @@ use lostmotion::robot::{Body, Geometry, Inertia, Joint, Limits, Robot, Shape};
 use lostmotion::timeseries::{Channel, Drawn, JointSeries, Samples, TimeSeries};
 use lostmotion::units::JointKind;
 use nalgebra::{Isometry3, Matrix3, Vector3};
+use rerun::external::re_log_encoding::DecoderApp;
+use rerun::log::{Chunk, LogMsg};
 
 /// A link of 0.4 m that turns about z.
 fn body(name: &str, parent: Option<usize>, reach: f64) -> Body {
@@ -111,10 +113,13 @@ fn recording() -> Vec<u8> {
 #[test]
 fn property_recording_holds_arm_traces_plots_and_result() {
     let bytes = recording();
-    let stores = rerun::ChunkStore::from_rrd_reader(&rerun::ChunkStoreConfig::DEFAULT, &mut bytes.as_slice()).unwrap();
     let paths = |kind: rerun::StoreKind| -> BTreeSet<String> {
-        let stores = stores.iter().filter(|(id, _)| id.kind() == kind);
-        stores.flat_map(|(_, store)| store.all_entities()).map(|path| path.to_string()).collect()
+        let messages = DecoderApp::decode_lazy(bytes.as_slice()).map(|message| message.expect("a message"));
+        let of_kind = messages.filter_map(|message| match message {
+            LogMsg::ArrowMsg(store, content) if store.kind() == kind => Some(content),
+            _ => None,
+        });
+        of_kind.map(|content| Chunk::from_arrow_msg(&content).expect("a chunk").entity_path().to_string()).collect()
     };
     let logged = paths(rerun::StoreKind::Recording);
     for expected in [

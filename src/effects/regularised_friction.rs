@@ -112,6 +112,8 @@ impl Effect for RegularisedFriction {
 /// Lack of friction at rest, relative to Coulomb friction: the whole of a law whose breakaway is anything from half to twice of it. A law
 /// that only falls or rises with speed lacks less: breakaway friction of a real contact is not below its Coulomb friction.
 const LACKS: [f64; 2] = [0.5, 2.5];
+/// `tanh` of more is one to the last bit.
+const SATURATED: f64 = 20.0;
 /// Ratio of one velocity that is tried to the next.
 const SCAN_STEP: f64 = 1.4;
 /// Slowest velocity that is tried, relative to the speed that one row in twenty is below: a slower one shows in no row.
@@ -158,6 +160,9 @@ impl Diagnosable for RegularisedFriction {
                 return 0.0;
             }
             let change = m.a.get(row).map_or(0.0, |a| a.abs() * motion.half_width[row]);
+            if m.v[row].abs() - change > SATURATED * v_r {
+                return 0.0;
+            }
             over_kernel(|u| lack(m.v[row] + change * u))
         };
         vec![motion.column(joint, row)]

@@ -72,17 +72,7 @@ impl Model {
         check_schema(&root)?;
         let name = root.name("name")?.to_owned();
         root.text("urdf")?;
-        let words = [("known", Masses::Known), ("estimated", Masses::Estimated)];
-        let masses = root.optional_choice("masses", &words)?;
-        let (accuracy, masses) = match (root.optional_table("accuracy")?, masses) {
-            (Some(table), masses) => {
-                let (accuracy, stated) = Accuracy::read(&table)?;
-                table.finish()?;
-                (accuracy, masses.unwrap_or(stated))
-            }
-            (None, Some(Masses::Estimated)) => (Accuracy::of_guesses(), Masses::Estimated),
-            (None, _) => (Accuracy::default(), Masses::Known),
-        };
+        let (accuracy, masses) = read_accuracy(&root)?;
         let gravity = root.optional_vector::<3>("gravity", &ranges::GRAVITY)?;
         let table = root.table("joints")?;
         let tables = table.named_tables()?;
@@ -95,16 +85,7 @@ impl Model {
 
         let robot_file = format::robot_file(urdf_file, urdf_text)?;
         let urdf = Urdf::of(urdf_file, &robot_file)?;
-        let movable = urdf.movable_joints();
-        for name in table.keys() {
-            if !movable.contains(&name) && !urdf.mimics(name) {
-                let near = nearest(name, movable.iter().copied()).map_or_else(
-                    || format!("one of its movable joints {}", movable.join(", ")),
-                    |near| format!("a movable joint of it, such as {near}"),
-                );
-                return Err(table.error(name, format!("a joint of {}: {near}", urdf_file.display())));
-            }
-        }
+        require_movable(&table, &urdf, urdf_file)?;
         let Built { mut robot, held, remarks } = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
         robot.gravity = gravity.map_or(STANDARD_GRAVITY, Into::into);
         robot.coupling = Coupling::read(&root, &robot.bodies)?;
@@ -137,6 +118,32 @@ impl Model {
             places: document.places(),
         })
     }
+}
+
+/// How well the nominal values are known, and whether the masses are more than a guess.
+fn read_accuracy(root: &Table) -> Result<(Accuracy, Masses)> {
+    let words = [("known", Masses::Known), ("estimated", Masses::Estimated)];
+    let masses = root.optional_choice("masses", &words)?;
+    let Some(table) = root.optional_table("accuracy")? else {
+        return Ok(match masses {
+            Some(Masses::Estimated) => (Accuracy::of_guesses(), Masses::Estimated),
+            _ => (Accuracy::default(), Masses::Known),
+        });
+    };
+    let (accuracy, stated) = Accuracy::read(&table)?;
+    table.finish()?;
+    Ok((accuracy, masses.unwrap_or(stated)))
+}
+
+/// Every joint of the model file is one of the URDF that can move.
+fn require_movable(table: &Table, urdf: &Urdf, file: &Path) -> Result<()> {
+    let movable = urdf.movable_joints();
+    let Some(name) = table.keys().find(|name| !movable.contains(name) && !urdf.mimics(name)) else { return Ok(()) };
+    let near = nearest(name, movable.iter().copied()).map_or_else(
+        || format!("one of its movable joints {}", movable.join(", ")),
+        |near| format!("a movable joint of it, such as {near}"),
+    );
+    Err(table.error(name, format!("a joint of {}: {near}", file.display())))
 }
 
 impl Model {

@@ -169,11 +169,8 @@ fn entry(found: &FoundEffect, catalogue: &Catalogue) -> EffectEntry {
     EffectEntry { effect: found.effect.clone(), joint, parameters }
 }
 
-/// Separates new effects from those of the reference, renames the candidates, and writes
-/// the models of the machine in the reference and now.
-pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [before, now]: &[Vec<Option<SideGap>>; 2]) {
-    let catalogue = &parts.catalogue;
-    let (model, factors) = problem.deviating_model();
+/// Takes the effects of the reference out of the findings, and gives the new ones the names of the catalogue.
+fn take_old(parts: &mut Parts) -> Vec<FoundEffect> {
     let (new, old): (Vec<FoundEffect>, Vec<FoundEffect>) =
         std::mem::take(&mut parts.findings.effects).into_iter().partition(|found| changed(&found.effect).is_some());
     let plain = |name: &str| changed(name).unwrap_or(name).to_owned();
@@ -185,7 +182,27 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
     for withdrawn in &mut parts.findings.withdrawn {
         withdrawn.effect = plain(&withdrawn.effect);
     }
-    let old: Vec<FoundEffect> = old.into_iter().filter(of_catalogue).collect();
+    old.into_iter().filter(of_catalogue).collect()
+}
+
+/// Writes one value of each change into a model that has the friction of that time already.
+fn write(changes: &[Change], model: &mut Model, value: impl Fn(&Change) -> f64) {
+    for change in changes {
+        let Some(joint) = model.joints.iter().position(|joint| joint.name == change.joint) else { continue };
+        match quantity::find(&change.quantity) {
+            Some(quantity) if !quantity.is_of_baseline() => quantity.write(model, joint, value(change)),
+            None if change.quantity == "backlash" => model.joints[joint].backlash = Some(value(change)),
+            _ => {}
+        }
+    }
+}
+
+/// Separates new effects from those of the reference, renames the candidates, and writes
+/// the models of the machine in the reference and now.
+pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [before, now]: &[Vec<Option<SideGap>>; 2]) {
+    let (model, factors) = problem.deviating_model();
+    let old = take_old(parts);
+    let catalogue = &parts.catalogue;
     let values = |side: &[Option<SideGap>]| side.iter().map(|gap| gap.map(|gap| gap.value)).collect::<Vec<_>>();
     let shares: Vec<Option<f64>> = now.iter().zip(before).map(|(now, was)| now.or(*was)?.link_share).collect();
     let judged = problem.joints();
@@ -206,20 +223,8 @@ pub fn complete(parts: &mut Parts, problem: &Problem, changes: Vec<Change>, [bef
     let is = extend::with_baseline(&model, &today);
     let mut is = extend::with_effects(&model, &is, &old, catalogue);
     is.effects.extend(parts.findings.effects.iter().map(|found| entry(found, catalogue)));
-    for change in &changes {
-        let Some(joint) = model.joints.iter().position(|joint| joint.name == change.joint) else { continue };
-        match quantity::find(&change.quantity) {
-            Some(quantity) if !quantity.is_of_baseline() => {
-                quantity.write(&mut was, joint, change.reference.value);
-                quantity.write(&mut is, joint, change.now.value);
-            }
-            None if change.quantity == "backlash" => {
-                was.joints[joint].backlash = Some(change.reference.value);
-                is.joints[joint].backlash = Some(change.now.value);
-            }
-            _ => {}
-        }
-    }
+    write(&changes, &mut was, |change| change.reference.value);
+    write(&changes, &mut is, |change| change.now.value);
     for (index, joint) in model.joints.iter().enumerate() {
         let Some(estimate) = parts.baseline.get_mut(&joint.name) else { continue };
         for change in changes.iter().filter(|change| change.joint == joint.name) {

@@ -24,6 +24,7 @@ use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::plant::{Options as PlantOptions, Plant};
 use crate::robot::{JointModel, Model};
+use crate::timeseries::TimeSeries;
 
 /// [s] How far ahead is predicted: what a controller, a contact and a motion planner need.
 pub const HORIZONS: [f64; 3] = [0.01, 0.1, 1.0];
@@ -36,6 +37,9 @@ const SETTLES: f64 = 1.0;
 const COMPARED: f64 = 20.0;
 /// Most instants of a recording from which one horizon is predicted: an RMS of 300 errors is known to 4 %.
 const MOST_RELEASES: usize = 300;
+
+/// [s] Longest part of a recording that is predicted: room for that many of the longest horizon.
+const LONGEST: f64 = SETTLES + MOST_RELEASES as f64;
 
 /// Errors of a model's predictions over one horizon on one joint.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,8 +69,9 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|e| e * e).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Predicts the positions of a recording over each of [`HORIZONS`], joint by joint; only joints that were recorded. Nothing is predicted in a
-/// recording shorter than a horizon with the time in which the observer settles, and nothing from currents without their sign.
+/// Predicts the positions of a recording over each of [`HORIZONS`] that is no shorter than a sample, joint by joint; only joints that were recorded. Nothing is predicted in a
+/// recording shorter than a horizon with the time in which the observer settles, nothing beyond its first 301 s, and nothing from currents without
+/// their sign.
 ///
 /// # Errors
 /// As [`replay`](super::replay).
@@ -74,33 +79,38 @@ pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Ve
     let model = &model.in_session(&session.series.name);
     let session = &*longest_part(session, &mut Vec::new());
     let inputs = inputs::inputs(model, session, Loop::Closed, &mut Vec::new())?;
-    if inputs.iter().any(|input| input.magnitude) {
+    let horizons = horizons(&session.series);
+    if inputs.iter().any(|input| input.magnitude) || horizons.is_empty() {
         return Ok(Vec::new());
     }
     let steps: Vec<f64> = model.joints.iter().zip(&inputs).map(|(joint, input)| encoder_step(joint, input)).collect();
     let followed = Followed { model, time: &session.series.time, inputs: &inputs, steps: &steps, options };
-    let bandwidths = followed.best_bandwidths()?;
+    let bandwidths = followed.best_bandwidths(horizons[0])?;
     let blurred = blurred(model, session, &inputs);
     let blurred_inputs = inputs::inputs(model, &blurred, Loop::Closed, &mut Vec::new())?;
     let by_others = Followed { inputs: &blurred_inputs, ..followed };
-    let samples = session.series.time.len();
-    let both = [followed, by_others].map(|one| one.observe(&bandwidths, samples, &HORIZONS));
-    let [observed, observed_by_others] = both;
-    let (observed, observed_by_others) = (observed?, observed_by_others?);
-    let mut predicted = Vec::new();
-    for (at, horizon) in HORIZONS.iter().enumerate() {
-        let own = followed.predictions(&observed, *horizon, &observed.released[at])?;
-        let others = by_others.predictions(&observed_by_others, *horizon, &observed_by_others.released[at])?;
-        let pairs = own.into_iter().zip(others).zip(&steps);
-        predicted
-            .extend(pairs.filter(|((one, _), _)| one.recorded).map(|((one, other), step)| one.beside(&other, *step)));
-    }
-    Ok(predicted)
+    let samples = followed.samples_within(LONGEST);
+    let all = |followed: &Followed| -> Result<Vec<Prediction>> {
+        let observed = followed.observe(&bandwidths, samples, &horizons)?;
+        let horizons = horizons.iter().zip(&observed.released);
+        let predicted = horizons.map(|(horizon, released)| followed.predictions(&observed, *horizon, released));
+        Ok(predicted.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+    };
+    let pairs = all(&followed)?.into_iter().zip(all(&by_others)?).zip(steps.iter().cycle());
+    Ok(pairs.filter(|((one, _), _)| one.recorded).map(|((one, other), step)| one.beside(&other, *step)).collect())
+}
+
+/// The horizons that a recording resolves.
+fn horizons(series: &TimeSeries) -> Vec<f64> {
+    /// Times of samples are rounded, and jitter.
+    const NEARLY: f64 = 0.9;
+    HORIZONS.into_iter().filter(|horizon| *horizon >= NEARLY * series.sample_interval()).collect()
 }
 
 /// Predictions over one horizon on one joint.
-struct Prediction<'a> {
-    joint: &'a JointModel,
+struct Prediction {
+    joint: String,
+    unit: &'static str,
     recorded: bool,
     horizon: f64,
     /// [s] Times for which was predicted.
@@ -111,15 +121,15 @@ struct Prediction<'a> {
     error: Vec<f64>,
 }
 
-impl Prediction<'_> {
+impl Prediction {
     /// Its errors, with the floor from the same prediction by other sensors with this step [rad or m] of the encoder.
     fn beside(self, other: &Self, step: f64) -> Predicted {
         let differences = self.position.iter().zip(&other.position).map(|(one, other)| (one - other).powi(2));
         let mean = differences.sum::<f64>() / self.position.len().max(1) as f64;
         Predicted {
-            joint: self.joint.name.clone(),
+            joint: self.joint,
             horizon: self.horizon,
-            unit: self.joint.kind.position_unit(),
+            unit: self.unit,
             time: self.time,
             error: self.error,
             floor: (0.5 * mean + step * step / 12.0).sqrt(),
@@ -146,14 +156,13 @@ struct Followed<'a> {
 }
 
 impl Followed<'_> {
-    /// The bandwidth [rad/s] for each joint with which the shortest horizon is predicted best at the start of the recording.
-    fn best_bandwidths(&self) -> Result<Vec<f64>> {
-        let start = self.time.first().copied().unwrap_or(0.0);
-        let samples = self.time.partition_point(|time| *time - start <= COMPARED);
+    /// The bandwidth [rad/s] for each joint with which this horizon is predicted best at the start of the recording.
+    fn best_bandwidths(&self, horizon: f64) -> Result<Vec<f64>> {
+        let samples = self.samples_within(COMPARED);
         let mut best = vec![(f64::INFINITY, BANDWIDTHS[0]); self.inputs.len()];
         for bandwidth in BANDWIDTHS {
-            let observed = self.observe(&vec![bandwidth; self.inputs.len()], samples, &HORIZONS[..1])?;
-            let predicted = self.predictions(&observed, HORIZONS[0], &observed.released[0])?;
+            let observed = self.observe(&vec![bandwidth; self.inputs.len()], samples, &[horizon])?;
+            let predicted = self.predictions(&observed, horizon, &observed.released[0])?;
             for (best, one) in best.iter_mut().zip(predicted).filter(|(_, one)| !one.error.is_empty()) {
                 if rms(&one.error) < best.0 {
                     *best = (rms(&one.error), bandwidth);
@@ -163,13 +172,20 @@ impl Followed<'_> {
         Ok(best.into_iter().map(|(_, bandwidth)| bandwidth).collect())
     }
 
+    /// Number of samples in the first part of the recording, so long [s].
+    fn samples_within(&self, duration: f64) -> usize {
+        let start = self.time.first().copied().unwrap_or(0.0);
+        self.time.partition_point(|time| *time - start <= duration)
+    }
+
     /// Predictions over a horizon from the instants at which the machine was released, one for each joint.
-    fn predictions(&self, observed: &Observed, horizon: f64, released: &[Released]) -> Result<Vec<Prediction<'_>>> {
+    fn predictions(&self, observed: &Observed, horizon: f64, released: &[Released]) -> Result<Vec<Prediction>> {
         let ends: Vec<usize> = released.iter().map(|one| self.end(one.sample, horizon)).collect();
         let positions = releases::positions(self, observed, released, &ends)?;
         let joints = self.model.joints.iter().zip(self.inputs).zip(positions);
         let predicted = joints.map(|((joint, input), position)| Prediction {
-            joint,
+            joint: joint.name.clone(),
+            unit: joint.kind.position_unit(),
             recorded: input.recorded,
             horizon,
             time: ends.iter().map(|end| self.time[*end]).collect(),
@@ -197,6 +213,7 @@ impl Followed<'_> {
         let mut at: Vec<usize> =
             (0..count).map(|k| self.time.partition_point(|time| *time < from + k as f64 * spacing)).collect();
         at.dedup();
+        at.retain(|sample| sample + 1 < samples);
         at
     }
 

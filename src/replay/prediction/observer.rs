@@ -16,12 +16,13 @@ use super::{Followed, Input};
 use crate::effects::JointState;
 use crate::error::Result;
 use crate::plant::Plant;
-use crate::replay::inputs::Taken;
 
 /// What the machine on the track of a recording has shown.
 pub(super) struct Observed {
-    /// What was read from the recording, `[sample · joints + joint]`.
-    pub(super) taken: Vec<Taken>,
+    /// [N·m or N] Torques that drove the motors, `[sample · joints + joint]`.
+    pub(super) torque: Vec<f64>,
+    /// [rad or m] What effects on the readings added to the positions, in the same order.
+    pub(super) misread: Vec<f64>,
     /// The machine at the samples from which each horizon is predicted.
     pub(super) released: Vec<Vec<Released>>,
 }
@@ -35,7 +36,8 @@ impl Followed<'_> {
         let n = self.inputs.len();
         let torque_per_ampere: Vec<f64> = self.model.joints.iter().map(|joint| joint.torque_per_ampere()).collect();
         let at: Vec<Vec<usize>> = horizons.iter().map(|horizon| self.releases(*horizon, samples)).collect();
-        let mut observed = Observed { taken: Vec::with_capacity(samples * n), released: vec![Vec::new(); at.len()] };
+        let signal = || Vec::with_capacity(samples * n);
+        let mut observed = Observed { torque: signal(), misread: signal(), released: vec![Vec::new(); at.len()] };
         let mut plant = self.plant()?;
         plant.launch(&self.start());
         let mut corrections: Vec<Correction> = (0..n).map(|i| self.correction(i, bandwidths[i])).collect();
@@ -50,14 +52,15 @@ impl Followed<'_> {
             for i in 0..n {
                 let taken = self.inputs[i].taken(k, torque_per_ampere[i], &plant.states()[i], &readings[i]);
                 commands[i] = taken.torque / torque_per_ampere[i];
-                observed.taken.push(taken);
+                observed.torque.push(taken.torque);
+                observed.misread.push(taken.misread);
             }
             if k + 1 < samples {
                 let interval = self.time[k + 1] - self.time[k];
                 plant.advance(&commands, interval)?;
-                let read = &observed.taken[k * n..];
+                let misread = &observed.misread[k * n..];
                 for (i, correction) in corrections.iter_mut().enumerate() {
-                    correction.apply(&mut plant, i, self.inputs[i].position[k + 1] - read[i].misread, interval);
+                    correction.apply(&mut plant, i, self.inputs[i].position[k + 1] - misread[i], interval);
                 }
             }
         }

@@ -59,9 +59,8 @@ fn let_go(
     plant.launch_at(released.time, &released.states);
     let mut commands = vec![0.0; n];
     for k in released.sample..to {
-        let taken = &observed.taken[k * n..][..n];
-        for ((command, taken), joint) in commands.iter_mut().zip(taken).zip(joints) {
-            *command = taken.torque / joint.torque_per_ampere();
+        for ((command, torque), joint) in commands.iter_mut().zip(&observed.torque[k * n..]).zip(joints) {
+            *command = torque / joint.torque_per_ampere();
         }
         let interval = followed.time[k + 1] - followed.time[k];
         plant.advance(&commands, interval)?;
@@ -69,6 +68,6 @@ fn let_go(
             correction.apply(plant, *joint, followed.inputs[*joint].position[k + 1], interval);
         }
     }
-    let end = &observed.taken[to * n..][..n];
-    Ok((0..n).map(|joint| plant.states()[joint].motor_position + end[joint].misread).collect())
+    let misread = &observed.misread[to * n..];
+    Ok((0..n).map(|joint| plant.states()[joint].motor_position + misread[joint]).collect())
 }
