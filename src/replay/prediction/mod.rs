@@ -4,9 +4,9 @@
 //!   e_h(t) = q_rec(t + h) − q_sim(t + h | q_rec up to t, τ_rec from t to t + h)          h: the horizon
 //! ```
 //! No controller corrects the motion during the horizon, so that an error of the torque shows as what it moves: `½ Δτ/J h²` at first. Before,
-//! an [`observer`] takes position, velocity and the flank that touches from the model and from the positions up to `t`; it adjusts itself to how
+//! an observer takes position, velocity and the flank that touches from the model and from the positions up to `t`; it adjusts itself to how
 //! well the model fits, so that a wrong model starts from a state nearly as good as a right one does.
-//! The *floor* is what encoder and current sensor leave of an exact model ([`blurred`]).
+//! The *floor* is what encoder and current sensor leave of an exact model (`blurred`).
 
 mod blurred;
 mod compared;
