@@ -94,6 +94,11 @@ impl Diagnosable for Counterbalance {
         true
     }
 
+    // Weights are often wrong, a balancer is seldom forgotten.
+    fn yields_to(&self) -> &'static [&'static str] {
+        &["link_inertia", "payload"]
+    }
+
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
         let q = motion.link(joint);
         vec![q.iter().map(|q| q.sin()).collect(), q.iter().map(|q| q.cos()).collect()]

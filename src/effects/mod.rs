@@ -196,6 +196,11 @@ pub trait Diagnosable: Effect {
         self.harmonic().is_some_and(|harmonic| harmonic.several)
     }
 
+    /// Names of effects that are likelier beforehand: one of them is named instead where its error is no larger than inaccurate laws make it.
+    fn yields_to(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Whether it loads a link, also at rest, and so may hold it on one flank of its gear. An effect of one joint that does so acts on the
     /// joint, not on
     /// the axis of its motor: where axes are coupled, its [`columns`](Self::columns) are torques on the joint, and [`Motion::link`] is its position.

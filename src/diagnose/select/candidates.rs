@@ -282,12 +282,19 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
 
 /// The strongest accepted candidate, or a simpler one that is as good: nearly as much evidence, and an error that is larger by no more than the
 /// inaccuracy of the catalogue's laws. With few independent rows, evidence alone cannot separate an effect from one that explains half as much.
+/// An effect that is unlikely beforehand yields to a likelier one with no larger an error.
 pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
     let strongest = found.iter().find(|candidate| candidate.is_accepted(rules))?;
     let as_good = |other: &&Candidate| {
         other.total() > strongest.total() * (1.0 - rules.tie) && other.log_scale() > strongest.log_scale() - MODEL_ERROR
     };
-    found.iter().filter(|other| other.is_accepted(rules)).filter(as_good).min_by_key(|other| other.complexity())
+    let accepted = || found.iter().filter(|other| other.is_accepted(rules));
+    let chosen = accepted().filter(as_good).min_by_key(|other| other.complexity())?;
+    let likelier = chosen.effect().yields_to();
+    let no_worse = |other: &&Candidate| {
+        likelier.contains(&other.effect().name()) && other.log_scale() > chosen.log_scale() - MODEL_ERROR
+    };
+    Some(accepted().find(no_worse).unwrap_or(chosen))
 }
 
 /// The evidence for an effect of joints, fitted with all joints at once. Each joint alone counts the same deviations of the nominal model
