@@ -25,6 +25,8 @@ mod sines;
 mod six_joints;
 #[path = "support/drawn/strengths.rs"]
 mod strengths;
+#[path = "support/told.rs"]
+mod told;
 
 use drawn::Drawn;
 use hidden::{Arm, Field, Order};
@@ -42,13 +44,7 @@ fn diagnosed(nominal: &Model, sessions: &[TimeSeries]) -> Diagnosis {
     let options = Options { backlash: false, ..Options::default() };
     let (train, hold_out) = sessions.split_at(sessions.len() - 1);
     let found = diagnose(nominal, train, hold_out, &options, &mut |_, _| {}).expect("a diagnosis");
-    for one in &found.effects {
-        println!(
-            "{} {:?} p {:.2} {:?} {:?}",
-            one.effect, one.joints, one.probability, one.confusable_with, one.parameters
-        );
-    }
-    println!("mistakes {:?}, unexplained {:?}", found.mistakes, found.unexplained);
+    told::print(&found);
     found
 }
 
@@ -85,7 +81,7 @@ fn recover_a_counterbalance_on_the_second_of_six_joints() {
     assert_first(&diagnosed(&drawn.nominal, &drawn.sessions().collect::<Vec<_>>()), "joint2", amplitude);
 }
 
-/// On a single level axis, with inertias known to 15 % and rotors to 10 %: the motion accelerates enough to show that no load has been added.
+/// On a single level axis, with inertias known to 15 % and rotors to 10 %. A load that left no larger an error would be named instead.
 #[test]
 fn recover_a_counterbalance_on_a_level_axis_that_accelerates() {
     let level = |mut model: Model| {

@@ -20,6 +20,8 @@ mod sampling;
 mod six_joints;
 #[path = "support/drawn/strengths.rs"]
 mod strengths;
+#[path = "support/told.rs"]
+mod told;
 
 use drawn::Drawn;
 use hidden::{Arm, Field, Order};
@@ -32,13 +34,7 @@ fn diagnosed(drawn: &Drawn) -> Diagnosis {
     let (train, hold_out) = sessions.split_at(3);
     let found = diagnose(&drawn.nominal, train, hold_out, &Options::default(), &mut |_, _| {}).expect("a diagnosis");
     println!("hidden {:?}", drawn.entries);
-    for one in &found.effects {
-        println!(
-            "{} {:?} p {:.2} {:?} {:?}",
-            one.effect, one.joints, one.probability, one.confusable_with, one.parameters
-        );
-    }
-    println!("mistakes {:?}, unexplained {:?}", found.mistakes, found.unexplained);
+    told::print(&found);
     found
 }
 

@@ -91,7 +91,10 @@ impl Replay {
 /// The replay of one session, and its curves for display.
 fn shown(model: &Model, session: &Session, options: &Options) -> Result<(replay::Replay, Shown)> {
     let mut shown = Shown::default();
-    let replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;
-    shown.predicted = prediction::predict(model, session, options)?;
+    let mut replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;
+    match prediction::predict(model, session, options) {
+        Ok(predicted) => shown.predicted = predicted,
+        Err(why) => replay.notes.push(format!("nothing was predicted: {why}")),
+    }
     Ok((replay::Replay { time: Vec::new(), ..replay }, shown))
 }

@@ -32,6 +32,11 @@ pub fn report<'a>(findings: &'a Findings, name: &str, drawn: Vec<Drawn>) -> Repo
     let mut document = document(name, diagnosis);
     let failure = findings.replay_failure.iter();
     document.warnings.extend(failure.map(|why| format!("the models were not replayed beside the data: {why}")));
+    // What stops a replay stops the predictions as well, and is said once.
+    let failure = findings.prediction_failure.iter().filter(|_| findings.replay_failure.is_none());
+    document
+        .warnings
+        .extend(failure.map(|why| format!("the models' predictions were not compared with the data: {why}")));
     Report {
         document,
         json: envelope(Diagnosis::SCHEMA, name, json),

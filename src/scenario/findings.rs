@@ -33,6 +33,8 @@ pub struct Findings {
     pub diagnosis: Diagnosis,
     /// Why the models could not be replayed beside the data.
     pub replay_failure: Option<Error>,
+    /// Why the models' predictions could not be compared with the data.
+    pub prediction_failure: Option<Error>,
 }
 
 impl Findings {
@@ -48,7 +50,7 @@ impl Findings {
     ) -> Result<Self> {
         let options = Options::default();
         let diagnosis = diagnose::diagnose(model, &series(&train), &series(&hold_out), &options, show)?;
-        let mut findings = Self { diagnosis, replay_failure: None };
+        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None };
         let judged = match hold_out.is_empty() {
             true => train.into_iter().map(|session| tail(session, options.held_out_share)).collect(),
             false => hold_out,
@@ -75,7 +77,7 @@ impl Findings {
         let commands: Vec<TimeSeries> = now.iter_mut().map(|session| take_commands(session, share)).collect();
         let diagnosis = diagnose::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
         drop(before);
-        let mut findings = Self { diagnosis, replay_failure: None };
+        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None };
         let last_parts = now.into_iter().map(|session| tail(session, share)).zip(commands);
         let judged = match hold_out.is_empty() {
             true => last_parts.map(|(session, commands)| with_commands(session, commands)).collect(),
@@ -85,28 +87,35 @@ impl Findings {
         Ok(findings)
     }
 
-    /// Replays the models beside the data held out; a failure does not change the diagnosis.
-    fn add_replay(&mut self, judged: Vec<Session>, show: &mut dyn FnMut(&str, f64)) {
+    /// Replays the models beside the data held out, and lets them predict; what fails changes nothing else.
+    fn add_replay(&mut self, mut judged: Vec<Session>, show: &mut dyn FnMut(&str, f64)) {
         if self.diagnosis.verdict == Verdict::MistakeSuspected {
             return;
         }
         show("replaying", 0.0);
-        self.replay_failure = replay(&mut self.diagnosis, judged).err();
+        judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
+        self.replay_failure = replay(&mut self.diagnosis, &judged).err();
+        self.prediction_failure = predict(&mut self.diagnosis, &judged).err();
     }
 }
 
 /// Both models in simulation beside the data held out.
-fn replay(diagnosis: &mut Diagnosis, mut judged: Vec<Session>) -> Result<()> {
-    judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
+fn replay(diagnosis: &mut Diagnosis, judged: &[Session]) -> Result<()> {
     let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
-    let (compared, replays) = replay::compare_models(nominal, extended, &judged, &replay::Options::default())?;
-    let ahead = compare_predictions(nominal, extended, &judged, &replay::Options::default())?;
-    let errors = compared.into_iter().map(|one| replay_error(one, nominal));
-    diagnosis.replay = errors.chain(ahead.iter().map(prediction_error)).collect();
-    diagnosis.predictions = ahead.into_iter().flat_map(prediction_series).collect();
+    let (compared, replays) = replay::compare_models(nominal, extended, judged, &replay::Options::default())?;
+    diagnosis.replay = compared.into_iter().map(|one| replay_error(one, nominal)).collect();
     for joint in &mut diagnosis.shares {
         joint.zones = zone_shares(&joint.joint, &diagnosis.series, &replays);
     }
+    Ok(())
+}
+
+/// Both models' predictions of the data held out.
+fn predict(diagnosis: &mut Diagnosis, judged: &[Session]) -> Result<()> {
+    let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
+    let ahead = compare_predictions(nominal, extended, judged, &replay::Options::default())?;
+    diagnosis.replay.extend(ahead.iter().map(prediction_error));
+    diagnosis.predictions = ahead.into_iter().flat_map(prediction_series).collect();
     Ok(())
 }
 

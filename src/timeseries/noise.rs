@@ -1,6 +1,7 @@
 //! The white noise of a sampled signal.
 
-/// Standard deviation of the white noise of a signal [unit of the signal]: its third differences have 20 times the variance of the noise; the median is robust against motion.
+/// Standard deviation of the white noise of a signal [unit of the signal]: its third differences have 20 times the variance of the noise; the
+/// median is robust against motion.
 pub fn white_noise(signal: &[f64]) -> f64 {
     let mut differences: Vec<f64> = signal.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
     if differences.is_empty() {

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::Followed;
 use super::observer::Observed;
+use super::{BANDWIDTHS, Followed};
 use crate::effects::JointState;
 use crate::error::Result;
 use crate::plant::Plant;
@@ -54,7 +54,7 @@ fn let_go(
     let joints = &followed.model.joints;
     let mut held: Vec<_> = (0..n)
         .filter(|joint| !followed.inputs[*joint].recorded)
-        .map(|joint| (joint, followed.correction(joint, super::BANDWIDTHS[4])))
+        .map(|joint| (joint, followed.correction(joint, BANDWIDTHS[BANDWIDTHS.len() - 1])))
         .collect();
     plant.launch_at(released.time, &released.states);
     let mut commands = vec![0.0; n];
