@@ -330,3 +330,24 @@ fn recover_the_right_model_gains_beside_the_wrong_one() {
         assert!((low..=high).contains(&(100.0 * (1.0 - one.after / one.before))), "{one:?}");
     }
 }
+
+#[test]
+fn property_a_target_that_did_not_flow_is_no_input() {
+    let model = model(turntable(0.1), vec![plain_joint("joint1")]);
+    let session = record(&model, &[controller(4.0, 2)], 4000, false, true);
+    let commanded = |share: f64| {
+        let mut session = session.clone();
+        let channels = &mut session.series.joints[0].channels;
+        let target = channels[&Channel::Current].iter().map(|current| share * current).collect::<Vec<_>>();
+        channels.insert(Channel::CommandCurrent, target.into());
+        replay::replay(&model, &session, &Options::default()).expect("a replay")
+    };
+    let alone = replay::replay(&model, &session, &Options::default()).expect("a replay");
+    let target = commanded(0.7);
+    assert!(target.notes.iter().any(|note| note.contains("differs from its command by 30 %")), "{:?}", target.notes);
+    assert_eq!(target.errors, alone.errors);
+    // What flowed differs by 10 %, less than three standard deviations of a vendor's torque constant: a command.
+    let command = commanded(0.9);
+    assert!(!command.notes.iter().any(|note| note.contains("command")), "{:?}", command.notes);
+    assert_ne!(command.errors, alone.errors);
+}

@@ -107,6 +107,7 @@ impl Observable {
     }
 }
 
-fn rms(values: &[f64]) -> f64 {
+/// Root of the mean square; 0 without values.
+pub(super) fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }

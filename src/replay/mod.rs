@@ -7,6 +7,7 @@
 //! contains every error of the torque, integrated twice.
 //! Both sides of every comparison go through the same zero-phase low-pass ([`low_pass`]).
 
+mod commands;
 mod compare;
 mod drawing;
 mod feedback;
@@ -154,6 +155,7 @@ fn replayed(
     let model = &model.in_session(&session.series.name);
     let mut notes = Vec::new();
     let session = &*longest_part(session, &mut notes);
+    let session = &*commands::that_drove(model, session, options.bandwidth, &mut notes);
     let inputs = inputs::inputs(model, session, options.control, &mut notes)?;
     let (simulated, mut drawn) = simulate(model, session, &inputs, options)?;
     let time = &session.series.time;

@@ -18,8 +18,9 @@ pub use compared::{Ahead, AheadErrors, compare_predictions};
 use observer::Observed;
 use releases::Released;
 
+use super::compare::rms;
 use super::inputs::{self, Input};
-use super::{Loop, Options, longest_part};
+use super::{Loop, Options, commands, longest_part};
 use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::plant::{Options as PlantOptions, Plant};
@@ -65,10 +66,6 @@ impl Predicted {
     }
 }
 
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|e| e * e).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
-
 /// Predicts the positions of a recording over each of [`HORIZONS`] that is no shorter than a sample, joint by joint; only joints that were recorded. Nothing is predicted in a
 /// recording shorter than a horizon with the time in which the observer settles, nothing beyond its first 301 s, and nothing from currents without
 /// their sign.
@@ -78,6 +75,7 @@ fn rms(values: &[f64]) -> f64 {
 pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Vec<Predicted>> {
     let model = &model.in_session(&session.series.name);
     let session = &*longest_part(session, &mut Vec::new());
+    let session = &*commands::that_drove(model, session, options.bandwidth, &mut Vec::new());
     let inputs = inputs::inputs(model, session, Loop::Closed, &mut Vec::new())?;
     let horizons = horizons(&session.series);
     if inputs.iter().any(|input| input.magnitude) || horizons.is_empty() {
