@@ -21,7 +21,7 @@ impl Default for Options {
     }
 }
 
-/// Thresholds, calibrated on simulated machines without effects (see `tests/diagnose.rs`).
+/// Thresholds, calibrated on simulated machines without effects (see `tests/diagnosis/diagnose.rs`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
     /// [nats] Evidence that an effect needs on a joint.

@@ -1,10 +1,8 @@
 //! Candidates that explain a change equally well: the names decide, not the order in which they were given.
 
-#[path = "support/rigid_arm.rs"]
-mod rigid_arm;
-
 use std::collections::BTreeMap;
 
+use crate::rigid_arm::{arm, record};
 use lostmotion::diagnose::{Diagnosis, Options, compare};
 use lostmotion::effects::{
     About, Action, Catalogue, Diagnosable, Effect, JointAction, JointState, Kind, Motion, ParameterSpec, Parameters,
@@ -13,7 +11,6 @@ use lostmotion::effects::{
 use lostmotion::error::Result;
 use lostmotion::robot::Model;
 use lostmotion::timeseries::TimeSeries;
-use rigid_arm::{arm, record};
 
 /// A law of torque against velocity [N·m of N·m, rad/s].
 type Law = fn(f64) -> f64;

@@ -1,15 +1,12 @@
 //! Diagnoses of machines whose fault is known: planted by hand, hidden in practice data, published for a real axis.
 
-#[path = "support/rigid_arm.rs"]
-mod rigid_arm;
-
+use crate::rigid_arm::{FRICTION, arm, record, with};
 use lostmotion::diagnose::{Axis, Diagnosis, Options, Split, Verdict, diagnose};
 use lostmotion::error::Error;
 use lostmotion::gearhead::FrictionLaw;
 use lostmotion::report::diagnosis as rendering;
 use lostmotion::robot::Model;
 use lostmotion::timeseries::Channel;
-use rigid_arm::{FRICTION, arm, record, with};
 
 fn diagnosis(truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f64) -> Diagnosis {
     diagnosis_with(truth, seed, extra, &Options::default())

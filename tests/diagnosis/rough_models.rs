@@ -3,20 +3,14 @@
 //!
 //! Machines, errors of their models, motions and noise are drawn by seed. Nothing was tuned to these seeds.
 
-#[path = "support/drawn/machine.rs"]
-mod machine;
-#[path = "support/drawn/motion.rs"]
-mod motion;
-#[path = "support/drawn/record.rs"]
-mod record;
-#[path = "support/rough.rs"]
-mod rough;
-
+use crate::motion;
+use crate::record;
+use crate::rough;
 use std::path::Path;
 
+use crate::machine::Machine;
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::robot::{EffectEntry, Model};
-use machine::Machine;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -65,7 +59,7 @@ fn property_a_healthy_machine_with_a_rough_model_gets_no_name() {
         let names: Vec<String> = found.effects.iter().map(|one| one.effect.clone()).collect();
         (!names.is_empty() || !found.mistakes.is_empty()).then_some((seed, names, found.mistakes))
     };
-    let wrong: Vec<_> = (7100..7104).into_par_iter().filter_map(named).collect();
+    let wrong: Vec<_> = (7100..7102).into_par_iter().filter_map(named).collect();
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
@@ -87,7 +81,7 @@ fn recover_a_load_of_half_a_link_beside_a_rough_model() {
 #[test]
 fn recover_an_amplitude_beside_torque_constants_that_are_off() {
     let amplitude = 0.05;
-    (7120..7124).into_par_iter().for_each(|seed| {
+    (7120..7122).into_par_iter().for_each(|seed| {
         let parameters = [("amplitude", amplitude), ("order", 5.0), ("phase", 0.7)];
         let cogging = EffectEntry {
             effect: "cogging".to_owned(),

@@ -1,14 +1,9 @@
 //! Uneven sampling, pauses, and a velocity channel that lags: simulated recordings with and without, even and uneven.
 
-#[path = "support/machines.rs"]
-mod machines;
-#[path = "support/sines.rs"]
-mod sines;
-
+use crate::sines::{nominal, recorded, thinned, uneven, with};
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::effects::Kind;
 use lostmotion::timeseries::TimeSeries;
-use sines::{nominal, recorded, thinned, uneven, with};
 
 /// Standard errors within which a planted value has to be recovered: 1 in 80 estimates lies outside.
 const WITHIN: f64 = 2.5;

@@ -2,21 +2,18 @@
 //!
 //! The recordings come from the plant with the arm's sensors and a velocity controller in the loop.
 
+use crate::rough;
 mod behind_gear;
 mod left_out;
-#[path = "../support/rough.rs"]
-mod rough;
-#[path = "../support/six_joints.rs"]
-mod six_joints;
 mod wrist;
 
 use std::path::Path;
 
+use crate::six_joints::{RANGES, ROBOT, symmetric};
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::scenario::{Run, Scenario, Truth, simulate};
 use lostmotion::timeseries::TimeSeries;
-use six_joints::{RANGES, ROBOT, symmetric};
 
 /// Three fast runs of all joints but those that stand still; the third is for judging.
 fn scenario(still: &[usize]) -> String {

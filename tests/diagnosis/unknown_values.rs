@@ -1,10 +1,8 @@
 //! Model files that leave out what is unknown: they are read, written, simulated and diagnosed without it.
 
-#[path = "support/rigid_arm.rs"]
-mod rigid_arm;
-
 use std::path::{Path, PathBuf};
 
+use crate::rigid_arm::{INTERVAL, arm, fast_sessions};
 use lostmotion::dataset::{Session, meet};
 use lostmotion::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use lostmotion::drive::Encoder;
@@ -14,7 +12,6 @@ use lostmotion::plant::{self, Plant};
 use lostmotion::replay;
 use lostmotion::robot::{JointModel, Model};
 use lostmotion::timeseries::{Channel, TimeSeries};
-use rigid_arm::{INTERVAL, arm, fast_sessions};
 
 /// Inertia [kg·m²] of the arm's rotors at the motor shaft.
 const ROTOR: f64 = 0.0008;

@@ -1,14 +1,12 @@
 //! What a diagnosis may name: only what gains on data that it has not seen, whatever those data hold.
 
-#[path = "support/rigid_arm.rs"]
-mod rigid_arm;
-
+use crate::rigid_arm;
 use std::f64::consts::TAU;
 
+use crate::rigid_arm::{arm, record, with};
 use lostmotion::diagnose::{Diagnosis, Options, Verdict, compare, diagnose};
 use lostmotion::robot::Model;
 use lostmotion::timeseries::{Channel, TimeSeries};
-use rigid_arm::{arm, record, with};
 
 /// Three sessions to train on and one to judge on, made by machines of their own.
 struct Data {

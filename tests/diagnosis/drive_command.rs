@@ -1,15 +1,12 @@
 //! Current against command: the dead band of a drive, on the simulated machine in its velocity loop with noisy, quantised sensors.
 
-#[path = "support/machines.rs"]
-mod machines;
-
 use std::collections::BTreeMap;
 
+use crate::machines::scara;
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::plant::{self, Plant};
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::{Channel, JointSeries, TimeSeries};
-use machines::scara;
 
 const INTERVAL: f64 = 1e-3;
 const JOINTS: [&str; 2] = ["joint1", "joint2"];

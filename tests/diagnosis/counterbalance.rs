@@ -1,35 +1,9 @@
 //! A spring balancer planted in simulated machines with their sensors and controllers: named first on its joint, beside exact and rough models.
 
-#[path = "support/drawn/arm.rs"]
-mod arm;
-#[path = "support/drawn/drawn.rs"]
-mod drawn;
-#[path = "support/drawn/hidden.rs"]
-mod hidden;
-#[path = "support/drawn/machine.rs"]
-mod machine;
-#[path = "support/machines.rs"]
-mod machines;
-#[path = "support/drawn/motion.rs"]
-mod motion;
-#[path = "support/drawn/record.rs"]
-mod record;
-#[path = "support/rough.rs"]
-mod rough;
-#[path = "support/drawn/sampling.rs"]
-mod sampling;
-#[path = "support/sines.rs"]
-#[allow(dead_code, reason = "every test file uses its own part")]
-mod sines;
-#[path = "support/six_joints.rs"]
-mod six_joints;
-#[path = "support/drawn/strengths.rs"]
-mod strengths;
-#[path = "support/told.rs"]
-mod told;
-
-use drawn::Drawn;
-use hidden::{Arm, Field, Order};
+use crate::drawn::Drawn;
+use crate::hidden::{Arm, Field, Order};
+use crate::sines;
+use crate::told;
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::robot::{Accuracy, EffectEntry, Model};
 use lostmotion::timeseries::TimeSeries;

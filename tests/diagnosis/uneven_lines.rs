@@ -1,13 +1,8 @@
 //! A torque at a fixed frequency in recordings at even and at uneven times. Left out: at steps of 3 to 6 ms the line is not found.
 
-#[path = "support/machines.rs"]
-mod machines;
-#[path = "support/sines.rs"]
-mod sines;
-
+use crate::sines::{nominal, recorded, uneven, with};
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::timeseries::TimeSeries;
-use sines::{nominal, recorded, uneven, with};
 
 /// The planted line: amplitude [N·m], frequency [Hz], phase [rad].
 const LINE: [(&str, f64); 3] = [("amplitude", 0.3), ("frequency", 37.3), ("phase", 0.4)];

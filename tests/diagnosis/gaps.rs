@@ -2,19 +2,14 @@
 //! encoder a soft gear and a gap that varies are told, and a gap is not taken for either.
 //! No figure was tuned to these seeds, but for 3006.
 
-#[path = "../support/drawn/machine.rs"]
-mod machine;
-#[path = "../support/drawn/motion.rs"]
-mod motion;
-#[path = "../support/drawn/record.rs"]
-mod record;
-
+use crate::motion;
+use crate::record;
 use std::path::Path;
 
+use crate::machine::{JOINTS, Machine};
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::drive::LinkEncoder;
 use lostmotion::robot::{EffectEntry, Model};
-use machine::{JOINTS, Machine};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

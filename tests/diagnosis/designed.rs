@@ -3,18 +3,14 @@
 //! The prediction of the design and the machine that carries it out share the program's plant, but neither noise nor strength, friction
 //! or gaps.
 
-#[path = "../support/drawn/machine.rs"]
-#[allow(dead_code, reason = "only the machine is drawn here, not what is hidden in it")]
-mod machine;
-
 use std::path::Path;
 
+use crate::machine::Machine;
 use lostmotion::diagnose::{Diagnosis, Options, diagnose};
 use lostmotion::effects::Catalogue;
 use lostmotion::gearhead::FrictionLaw;
 use lostmotion::robot::{EffectEntry, Load, Model};
 use lostmotion::scenario::{Design, Forecast, Question, Scenario, design, simulate};
-use machine::Machine;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -1,39 +1,16 @@
 //! The sets of the blind tests as they are drawn: the same machine whatever model of it is given, sampling within its bounds, and the interval
 //! of a rate.
 
-#[path = "support/drawn/arm.rs"]
-mod arm;
-#[path = "support/drawn/drawn.rs"]
-mod drawn;
-#[path = "support/drawn/hidden.rs"]
-mod hidden;
-#[path = "support/drawn/machine.rs"]
-mod machine;
-#[path = "support/drawn/motion.rs"]
-mod motion;
-#[path = "support/drawn/record.rs"]
-mod record;
-#[path = "support/rough.rs"]
-mod rough;
-#[path = "support/drawn/sampling.rs"]
-mod sampling;
-#[path = "../benches/blind/share.rs"]
-#[allow(dead_code, reason = "its text is the bench's")]
-mod share;
-#[path = "support/six_joints.rs"]
-mod six_joints;
-#[path = "support/drawn/strengths.rs"]
-mod strengths;
-
-use drawn::Drawn;
-use hidden::{Arm, Field, Order};
+use crate::drawn::Drawn;
+use crate::hidden::{Arm, Field, Order};
+use crate::sampling::{COUNTS, NOISE, RATES, Sampling};
+use crate::share::Share;
+use crate::strengths;
 use lostmotion::diagnose::{Options, diagnose};
 use lostmotion::robot::{Accuracy, JointModel};
 use lostmotion::timeseries::pauses;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use sampling::{COUNTS, NOISE, RATES, Sampling};
-use share::Share;
 
 /// First of the seeds here: none of the tuning.
 const SEED: u64 = 30_700;
