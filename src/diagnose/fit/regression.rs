@@ -101,7 +101,8 @@ const FACTORS: usize = 8;
 /// `Σ ln p(e)` of errors of scale `s`, a constant left out.
 fn log_likelihood(errors: &[f64], s: f64, nu: f64) -> f64 {
     let shape = if nu.is_finite() {
-        let factor = |e: &f64| 1.0 + (e / s).powi(2) / nu;
+        let relative = 1.0 / (nu * s * s);
+        let factor = |e: &f64| 1.0 + relative * e * e;
         -0.5 * (nu + 1.0) * errors.chunks(FACTORS).map(|few| few.iter().map(factor).product::<f64>().ln()).sum::<f64>()
     } else {
         -0.5 * dot(errors, errors) / (s * s)
@@ -174,7 +175,8 @@ impl System {
             for ((e, w), s) in residual.iter().zip(&mut weights).zip(&mut scale) {
                 *s = (sum(e, w, |e, w| w * e * e) / sum(w, w, |w, _| w).max(1e-300)).sqrt().max(1e-12);
                 if nu.is_finite() {
-                    w.iter_mut().zip(e).for_each(|(w, e)| *w = (nu + 1.0) / (nu + (e / *s).powi(2)));
+                    let precision = 1.0 / (*s * *s);
+                    w.iter_mut().zip(e).for_each(|(w, e)| *w = (nu + 1.0) / (nu + precision * e * e));
                 }
             }
             let log_likelihood: Vec<f64> =
