@@ -34,8 +34,9 @@ const LEAST_PREFERENCE: f64 = 6.0;
 /// Smallest link share counted on: where gravity outweighs that part of the friction the load may rest on one flank, and a gap
 /// that is never crossed looks like none.
 const SMALLEST_SHARE: f64 = 0.05;
-/// Error that all values share, in counts: a machine without a gap shows up to 0.3 of a count.
-const SHARED: f64 = 0.1;
+/// Standard deviation of the error that all values share, in counts: machines without a gap show up to 0.3 of a count, and `0.3/√3` is that of
+/// an error anywhere within.
+const SHARED: f64 = 0.173;
 /// Usual median deviation of single values, in counts.
 const COMMON: f64 = 0.2;
 /// Median deviations beyond which a value is an outlier.
