@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{HORIZONS, Predicted, predict, rms};
+use super::{HORIZONS, Predicted, Prediction, predict, predictions, rms};
 use crate::dataset::Session;
 use crate::error::Result;
 use crate::replay::Options;
@@ -53,45 +53,61 @@ pub fn compare_predictions(
     sessions: &[Session],
     options: &Options,
 ) -> Result<Vec<Ahead>> {
-    let models: &[&Model] = if before == after { &[before] } else { &[before, after] };
-    let work: Vec<(&Model, &Session)> =
-        models.iter().flat_map(|model| sessions.iter().map(|session| (*model, session))).collect();
-    let predicted: Vec<Vec<Predicted>> =
-        work.into_par_iter().map(|(model, session)| predict(model, session, options)).collect::<Result<_>>()?;
-    let (first, second) = (&predicted[..sessions.len()], &predicted[predicted.len() - sessions.len()..]);
+    let of_first = |session: &Session| Ok(predictions(before, session, options, false)?.0);
+    let of_second = |session: &Session| predict(after, session, options);
+    let first = || sessions.par_iter().map(of_first).collect::<Result<Vec<_>>>();
+    let second = || sessions.par_iter().map(of_second).collect::<Result<Vec<_>>>();
+    let (first, second) = match before == after {
+        true => (None, second()?),
+        false => {
+            let (first, second) = rayon::join(first, second);
+            (Some(first?), second?)
+        }
+    };
     let all = after.joints.iter().flat_map(|joint| HORIZONS.map(|horizon| (joint, horizon)));
-    Ok(all.filter_map(|(joint, horizon)| ahead(joint, horizon, sessions, [first, second])).collect())
+    Ok(all.filter_map(|(joint, horizon)| ahead(joint, horizon, sessions, first.as_deref(), &second)).collect())
 }
 
-/// Both models' predictions over one horizon on one joint; `None` where nothing was predicted.
-fn ahead(joint: &JointModel, horizon: f64, sessions: &[Session], models: [&[Vec<Predicted>]; 2]) -> Option<Ahead> {
-    let [first, second] = models.map(|predicted| {
-        let wanted = |one: &&Predicted| one.joint == joint.name && one.horizon == horizon && !one.time.is_empty();
-        predicted.iter().map(move |one| one.iter().find(wanted))
+/// Both models' predictions over one horizon on one joint; `None` where nothing was predicted. `first` is `None` if both are the same.
+fn ahead(
+    joint: &JointModel,
+    horizon: f64,
+    sessions: &[Session],
+    first: Option<&[Vec<Prediction>]>,
+    second: &[Vec<Predicted>],
+) -> Option<Ahead> {
+    let after = second.iter().map(|of_session| {
+        of_session.iter().find(|one| one.joint == joint.name && one.horizon == horizon && !one.time.is_empty())
     });
-    let both: Vec<(&Session, &Predicted, &Predicted)> = sessions
+    let before = |number: usize, after: &Predicted| match first {
+        None => Some(after.error.clone()),
+        Some(first) => {
+            let of_joint = first[number].iter().find(|one| one.joint == joint.name && one.horizon == horizon);
+            of_joint.map(|one| one.error.clone())
+        }
+    };
+    let both: Vec<(&Session, Vec<f64>, &Predicted)> = sessions
         .iter()
-        .zip(first.zip(second))
-        .filter_map(|(session, (first, second))| Some((session, first?, second?)))
+        .zip(after)
+        .enumerate()
+        .filter_map(|(number, (session, after))| Some((session, before(number, after?)?, after?)))
         .collect();
-    let pairs: Vec<Pairs> = both
-        .iter()
-        .map(|(_, first, second)| Pairs { time: &first.time, before: &first.error, after: &second.error })
-        .collect();
-    let floors = both.iter().map(|(_, _, second)| second.floor.powi(2) * second.error.len() as f64).sum::<f64>();
-    let count: usize = both.iter().map(|(_, _, second)| second.error.len()).sum();
-    let errors = both.iter().map(|(session, first, second)| AheadErrors {
+    let pairs: Vec<Pairs> =
+        both.iter().map(|(_, before, after)| Pairs { time: &after.time, before, after: &after.error }).collect();
+    let floors = both.iter().map(|(_, _, after)| after.floor.powi(2) * after.error.len() as f64).sum::<f64>();
+    let count: usize = both.iter().map(|(_, _, after)| after.error.len()).sum();
+    let errors = both.iter().map(|(session, before, after)| AheadErrors {
         session: session.series.name.clone(),
-        time: first.time.clone(),
-        before: first.error.clone(),
-        after: second.error.clone(),
+        time: after.time.clone(),
+        before: before.clone(),
+        after: after.error.clone(),
     });
     (count > 0).then(|| Ahead {
         joint: joint.name.clone(),
         horizon,
         unit: joint.kind.position_unit(),
-        before: rms(&both.iter().flat_map(|(_, first, _)| first.error.clone()).collect::<Vec<_>>()),
-        after: rms(&both.iter().flat_map(|(_, _, second)| second.error.clone()).collect::<Vec<_>>()),
+        before: rms(&both.iter().flat_map(|(_, before, _)| before.clone()).collect::<Vec<_>>()),
+        after: rms(&both.iter().flat_map(|(_, _, after)| after.error.clone()).collect::<Vec<_>>()),
         floor: (floors / count as f64).sqrt(),
         gain: Gain::of(&pairs),
         errors: errors.collect(),

@@ -73,20 +73,28 @@ impl Predicted {
 /// # Errors
 /// As [`replay`](super::replay).
 pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Vec<Predicted>> {
+    let (predictions, floors) = predictions(model, session, options, true)?;
+    Ok(predictions.into_iter().zip(floors).map(|(one, floor)| one.with(floor)).collect())
+}
+
+/// The predictions of [`predict`], and the floor of each if `floors`, which takes as long again.
+fn predictions(
+    model: &Model,
+    session: &Session,
+    options: &Options,
+    floors: bool,
+) -> Result<(Vec<Prediction>, Vec<f64>)> {
     let model = &model.in_session(&session.series.name);
     let session = &*longest_part(session, &mut Vec::new());
     let session = &*commands::that_drove(model, session, options.bandwidth, &mut Vec::new());
     let inputs = inputs::inputs(model, session, Loop::Closed, &mut Vec::new())?;
     let horizons = horizons(&session.series);
     if inputs.iter().any(|input| input.magnitude) || horizons.is_empty() {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), Vec::new()));
     }
     let steps: Vec<f64> = model.joints.iter().zip(&inputs).map(|(joint, input)| encoder_step(joint, input)).collect();
     let followed = Followed { model, time: &session.series.time, inputs: &inputs, steps: &steps, options };
     let bandwidths = followed.best_bandwidths(horizons[0])?;
-    let blurred = blurred(model, session, &inputs);
-    let blurred_inputs = inputs::inputs(model, &blurred, Loop::Closed, &mut Vec::new())?;
-    let by_others = Followed { inputs: &blurred_inputs, ..followed };
     let samples = followed.samples_within(LONGEST);
     let all = |followed: &Followed| -> Result<Vec<Prediction>> {
         let observed = followed.observe(&bandwidths, samples, &horizons)?;
@@ -94,8 +102,17 @@ pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Ve
         let predicted = horizons.map(|(horizon, released)| followed.predictions(&observed, *horizon, released));
         Ok(predicted.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
     };
-    let pairs = all(&followed)?.into_iter().zip(all(&by_others)?).zip(steps.iter().cycle());
-    Ok(pairs.filter(|((one, _), _)| one.recorded).map(|((one, other), step)| one.beside(&other, *step)).collect())
+    let mut predictions = all(&followed)?;
+    predictions.retain(|one| one.recorded);
+    if !floors {
+        return Ok((predictions, Vec::new()));
+    }
+    let blurred = blurred(model, session, &inputs);
+    let blurred_inputs = inputs::inputs(model, &blurred, Loop::Closed, &mut Vec::new())?;
+    let by_others = all(&Followed { inputs: &blurred_inputs, ..followed })?;
+    let others = by_others.iter().zip(steps.iter().cycle()).filter(|(one, _)| one.recorded);
+    let floors = predictions.iter().zip(others).map(|(one, (other, step))| one.floor_beside(other, *step)).collect();
+    Ok((predictions, floors))
 }
 
 /// The horizons that a recording resolves.
@@ -120,17 +137,22 @@ struct Prediction {
 }
 
 impl Prediction {
-    /// Its errors, with the floor from the same prediction by other sensors with this step [rad or m] of the encoder.
-    fn beside(self, other: &Self, step: f64) -> Predicted {
+    /// The floor [rad or m] from the same prediction by other sensors, with this step [rad or m] of the encoder.
+    fn floor_beside(&self, other: &Self, step: f64) -> f64 {
         let differences = self.position.iter().zip(&other.position).map(|(one, other)| (one - other).powi(2));
         let mean = differences.sum::<f64>() / self.position.len().max(1) as f64;
+        (0.5 * mean + step * step / 12.0).sqrt()
+    }
+
+    /// Its errors, with their floor.
+    fn with(self, floor: f64) -> Predicted {
         Predicted {
             joint: self.joint,
             horizon: self.horizon,
             unit: self.unit,
             time: self.time,
             error: self.error,
-            floor: (0.5 * mean + step * step / 12.0).sqrt(),
+            floor,
         }
     }
 }
