@@ -74,6 +74,15 @@ impl Diagnosable for TorqueConstantError {
         1.0 + parameters[0]
     }
 
+    /// Magnets, temperature and tables of other windings change a constant by a few tenths. Where the rigid body would need another factor, it is
+    /// the rigid body that is wrong, or a unit: friction of any size hides the scale of a torque that is mostly friction.
+    fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {
+        /// Factor by which a torque constant is never off.
+        const FAR_OFF: f64 = 2.0;
+        let factor = 1.0 + self.parameters(motion, joint, shape, coefficients)[0];
+        (1.0 / FAR_OFF..=FAR_OFF).contains(&factor)
+    }
+
     fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
         let c = coefficients[0];
         vec![-c / (1.0 + c)]
