@@ -1,0 +1,266 @@
+//! The filter: the machine carried along a recording, corrected by every reading, and the probability that it gave to each beforehand.
+//!
+//! ```text
+//!   m ← f(m, i),   P ← F P Fᵀ + Σ σ_j² g_j g_jᵀ                   from a sample to the next
+//!   ℓ_jk = ln p(reading of joint j at sample k | all before)       the score [nat]
+//!   m ← m + K (m* − m_θ),  P ← P − K Kᵀ (s² − V*)                  for each joint in turn
+//!   σ_j = e^{λ_j} K_j σ_i √(w² + (1 − w)²)                         noise of the motor's torque
+//! ```
+//! One Gaussian holds the rotor and the link of all joints. `f` and its derivative `F` are the simulated machine's own
+//! ([`Carrier`](crate::plant::carried::Carrier)): predicted deviations are some hundredths of a count, over which its laws are linear but where a flank is
+//! met or a velocity passes zero. The link gets a part of the rotor's noise, for what a model of rigid links leaves out. `λ` is zero where the model is
+//! exact, and grows with what the model lacks.
+//! *Shadows* are machines whose parameters differ a little. They start every interval at the same state; what they then do else is the derivative of
+//! the prediction, which the filter's own gains carry on:
+//!
+//! ```text
+//!   ∂m/∂p ← F ∂m/∂p + ∂f/∂p,      ∂m/∂p ← ∂m/∂p − K (1 − V*/s²) ∂m_θ/∂p
+//!   ∂ℓ/∂p = (m* − m_θ)/s² ∂m_θ/∂p,      information += (1 − V*/s²)/s² (∂m_θ/∂p)²
+//! ```
+//! Left out: the derivative of `P`, and errors of the friction's memory, which each machine carries for itself.
+//! Reference: S. Särkkä, L. Svensson (2023), Bayesian filtering and smoothing, chapters 7 (filter) and 16 (likelihood and sensitivity equations).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Settings;
+use super::count::Said;
+use super::covariance::Covariance;
+use super::recording::Recording;
+use super::subject::Subject;
+use crate::plant::joint::Phase;
+use crate::plant::tangent::Tangent;
+
+/// Samples over which the speed at the start is taken.
+const START: usize = 20;
+/// [s] Time over which an outlier moves a joint by a count, at most: the velocity that it may have missed.
+const JOLT: f64 = 0.01;
+
+/// A machine whose parameter `p` differs by a step.
+pub(super) struct Shadow {
+    /// The machine.
+    pub subject: Subject,
+    /// Its step, in the unit of the parameter.
+    pub step: f64,
+}
+
+/// What a reading said, for the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scored {
+    /// The reading.
+    pub said: Said,
+    /// [N·m or N] Torque that the motor would have needed beside the model's, by the correction of its velocity.
+    pub missing: f64,
+}
+
+/// What a run along a recording gives.
+pub(super) struct Outcome {
+    /// Sum of `ℓ` after the burn-in [nat], one per joint.
+    pub nats: Vec<f64>,
+    /// Readings that were scored, for each joint.
+    pub count: usize,
+    /// `∂ℓ/∂p`.
+    pub gradient: DVector<f64>,
+    /// Its information.
+    pub information: DMatrix<f64>,
+    /// `[joint][sample]`, where it was asked for.
+    pub scored: Vec<Vec<Scored>>,
+}
+
+/// A run along a recording.
+pub(super) struct Run<'a> {
+    recording: &'a Recording,
+    settings: &'a Settings,
+    reference: Subject,
+    shadows: Vec<Shadow>,
+    covariance: Covariance,
+    tangent: Tangent,
+    /// [N·m or N] Standard deviations of the torques on rotor and link.
+    noise: Vec<[f64; 2]>,
+    /// `∂m/∂p`.
+    sensitivities: Vec<Vec<f64>>,
+    /// What the shadows' encoders read beside the reference's, per unit of the parameter.
+    misread: Vec<f64>,
+    currents: Vec<f64>,
+    outcome: Outcome,
+}
+
+impl<'a> Run<'a> {
+    /// Of a reference with its shadows; `lambda`: `λ` of each joint.
+    pub fn new(
+        recording: &'a Recording,
+        settings: &'a Settings,
+        reference: Subject,
+        shadows: Vec<Shadow>,
+        lambda: &[f64],
+    ) -> Self {
+        let n = recording.joints.len();
+        let noise = (0..n).map(|joint| {
+            let recorded = &recording.joints[joint];
+            let w = recorded.weight;
+            let current = recorded.noise * (w * w + (1.0 - w) * (1.0 - w)).sqrt();
+            let torque = lambda[joint].exp() * reference.carrier.torque_per_ampere(joint).abs() * current;
+            [torque, settings.link_noise * torque]
+        });
+        let parameters = shadows.len();
+        Self {
+            noise: noise.collect(),
+            covariance: Covariance::diagonal(&vec![0.0; 4 * n]),
+            tangent: Tangent::new(n),
+            sensitivities: vec![vec![0.0; 4 * n]; parameters],
+            misread: vec![0.0; parameters],
+            currents: vec![0.0; n],
+            outcome: Outcome {
+                nats: vec![0.0; n],
+                count: 0,
+                gradient: DVector::zeros(parameters),
+                information: DMatrix::zeros(parameters, parameters),
+                scored: vec![Vec::new(); n],
+            },
+            recording,
+            settings,
+            reference,
+            shadows,
+        }
+    }
+
+    /// Goes through the recording; with `keep` it records what each reading said.
+    pub fn go(mut self, keep: bool) -> Outcome {
+        if self.recording.len() < 2 {
+            return self.outcome;
+        }
+        self.start();
+        let from = self.recording.time[0] + self.settings.burn_in;
+        for k in 0..self.recording.len() {
+            if k > 0 {
+                self.carry(k);
+            }
+            let counts = self.recording.time[k] >= from;
+            self.outcome.count += usize::from(counts);
+            for joint in 0..self.noise.len() {
+                self.take(joint, k, counts, keep);
+            }
+        }
+        self.outcome
+    }
+
+    /// Rotor and link together at the first reading, with the speed of the first samples.
+    fn start(&mut self) {
+        let Recording { time, joints, .. } = self.recording;
+        let last = START.min(time.len() - 1);
+        let span = time[last] - time[0];
+        let mut deviations = Vec::new();
+        let phases = joints.iter().map(|joint| {
+            let (position, step) = (&joint.position, joint.step());
+            let speed = (position[last] - position[0]) / span;
+            // The link is somewhere in its gap, which is some counts wide.
+            deviations.extend([step, 2.0 * step / span, 8.0 * step, 2.0 * step / span]);
+            Phase { theta: position[0], omega: speed, q: position[0], v: speed, ..Phase::default() }
+        });
+        let phases: Vec<Phase> = phases.collect();
+        self.covariance = Covariance::diagonal(&deviations);
+        self.reference.carrier.start(time[0], &phases);
+        self.shadows.iter_mut().for_each(|shadow| shadow.subject.carrier.start(time[0], &phases));
+    }
+
+    /// Carries everything to a sample.
+    fn carry(&mut self, sample: usize) {
+        let Self { reference, shadows, covariance, tangent, noise, sensitivities, currents, recording, .. } = self;
+        let until = recording.time[sample];
+        for shadow in shadows.iter_mut() {
+            shadow.subject.carrier.follow(&reference.carrier);
+            shadow.subject.currents(sample - 1, currents);
+            shadow.subject.carrier.carry(currents, until, None);
+        }
+        tangent.restart();
+        reference.currents(sample - 1, currents);
+        reference.carrier.carry(currents, until, Some(tangent));
+        covariance.predict(tangent, noise);
+        let mut before = vec![0.0; 4 * noise.len()];
+        for (shadow, sensitivity) in shadows.iter().zip(sensitivities) {
+            before.copy_from_slice(sensitivity);
+            let pairs = shadow.subject.carrier.joints().iter().zip(reference.carrier.joints());
+            for (joint, (other, own)) in pairs.enumerate() {
+                let differences = [other.theta - own.theta, other.omega - own.omega, other.q - own.q, other.v - own.v];
+                for (k, difference) in differences.into_iter().enumerate() {
+                    let row = tangent.transition(4 * joint + k);
+                    let carried: f64 = row.iter().zip(&before).map(|(f, s)| f * s).sum();
+                    sensitivity[4 * joint + k] = carried + difference / shadow.step;
+                }
+            }
+        }
+    }
+
+    /// Takes the reading of a joint into account.
+    fn take(&mut self, joint: usize, sample: usize, counts: bool, keep: bool) {
+        let state = 4 * joint;
+        let misread = self.reference.carrier.misread(joint);
+        for (shadow, other) in self.shadows.iter_mut().zip(&mut self.misread) {
+            *other = (shadow.subject.carrier.misread(joint) - misread) / shadow.step;
+        }
+        let read = self.recording.joints[joint].read(sample);
+        let theta = self.reference.carrier.joints()[joint].theta + misread;
+        let outliers = self.settings.outliers;
+        let mut said = read.says(theta, self.covariance.variance(state), outliers);
+        if counts {
+            self.outcome.nats[joint] += said.nats;
+            self.learn(state, &said);
+        }
+        let first = said;
+        if said.regular < 0.5 {
+            self.widen(joint);
+            said = read.says(theta, self.covariance.variance(state), outliers);
+        }
+        self.covariance.update(state, said.variance, said.share);
+        self.correct(&said);
+        for (sensitivity, misread) in self.sensitivities.iter_mut().zip(&self.misread) {
+            let fall = (1.0 - said.share) * (sensitivity[state] + misread);
+            sensitivity.iter_mut().zip(&self.covariance.gain).for_each(|(s, gain)| *s -= gain * fall);
+        }
+        if keep {
+            let interval = self.recording.time[sample] - self.recording.time[sample.saturating_sub(1)];
+            let push = self.covariance.gain[state + 1] * said.shift / interval.max(f64::MIN_POSITIVE);
+            let missing = self.reference.carrier.rotor_inertia(joint) * push;
+            self.outcome.scored[joint].push(Scored { said: first, missing });
+        }
+    }
+
+    /// Moves the mean by the gain of the last update.
+    fn correct(&mut self, said: &Said) {
+        if said.shift == 0.0 {
+            return;
+        }
+        let carrier = &mut self.reference.carrier;
+        for (i, gain) in self.covariance.gain.chunks_exact(4).enumerate() {
+            let y = carrier.joints()[i];
+            let moved = |value: f64, gain: f64| value + gain * said.shift;
+            let [theta, omega, q, v] = [(y.theta, gain[0]), (y.omega, gain[1]), (y.q, gain[2]), (y.v, gain[3])]
+                .map(|(value, gain)| moved(value, gain));
+            carrier.correct(i, [theta, omega, q, v]);
+        }
+    }
+
+    /// Adds what a reading says to gradient and information.
+    fn learn(&mut self, state: usize, said: &Said) {
+        let slope = |p: usize| self.sensitivities[p][state] + self.misread[p];
+        let (pull, weight) = (said.regular * said.shift, said.regular * (1.0 - said.share));
+        if self.shadows.is_empty() || (pull == 0.0 && weight == 0.0) {
+            return;
+        }
+        for row in 0..self.shadows.len() {
+            let own = slope(row) / said.variance;
+            self.outcome.gradient[row] += pull * own;
+            for column in 0..=row {
+                self.outcome.information[(row, column)] += weight * own * slope(column);
+            }
+        }
+    }
+
+    /// After an outlier: the joint may be elsewhere, rotor and link together, and go at another speed.
+    fn widen(&mut self, joint: usize) {
+        let (state, step) = (4 * joint, self.recording.joints[joint].step());
+        self.covariance.widen(&[state, state + 2], step);
+        self.covariance.widen(&[state + 1, state + 3], step / JOLT);
+        self.covariance.widen(&[state + 1], step / JOLT);
+        self.covariance.widen(&[state + 2], 0.1 * step);
+    }
+}
