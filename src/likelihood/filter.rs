@@ -7,8 +7,8 @@
 //!   σ_j = e^{λ_j} K_j σ_i √(w² + (1 − w)²)                         noise of the motor's torque
 //! ```
 //! One Gaussian holds the rotor and the link of all joints. `f` and its derivative `F` are the simulated machine's own
-//! ([`Carrier`](crate::plant::carried::Carrier)): predicted deviations are some hundredths of a count, over which its laws are linear but where a flank is
-//! met or a velocity passes zero. The link gets a part of the rotor's noise, for what a model of rigid links leaves out. `λ` is zero where the model is
+//! ([`Carrier`](crate::plant::carried::Carrier)): predicted deviations are some hundredths of a count, over which its laws are linear. Where a flank may be
+//! met, or a velocity pass zero, within these deviations, the Gaussian is carried by `points` instead. The link gets a part of the rotor's noise, for what a model of rigid links leaves out. `λ` is zero where the model is
 //! exact, and grows with what the model lacks.
 //! *Shadows* are machines whose parameters differ a little. They start every interval at the same state; what they then do else is the derivative of
 //! the prediction, which the filter's own gains carry on:
@@ -25,13 +25,21 @@ use nalgebra::{DMatrix, DVector};
 use super::Settings;
 use super::count::Said;
 use super::covariance::Covariance;
+use super::points::Points;
 use super::recording::Recording;
 use super::subject::Subject;
+use crate::plant::carried::Carrier;
 use crate::plant::joint::Phase;
 use crate::plant::tangent::Tangent;
 
 /// Samples over which the speed at the start is taken.
 const START: usize = 20;
+/// [1] Deviation of the link's place in its gap where nothing is known: so that cubature points of two joints lie within the gap.
+const LINK_IN_GAP: f64 = 1.0 / 6.0;
+/// [1] The same without a gap, in counts: a wind-up.
+const LINK: f64 = 0.1;
+/// [1] Deviations within which a law must not bend, for the derivative to be used.
+const BENDS: f64 = 4.0;
 /// [s] Time over which an outlier moves a joint by a count, at most: the velocity that it may have missed.
 const JOLT: f64 = 0.01;
 
@@ -72,6 +80,10 @@ pub(super) struct Run<'a> {
     settings: &'a Settings,
     reference: Subject,
     shadows: Vec<Shadow>,
+    /// The reference's machine once more, for points.
+    other: Subject,
+    points: Points,
+    mean: Vec<f64>,
     covariance: Covariance,
     tangent: Tangent,
     /// [N·m or N] Standard deviations of the torques on rotor and link.
@@ -85,11 +97,11 @@ pub(super) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// Of a reference with its shadows; `lambda`: `λ` of each joint.
+    /// Of a reference, of which there are two, with its shadows; `lambda`: `λ` of each joint.
     pub fn new(
         recording: &'a Recording,
         settings: &'a Settings,
-        reference: Subject,
+        [reference, other]: [Subject; 2],
         shadows: Vec<Shadow>,
         lambda: &[f64],
     ) -> Self {
@@ -104,6 +116,9 @@ impl<'a> Run<'a> {
         let parameters = shadows.len();
         Self {
             noise: noise.collect(),
+            other,
+            points: Points::new(4 * n),
+            mean: vec![0.0; 4 * n],
             covariance: Covariance::diagonal(&vec![0.0; 4 * n]),
             tangent: Tangent::new(n),
             sensitivities: vec![vec![0.0; 4 * n]; parameters],
@@ -148,23 +163,29 @@ impl<'a> Run<'a> {
         let Recording { time, joints, .. } = self.recording;
         let last = START.min(time.len() - 1);
         let span = time[last] - time[0];
-        let mut deviations = Vec::new();
         let phases = joints.iter().map(|joint| {
-            let (position, step) = (&joint.position, joint.step());
+            let position = &joint.position;
             let speed = (position[last] - position[0]) / span;
-            // The link is somewhere in its gap, which is some counts wide.
-            deviations.extend([step, 2.0 * step / span, 8.0 * step, 2.0 * step / span]);
             Phase { theta: position[0], omega: speed, q: position[0], v: speed, ..Phase::default() }
         });
         let phases: Vec<Phase> = phases.collect();
-        self.covariance = Covariance::diagonal(&deviations);
+        self.covariance = Covariance::diagonal(&vec![0.0; 4 * joints.len()]);
+        for (joint, recorded) in joints.iter().enumerate() {
+            let (state, step) = (4 * joint, recorded.step());
+            self.covariance.widen(&[state, state + 2], step);
+            self.covariance.widen(&[state + 1, state + 3], 2.0 * step / span);
+            self.covariance.widen(&[state + 1], step / span);
+            let gap = self.reference.carrier.backlash(joint);
+            self.covariance.widen(&[state + 2], LINK_IN_GAP * gap + LINK * step);
+        }
         self.reference.carrier.start(time[0], &phases);
         self.shadows.iter_mut().for_each(|shadow| shadow.subject.carrier.start(time[0], &phases));
     }
 
     /// Carries everything to a sample.
     fn carry(&mut self, sample: usize) {
-        let Self { reference, shadows, covariance, tangent, noise, sensitivities, currents, recording, .. } = self;
+        let Self { reference, other, shadows, points, mean, covariance, tangent, noise, sensitivities, .. } = self;
+        let (recording, currents) = (self.recording, &mut self.currents);
         let until = recording.time[sample];
         for shadow in shadows.iter_mut() {
             shadow.subject.carrier.follow(&reference.carrier);
@@ -173,19 +194,40 @@ impl<'a> Run<'a> {
         }
         tangent.restart();
         reference.currents(sample - 1, currents);
-        reference.carrier.carry(currents, until, Some(tangent));
-        covariance.predict(tangent, noise);
-        let mut before = vec![0.0; 4 * noise.len()];
-        for (shadow, sensitivity) in shadows.iter().zip(sensitivities) {
-            before.copy_from_slice(sensitivity);
-            let pairs = shadow.subject.carrier.joints().iter().zip(reference.carrier.joints());
-            for (joint, (other, own)) in pairs.enumerate() {
-                let differences = [other.theta - own.theta, other.omega - own.omega, other.q - own.q, other.v - own.v];
-                for (k, difference) in differences.into_iter().enumerate() {
-                    let row = tangent.transition(4 * joint + k);
-                    let carried: f64 = row.iter().zip(&before).map(|(f, s)| f * s).sum();
-                    sensitivity[4 * joint + k] = carried + difference / shadow.step;
+        let bends = bends(&reference.carrier, covariance, until);
+        if bends {
+            covariance.factor(points);
+            for point in 0..points.count() {
+                if points.differs(point) {
+                    other.carrier.mirror(&reference.carrier);
+                    displace(&mut other.carrier, |state| points.distance(point, state));
+                    other.carrier.carry(currents, until, None);
+                    put(&other.carrier, points.moved(point));
                 }
+            }
+        }
+        reference.carrier.carry(currents, until, Some(tangent));
+        let mut differences = vec![vec![0.0; 4 * noise.len()]; shadows.len()];
+        put(&reference.carrier, mean);
+        for (shadow, difference) in shadows.iter().zip(&mut differences) {
+            put(&shadow.subject.carrier, difference);
+            let step = shadow.step;
+            difference.iter_mut().zip(mean.iter()).for_each(|(other, own)| *other = (*other - own) / step);
+        }
+        if bends {
+            points.rest_at(mean);
+            covariance.collect(points, mean);
+            let mean = mean.chunks_exact(4).enumerate();
+            mean.for_each(|(joint, m)| reference.carrier.correct(joint, [m[0], m[1], m[2], m[3]]));
+        } else {
+            covariance.carry(tangent);
+        }
+        covariance.add_noise(tangent, noise);
+        let mut before = vec![0.0; 4 * noise.len()];
+        for (sensitivity, difference) in sensitivities.iter_mut().zip(&differences) {
+            before.copy_from_slice(sensitivity);
+            for ((s, row), g) in sensitivity.iter_mut().zip(covariance.transition.chunks_exact(before.len())).zip(difference) {
+                *s = row.iter().zip(&before).map(|(f, s)| f * s).sum::<f64>() + g;
             }
         }
     }
@@ -229,14 +271,8 @@ impl<'a> Run<'a> {
         if said.shift == 0.0 {
             return;
         }
-        let carrier = &mut self.reference.carrier;
-        for (i, gain) in self.covariance.gain.chunks_exact(4).enumerate() {
-            let y = carrier.joints()[i];
-            let moved = |value: f64, gain: f64| value + gain * said.shift;
-            let [theta, omega, q, v] = [(y.theta, gain[0]), (y.omega, gain[1]), (y.q, gain[2]), (y.v, gain[3])]
-                .map(|(value, gain)| moved(value, gain));
-            carrier.correct(i, [theta, omega, q, v]);
-        }
+        let gain = &self.covariance.gain;
+        displace(&mut self.reference.carrier, |state| gain[state] * said.shift);
     }
 
     /// Adds what a reading says to gradient and information.
@@ -262,5 +298,36 @@ impl<'a> Run<'a> {
         self.covariance.widen(&[state + 1, state + 3], step / JOLT);
         self.covariance.widen(&[state + 1], step / JOLT);
         self.covariance.widen(&[state + 2], 0.1 * step);
+    }
+}
+
+/// Whether a law may bend in the interval to a time, within the deviations of the state.
+fn bends(carrier: &Carrier, covariance: &Covariance, until: f64) -> bool {
+    let interval = until - carrier.time();
+    carrier.joints().iter().enumerate().any(|(joint, y)| {
+        let state = 4 * joint;
+        let passes = |state: usize, velocity: f64| {
+            let deviation = covariance.deviation(state);
+            deviation > 0.0 && velocity.abs() < BENDS * deviation
+        };
+        let slack = carrier.slack(joint).abs() - interval * (y.omega - y.v).abs();
+        slack < BENDS * covariance.deviation_between(state, state + 2)
+            || passes(state + 1, y.omega)
+            || passes(state + 3, y.v)
+    })
+}
+
+/// Moves the state of a machine.
+fn displace(carrier: &mut Carrier, by: impl Fn(usize) -> f64) {
+    for joint in 0..carrier.joints().len() {
+        let (y, at) = (carrier.joints()[joint], 4 * joint);
+        carrier.correct(joint, [y.theta + by(at), y.omega + by(at + 1), y.q + by(at + 2), y.v + by(at + 3)]);
+    }
+}
+
+/// Writes the state of a machine.
+fn put(carrier: &Carrier, out: &mut [f64]) {
+    for (y, out) in carrier.joints().iter().zip(out.chunks_exact_mut(4)) {
+        out.copy_from_slice(&[y.theta, y.omega, y.q, y.v]);
     }
 }

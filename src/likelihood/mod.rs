@@ -10,6 +10,7 @@
 mod count;
 mod covariance;
 mod filter;
+mod points;
 mod recording;
 mod subject;
 
@@ -94,8 +95,8 @@ pub fn score(model: &Model, recordings: &[Recording], lambda: &[f64], settings: 
 /// Scores recordings under a setup.
 fn scored(setup: &Setup, recordings: &[Recording], lambda: &[f64], settings: &Settings) -> Result<Vec<Score>> {
     let one = |recording: &Recording| -> Result<Score> {
-        let subject = Subject::new(setup, recording, settings)?;
-        let outcome = Run::new(recording, settings, subject, Vec::new(), lambda).go(true);
+        let subject = || Subject::new(setup, recording, settings);
+        let outcome = Run::new(recording, settings, [subject()?, subject()?], Vec::new(), lambda).go(true);
         let name = recording.name.clone();
         let joints = outcome.scored.iter().map(|scored| joint_score(scored)).collect();
         Ok(Score { name, nats: outcome.nats, samples: outcome.count, time: recording.time.clone(), joints })

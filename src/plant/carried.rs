@@ -120,12 +120,31 @@ impl Carrier {
         for (own, y) in self.state.joints.iter_mut().zip(&other.state.joints) {
             *own = Phase { memory: own.memory, ..*y };
         }
+        self.state.touching.copy_from_slice(&other.state.touching);
         self.acceleration.copy_from_slice(&other.acceleration);
+    }
+
+    /// Becomes the same as another machine of the same model.
+    pub fn mirror(&mut self, other: &Self) {
+        self.follow(other);
+        self.state.joints.copy_from_slice(&other.state.joints);
     }
 
     /// [kg·m² or kg] Inertia of a joint's rotor at the joint.
     pub fn rotor_inertia(&self, joint: usize) -> f64 {
         self.machine.coupled.laws[joint].rotor_inertia
+    }
+
+    /// `b` [rad or m] Gap of a joint's gear, without what effects do to it.
+    pub fn backlash(&self, joint: usize) -> f64 {
+        self.machine.coupled.laws[joint].gearhead.dead_zone.backlash
+    }
+
+    /// [rad or m] Distance of a joint's gear from where its nearer flank is touched or left; infinite for a gear without a gap.
+    pub fn slack(&self, joint: usize) -> f64 {
+        let law = &self.machine.coupled.laws[joint];
+        let (time, y) = (self.state.time, &self.state.joints[joint]);
+        if has_gap(law) { law.overlap(time, y, 1.0).max(law.overlap(time, y, -1.0)) } else { f64::INFINITY }
     }
 
     /// [N·m/A] Torque of a joint's motor per ampere, at the joint.
