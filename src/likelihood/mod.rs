@@ -5,15 +5,20 @@
 //! ```
 //! Everything that the simulation has, this judges: motion in the gap, reversals, rest. Two models differ by the evidence of the recording itself,
 //! without a threshold, and the distance from what an exact model reaches is what remains unexplained.
-//! [`score`] scores a model, [`fit`](fit()) fits the parameters of a [`Hypothesis`] first. [`filter`] holds the equations.
+//! [`score`] scores a model; [`fit_baseline`] and [`fit`](fit()) fit the parameters of a [`Hypothesis`] first. The equations are at the head of `filter`.
 
 mod count;
 mod covariance;
 mod filter;
+mod fit;
+mod hypothesis;
+mod parameters;
 mod points;
 mod recording;
 mod subject;
 
+pub use fit::{Fitted, fit, fit_baseline};
+pub use hypothesis::{Free, Hypothesis, Scale};
 pub use recording::Recording;
 
 use filter::{Run, Scored};
@@ -39,7 +44,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { burn_in: 0.6, outliers: 1e-3, link_noise: 0.3, catalogue: Catalogue::default() }
+        Self { burn_in: 2.0, outliers: 1e-3, link_noise: 0.3, catalogue: Catalogue::default() }
     }
 }
 

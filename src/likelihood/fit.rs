@@ -1,0 +1,332 @@
+//! Fits the parameters of a hypothesis to recordings.
+//!
+//! ```text
+//!   maximise  L(x, λ) − ½ Σ ρ x²           L: score of the training recordings [nat]
+//!   (H + ρ + μ diag(H + ρ)) Δx = g − ρ x    g, H: gradient and information of the score (`filter`), μ: damping of Levenberg and Marquardt
+//! ```
+//! The noise `λ` of each joint is fitted as well, first and between the steps: it begins large, where a wrong model leaves no track but a broad one, and falls
+//! by itself as the model becomes better. What no parameter explains stays in it.
+//! A hypothesis begins at the fit of the baseline, with the most probable of its starts.
+//! What is compared is the score of recordings that took no part in the fit: a parameter that only follows the noise loses there, whatever its prior.
+//! References: K. Levenberg (1944), D. Marquardt (1963); S. Särkkä, L. Svensson (2023), Bayesian filtering and smoothing, section 16.3.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::filter::{Outcome, Run, Shadow};
+use super::hypothesis::Hypothesis;
+use super::parameters::{self, NUMBERS, Parameter};
+use super::recording::Recording;
+use super::subject::{Setup, Subject};
+use super::{Score, Settings, scored};
+use crate::error::Result;
+use crate::robot::{EffectEntry, Model};
+use crate::timeseries::Estimate;
+
+/// Step of a shadow, in `x`: small against every bend, large against rounding.
+const STEP: f64 = 1e-3;
+/// Longest change of `x` in one step.
+const LONGEST: f64 = 2.0;
+/// Most steps, and most trials of the damping in one.
+const MOST_STEPS: usize = 15;
+const MOST_TRIALS: usize = 4;
+/// [nat] A step that gains less ends the fit.
+const SMALL: f64 = 1.0;
+/// `λ` where the baseline begins, the steps in which it is sought, its range, and most of the steps at a time.
+const NOISE_AT_FIRST: f64 = 3.0;
+const NOISE_STEP: f64 = 0.5;
+const NOISE_RANGE: [f64; 2] = [-1.0, 7.0];
+const NOISE_TRIALS: usize = 6;
+/// [1] Information of a direction of the bodies' values, in prior deviations, below which the motion does not show it.
+const SHOWN: f64 = 0.1;
+/// [s] Part of each recording by which that is decided.
+const LOOK: f64 = 5.0;
+
+/// A hypothesis with fitted parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Name of the hypothesis.
+    pub name: String,
+    /// `λ` of each joint: by how much the torque's noise exceeds the current sensor's.
+    pub lambda: Vec<f64>,
+    /// [nat] Score of the training recordings, and of the prior beside it.
+    pub nats: f64,
+    /// See [`nats`](Self::nats); at most 0.
+    pub prior: f64,
+    /// Parameters by name, with the errors of their joint posterior.
+    pub estimates: Vec<(String, Estimate)>,
+    /// Steps that the fit took.
+    pub steps: usize,
+    model: Model,
+    effects: Vec<EffectEntry>,
+    parameters: Vec<Parameter>,
+    x: Vec<f64>,
+}
+
+impl Fitted {
+    fn setup(&self) -> Setup {
+        parameters::setup(&self.model, &self.effects, &self.parameters, &self.x)
+    }
+
+    /// The machine with its fitted parameters and effects.
+    pub fn model(&self) -> Model {
+        self.setup().model
+    }
+
+    /// Scores recordings under the fitted machine.
+    ///
+    /// # Errors
+    /// As [`score`](super::score).
+    pub fn score(&self, recordings: &[Recording], settings: &Settings) -> Result<Vec<Score>> {
+        scored(&self.setup(), recordings, &self.lambda, settings)
+    }
+}
+
+/// Fits the nuisances of a model alone: the baseline.
+///
+/// # Errors
+/// As [`score`](super::score).
+pub fn fit_baseline(model: &Model, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let lambda = vec![NOISE_AT_FIRST; model.joints.len()];
+    let baseline = Hypothesis::baseline();
+    let mut fit = Fit { model, effects: &[], parameters: parameters::nuisances(model), train, settings };
+    let x = vec![0.0; fit.parameters.len()];
+    let lambda = fit.noise(&x, lambda)?;
+    let directions = fit.directions(&lambda)?;
+    fit.parameters.extend(parameters::inertial(model, &directions));
+    let x = vec![0.0; fit.parameters.len()];
+    fit.go(&baseline.name, x, lambda)
+}
+
+/// Fits a hypothesis, from the fit of the baseline to the same recordings.
+///
+/// # Errors
+/// As [`score`](super::score); no start of the hypothesis can be simulated.
+pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let tried = |start: &Vec<EffectEntry>| -> Result<f64> {
+        let mut setup = baseline.setup();
+        setup.model.effects.extend(start.iter().cloned());
+        Ok(scored(&setup, train, &baseline.lambda, settings)?.iter().map(Score::sum).sum())
+    };
+    let scores: Vec<Result<f64>> = hypothesis.starts.par_iter().map(tried).collect();
+    let mut best: Option<(f64, usize)> = None;
+    let mut failure = None;
+    for (index, score) in scores.into_iter().enumerate() {
+        match score {
+            Ok(score) if best.is_none_or(|(most, _)| score > most) => best = Some((score, index)),
+            Ok(_) => {}
+            Err(error) => failure = Some(error),
+        }
+    }
+    let effects: &[EffectEntry] = match (best, failure) {
+        (Some((_, index)), _) => &hypothesis.starts[index],
+        (None, Some(error)) => return Err(error),
+        (None, None) => &[],
+    };
+    let mut all = baseline.parameters.clone();
+    all.extend(parameters::sizes(hypothesis, effects, &settings.catalogue));
+    let mut x = baseline.x.clone();
+    x.resize(all.len(), 0.0);
+    let fit = Fit { model: &baseline.model, effects, parameters: all, train, settings };
+    fit.go(&hypothesis.name, x, baseline.lambda.clone())
+}
+
+/// A fit.
+struct Fit<'a> {
+    model: &'a Model,
+    effects: &'a [EffectEntry],
+    parameters: Vec<Parameter>,
+    train: &'a [Recording],
+    settings: &'a Settings,
+}
+
+/// Score with its derivatives.
+struct Slope {
+    nats: f64,
+    gradient: DVector<f64>,
+    information: DMatrix<f64>,
+}
+
+impl Fit<'_> {
+    fn setup(&self, x: &[f64]) -> Setup {
+        parameters::setup(self.model, self.effects, &self.parameters, x)
+    }
+
+    /// `½ Σ ρ x²` [nat].
+    fn prior(&self, x: &[f64]) -> f64 {
+        self.parameters.iter().zip(x).map(|(parameter, x)| 0.5 * parameter.precision * x * x).sum()
+    }
+
+    /// Runs along the training recordings.
+    fn runs(&self, x: &[f64], lambda: &[f64], sloped: bool, train: &[Recording]) -> Result<Vec<Outcome>> {
+        let setup = self.setup(x);
+        let shadows: Vec<(Setup, f64)> = match sloped {
+            true => (0..x.len()).map(|index| self.shadow(x, index)).collect(),
+            false => Vec::new(),
+        };
+        let run = |recording: &Recording| -> Result<Outcome> {
+            let subject = |setup: &Setup| Subject::new(setup, recording, self.settings);
+            let shadow =
+                |(setup, step): &(Setup, f64)| -> Result<Shadow> { Ok(Shadow { subject: subject(setup)?, step: *step }) };
+            let shadows = shadows.iter().map(shadow).collect::<Result<_>>()?;
+            let pair = [subject(&setup)?, subject(&setup)?];
+            Ok(Run::new(recording, self.settings, pair, shadows, lambda).go(false))
+        };
+        train.par_iter().map(run).collect()
+    }
+
+    /// The setup with one parameter a step away, inside its limits.
+    fn shadow(&self, x: &[f64], index: usize) -> (Setup, f64) {
+        let mut moved = x.to_vec();
+        let parameter = &self.parameters[index];
+        let step = if parameter.value(x[index] + STEP) == parameter.value(x[index]) { -STEP } else { STEP };
+        moved[index] += step;
+        (self.setup(&moved), step)
+    }
+
+    /// [nat] of each joint.
+    fn nats(&self, x: &[f64], lambda: &[f64]) -> Result<Vec<f64>> {
+        let runs = self.runs(x, lambda, false, self.train)?;
+        Ok((0..lambda.len()).map(|joint| runs.iter().map(|run| run.nats[joint]).sum()).collect())
+    }
+
+    fn slope(&self, x: &[f64], lambda: &[f64], train: &[Recording]) -> Result<Slope> {
+        let runs = self.runs(x, lambda, true, train)?;
+        let size = x.len();
+        let mut slope = Slope { nats: 0.0, gradient: DVector::zeros(size), information: DMatrix::zeros(size, size) };
+        for run in runs {
+            slope.nats += run.nats.iter().sum::<f64>();
+            slope.gradient += run.gradient;
+            slope.information += run.information;
+        }
+        slope.information.fill_upper_triangle_with_lower_triangle();
+        Ok(slope)
+    }
+
+    /// Directions in which the motion shows the bodies' values: eigenvectors of the information in units of their prior deviations.
+    fn directions(&self, lambda: &[f64]) -> Result<Vec<DVector<f64>>> {
+        let size = NUMBERS * self.model.joints.len();
+        let accuracy = &self.model.accuracy;
+        if accuracy.masses == 0.0 && accuracy.centres == 0.0 && accuracy.inertias == 0.0 {
+            return Ok(Vec::new());
+        }
+        let units: Vec<DVector<f64>> =
+            (0..size).map(|k| DVector::from_fn(size, |row, _| f64::from(u8::from(row == k)))).collect();
+        let part = |recording: &Recording| {
+            let from = recording.time.first().copied().unwrap_or(0.0);
+            recording.window(from, from + self.settings.burn_in + LOOK)
+        };
+        let parts: Vec<Recording> = self.train.iter().map(part).collect();
+        let alone = Fit { parameters: parameters::inertial(self.model, &units), ..*self };
+        let slope = alone.slope(&vec![0.0; size], lambda, &parts)?;
+        let share: f64 = parts.iter().map(Recording::len).sum::<usize>() as f64
+            / self.train.iter().map(Recording::len).sum::<usize>().max(1) as f64;
+        let eigen = slope.information.symmetric_eigen();
+        let shown = (0..size).filter(|k| eigen.eigenvalues[*k] / share > SHOWN);
+        Ok(shown.map(|k| eigen.eigenvectors.column(k).into_owned()).collect())
+    }
+
+    /// The most probable `λ`, joint by joint, from a first guess.
+    fn noise(&self, x: &[f64], mut lambda: Vec<f64>) -> Result<Vec<f64>> {
+        let mut here = self.nats(x, &lambda)?;
+        let mut way = vec![0.0; lambda.len()];
+        for _ in 0..NOISE_TRIALS {
+            let moved = |sign: f64| -> Vec<f64> {
+                let step = |(lambda, way): (&f64, &f64)| {
+                    let step = if *way == 0.0 { sign } else if *way == sign { 1.0 * sign } else { 0.0 };
+                    (lambda + NOISE_STEP * step).clamp(NOISE_RANGE[0], NOISE_RANGE[1])
+                };
+                lambda.iter().zip(&way).map(step).collect()
+            };
+            let mut changed = false;
+            let trials = [-1.0, 1.0].map(|sign| (sign, moved(sign)));
+            let mut next = lambda.clone();
+            for (sign, trial) in trials.into_iter().filter(|(_, trial)| *trial != lambda) {
+                let there = self.nats(x, &trial)?;
+                for joint in 0..lambda.len() {
+                    if there[joint] > here[joint] + 0.5 * SMALL && trial[joint] != lambda[joint] {
+                        (here[joint], next[joint], way[joint]) = (there[joint], trial[joint], sign);
+                        changed = true;
+                    }
+                }
+            }
+            if !changed {
+                break;
+            }
+            lambda = next;
+            here = self.nats(x, &lambda)?;
+        }
+        Ok(lambda)
+    }
+
+    /// Steps until they gain nothing.
+    fn go(&self, name: &str, mut x: Vec<f64>, mut lambda: Vec<f64>) -> Result<Fitted> {
+        let mut damping = 1e-2;
+        let mut steps = 0;
+        let mut last = f64::NEG_INFINITY;
+        let mut slope;
+        loop {
+            lambda = self.noise(&x, lambda)?;
+            slope = self.slope(&x, &lambda, self.train)?;
+            let here = slope.nats - self.prior(&x);
+            if steps == MOST_STEPS || here - last < SMALL {
+                break;
+            }
+            last = here;
+            steps += 1;
+            let Some(better) = self.step(&x, &lambda, &slope, &mut damping)? else { break };
+            x = better;
+        }
+        Ok(self.fitted(name, x, lambda, steps, &slope))
+    }
+
+    /// A better `x`, if there is one.
+    fn step(&self, x: &[f64], lambda: &[f64], slope: &Slope, damping: &mut f64) -> Result<Option<Vec<f64>>> {
+        let here = slope.nats - self.prior(x);
+        for _ in 0..MOST_TRIALS {
+            let mut matrix = self.posterior(slope);
+            for k in 0..x.len() {
+                matrix[(k, k)] *= 1.0 + *damping;
+            }
+            let pull = |k: usize| slope.gradient[k] - self.parameters[k].precision * x[k];
+            let Some(factor) = matrix.cholesky() else { return Ok(None) };
+            let step = factor.solve(&DVector::from_fn(x.len(), |k, _| pull(k)));
+            let shrink = (LONGEST / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
+            let moved: Vec<f64> = x.iter().zip(step.iter()).map(|(x, step)| x + shrink * step).collect();
+            let there = self.nats(&moved, lambda).map_or(f64::NEG_INFINITY, |nats| nats.iter().sum());
+            if there - self.prior(&moved) > here {
+                *damping = (*damping / 10.0).max(1e-6);
+                return Ok(Some(moved));
+            }
+            *damping *= 10.0;
+        }
+        Ok(None)
+    }
+
+    /// Information of score and prior together.
+    fn posterior(&self, slope: &Slope) -> DMatrix<f64> {
+        let precisions = self.parameters.iter().map(|parameter| parameter.precision);
+        &slope.information + DMatrix::from_diagonal(&DVector::from_iterator(self.parameters.len(), precisions))
+    }
+
+    fn fitted(&self, name: &str, x: Vec<f64>, lambda: Vec<f64>, steps: usize, slope: &Slope) -> Fitted {
+        let inverse = self.posterior(slope).cholesky().map(|factor| factor.inverse());
+        let error = |k: usize| inverse.as_ref().map_or(f64::NAN, |inverse| inverse[(k, k)].max(0.0).sqrt());
+        let estimate = |(k, parameter): (usize, &Parameter)| {
+            let (value, std_error) = (parameter.value(x[k]), parameter.slope(x[k]) * error(k));
+            (parameter.name.clone(), Estimate { value, std_error })
+        };
+        Fitted {
+            name: name.to_owned(),
+            nats: slope.nats,
+            prior: -self.prior(&x),
+            estimates: self.parameters.iter().enumerate().map(estimate).collect(),
+            steps,
+            model: self.model.clone(),
+            effects: self.effects.to_vec(),
+            parameters: self.parameters.clone(),
+            lambda,
+            x,
+        }
+    }
+}
