@@ -13,10 +13,10 @@ use super::lines;
 use super::rivals;
 
 /// [s] Windows for training in the staircase and in each of two fast runs, and for judging in the staircase and the third run; the burn-in is within.
-const SLOW: [f64; 2] = [20.0, 34.0];
-const FAST: [f64; 2] = [3.0, 15.0];
-const SLOW_JUDGED: [f64; 2] = [50.0, 64.0];
-const FAST_JUDGED: [f64; 2] = [3.0, 23.0];
+const SLOW: [f64; 2] = [20.0, 32.0];
+const FAST: [f64; 2] = [3.0, 13.0];
+const SLOW_JUDGED: [f64; 2] = [50.0, 62.0];
+const FAST_JUDGED: [f64; 2] = [3.0, 18.0];
 /// Lines of a joint from which a periodic disturbance is sought.
 const LINES: usize = 2;
 

@@ -39,7 +39,7 @@ const LINK_IN_GAP: f64 = 1.0 / 6.0;
 /// [1] The same without a gap, in counts: a wind-up.
 const LINK: f64 = 0.1;
 /// [1] Deviations within which a law must not bend, for the derivative to be used.
-const BENDS: f64 = 4.0;
+const BENDS: f64 = 3.0;
 /// [s] Time over which an outlier moves a joint by a count, at most: the velocity that it may have missed.
 const JOLT: f64 = 0.01;
 
@@ -88,8 +88,9 @@ pub(super) struct Run<'a> {
     tangent: Tangent,
     /// [N·m or N] Standard deviations of the torques on rotor and link.
     noise: Vec<[f64; 2]>,
-    /// `∂m/∂p`.
+    /// `∂m/∂p`, and `∂f/∂p` of the last interval.
     sensitivities: Vec<Vec<f64>>,
+    differences: Vec<Vec<f64>>,
     /// What the shadows' encoders read beside the reference's, per unit of the parameter.
     misread: Vec<f64>,
     currents: Vec<f64>,
@@ -122,6 +123,7 @@ impl<'a> Run<'a> {
             covariance: Covariance::diagonal(&vec![0.0; 4 * n]),
             tangent: Tangent::new(n),
             sensitivities: vec![vec![0.0; 4 * n]; parameters],
+            differences: Vec::new(),
             misread: vec![0.0; parameters],
             currents: vec![0.0; n],
             outcome: Outcome {
@@ -184,16 +186,19 @@ impl<'a> Run<'a> {
 
     /// Carries everything to a sample.
     fn carry(&mut self, sample: usize) {
-        let Self { reference, other, shadows, points, mean, covariance, tangent, noise, sensitivities, .. } = self;
+        let Self { reference, other, shadows, points, mean, covariance, tangent, noise, sensitivities, differences, .. } =
+            self;
         let (recording, currents) = (self.recording, &mut self.currents);
         let until = recording.time[sample];
         for shadow in shadows.iter_mut() {
             shadow.subject.carrier.follow(&reference.carrier);
             shadow.subject.currents(sample - 1, currents);
+            shadow.subject.carrier.prepare(until);
             shadow.subject.carrier.carry(currents, until, None);
         }
         tangent.restart();
         reference.currents(sample - 1, currents);
+        reference.carrier.prepare(until);
         let bends = bends(&reference.carrier, covariance, until);
         if bends {
             covariance.factor(points);
@@ -207,9 +212,9 @@ impl<'a> Run<'a> {
             }
         }
         reference.carrier.carry(currents, until, Some(tangent));
-        let mut differences = vec![vec![0.0; 4 * noise.len()]; shadows.len()];
+        differences.resize(shadows.len(), vec![0.0; 4 * noise.len()]);
         put(&reference.carrier, mean);
-        for (shadow, difference) in shadows.iter().zip(&mut differences) {
+        for (shadow, difference) in shadows.iter().zip(differences.iter_mut()) {
             put(&shadow.subject.carrier, difference);
             let step = shadow.step;
             difference.iter_mut().zip(mean.iter()).for_each(|(other, own)| *other = (*other - own) / step);
@@ -224,7 +229,7 @@ impl<'a> Run<'a> {
         }
         covariance.add_noise(tangent, noise);
         let mut before = vec![0.0; 4 * noise.len()];
-        for (sensitivity, difference) in sensitivities.iter_mut().zip(&differences) {
+        for (sensitivity, difference) in sensitivities.iter_mut().zip(differences.iter()) {
             before.copy_from_slice(sensitivity);
             for ((s, row), g) in sensitivity.iter_mut().zip(covariance.transition.chunks_exact(before.len())).zip(difference) {
                 *s = row.iter().zip(&before).map(|(f, s)| f * s).sum::<f64>() + g;

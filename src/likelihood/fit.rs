@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::filter::{Outcome, Run, Shadow};
 use super::hypothesis::Hypothesis;
-use super::parameters::{self, NUMBERS, Parameter};
+use super::parameters::{self, Kind, NUMBERS, Parameter};
 use super::recording::Recording;
 use super::subject::{Setup, Subject};
 use super::{Score, Settings, scored};
@@ -35,8 +35,16 @@ const SMALL: f64 = 1.0;
 /// `λ` where the baseline begins, the steps in which it is sought, its range, and most of the steps at a time.
 const NOISE_AT_FIRST: f64 = 3.0;
 const NOISE_STEP: f64 = 0.5;
-const NOISE_RANGE: [f64; 2] = [-1.0, 7.0];
-const NOISE_TRIALS: usize = 6;
+const NOISE_RANGE: [f64; 2] = [-0.5, 7.0];
+const NOISE_TRIALS: usize = 8;
+/// Times that a fit goes on: that of the baseline with more noise, by so much, in which it is not held by details; and what each has to gain [nat] for
+/// the next.
+const MOST_RESTARTS: usize = 2;
+const WORTH: f64 = 10.0;
+/// First and last steps of a search along one size.
+const FIRST_STEP: f64 = 1.0;
+const LAST_STEP: f64 = 0.2;
+const NOISE_AT_RESTART: f64 = 1.0;
 /// [1] Information of a direction of the bodies' values, in prior deviations, below which the motion does not show it.
 const SHOWN: f64 = 0.1;
 /// [s] Part of each recording by which that is decided.
@@ -91,7 +99,7 @@ pub fn fit_baseline(model: &Model, train: &[Recording], settings: &Settings) -> 
     let baseline = Hypothesis::baseline();
     let mut fit = Fit { model, effects: &[], parameters: parameters::nuisances(model), train, settings };
     let x = vec![0.0; fit.parameters.len()];
-    let lambda = fit.noise(&x, lambda)?;
+    let lambda = fit.noise(&x, lambda, NOISE_TRIALS)?;
     let directions = fit.directions(&lambda)?;
     fit.parameters.extend(parameters::inertial(model, &directions));
     let x = vec![0.0; fit.parameters.len()];
@@ -145,6 +153,23 @@ struct Slope {
     nats: f64,
     gradient: DVector<f64>,
     information: DMatrix<f64>,
+}
+
+/// Where a fit has come to.
+struct Place {
+    /// [nat] Score and prior.
+    height: f64,
+    x: Vec<f64>,
+    lambda: Vec<f64>,
+    slope: Slope,
+    steps: usize,
+}
+
+impl Place {
+    /// A place whose score is not a number.
+    fn unknown(x: Vec<f64>, lambda: Vec<f64>, slope: Slope) -> Self {
+        Self { height: f64::NEG_INFINITY, x, lambda, slope, steps: 0 }
+    }
 }
 
 impl Fit<'_> {
@@ -227,10 +252,10 @@ impl Fit<'_> {
     }
 
     /// The most probable `λ`, joint by joint, from a first guess.
-    fn noise(&self, x: &[f64], mut lambda: Vec<f64>) -> Result<Vec<f64>> {
+    fn noise(&self, x: &[f64], mut lambda: Vec<f64>, most: usize) -> Result<Vec<f64>> {
         let mut here = self.nats(x, &lambda)?;
         let mut way = vec![0.0; lambda.len()];
-        for _ in 0..NOISE_TRIALS {
+        for _ in 0..most {
             let moved = |sign: f64| -> Vec<f64> {
                 let step = |(lambda, way): (&f64, &f64)| {
                     let step = if *way == 0.0 { sign } else if *way == sign { 1.0 * sign } else { 0.0 };
@@ -254,30 +279,92 @@ impl Fit<'_> {
                 break;
             }
             lambda = next;
-            here = self.nats(x, &lambda)?;
         }
         Ok(lambda)
     }
 
-    /// Steps until they gain nothing.
-    fn go(&self, name: &str, mut x: Vec<f64>, mut lambda: Vec<f64>) -> Result<Fitted> {
-        let mut damping = 1e-2;
-        let mut steps = 0;
-        let mut last = f64::NEG_INFINITY;
-        let mut slope;
-        loop {
-            lambda = self.noise(&x, lambda)?;
-            slope = self.slope(&x, &lambda, self.train)?;
-            let here = slope.nats - self.prior(&x);
-            if steps == MOST_STEPS || here - last < SMALL {
+    /// Steps until they gain nothing; then again with more noise, or from better sizes, as long as that gains.
+    fn go(&self, name: &str, x: Vec<f64>, lambda: Vec<f64>) -> Result<Fitted> {
+        let (x, lambda) = self.search(x, lambda)?;
+        let mut best = self.climb(x, lambda)?;
+        for _ in 0..MOST_RESTARTS {
+            let (x, lambda) = match self.effects.is_empty() {
+                true => (best.x.clone(), best.lambda.iter().map(|lambda| lambda + NOISE_AT_RESTART).collect()),
+                false => self.search(best.x.clone(), best.lambda.clone())?,
+            };
+            let again = self.climb(x, lambda)?;
+            let gain = again.height - best.height;
+            if gain > 0.0 {
+                best = Place { steps: best.steps + again.steps, ..again };
+            }
+            if gain < WORTH {
                 break;
             }
-            last = here;
-            steps += 1;
-            let Some(better) = self.step(&x, &lambda, &slope, &mut damping)? else { break };
+        }
+        Ok(self.fitted(name, best))
+    }
+
+    /// Searches the sizes of the effects one by one, with steps that grow where they gain and shrink where they do not, and then the noise. Where
+    /// much is still wrong the score is rough, and a search along one line finds its way where a step in all directions does not.
+    fn search(&self, mut x: Vec<f64>, lambda: Vec<f64>) -> Result<(Vec<f64>, Vec<f64>)> {
+        let sizes = (0..x.len()).filter(|k| matches!(self.parameters[*k].kind, Kind::Effect(..)));
+        let height = |x: &[f64]| -> f64 {
+            let nats = self.nats(x, &lambda).map_or(f64::NEG_INFINITY, |nats| nats.iter().sum());
+            nats - self.prior(x)
+        };
+        let mut best = f64::NEG_INFINITY;
+        for k in sizes {
+            if best == f64::NEG_INFINITY {
+                best = height(&x);
+            }
+            let mut step = FIRST_STEP;
+            while step.abs() > LAST_STEP {
+                let tried = |step: f64| {
+                    let mut moved = x.clone();
+                    moved[k] += step;
+                    (height(&moved), moved)
+                };
+                let (there, moved) = tried(step);
+                let (there, moved, back) = match there > best {
+                    true => (there, moved, false),
+                    false => {
+                        let (there, moved) = tried(-step);
+                        (there, moved, true)
+                    }
+                };
+                if there > best {
+                    (best, x) = (there, moved);
+                    step *= if back { -1.5 } else { 1.5 };
+                } else {
+                    step *= 0.4;
+                }
+            }
+        }
+        let rounds = if best == f64::NEG_INFINITY { 0 } else { NOISE_TRIALS };
+        let lambda = self.noise(&x, lambda.clone(), rounds)?;
+        Ok((x, lambda))
+    }
+
+    /// Steps until they gain nothing.
+    fn climb(&self, mut x: Vec<f64>, mut lambda: Vec<f64>) -> Result<Place> {
+        let mut damping = 1e-2;
+        let mut here: Option<Place> = None;
+        for steps in 0..=MOST_STEPS {
+            // The noise changes slowly, and costs as much as a step.
+            if steps % 2 == 0 {
+                lambda = self.noise(&x, lambda, 1)?;
+            }
+            let slope = self.slope(&x, &lambda, self.train)?;
+            let height = slope.nats - self.prior(&x);
+            let gain = height - here.as_ref().map_or(f64::NEG_INFINITY, |here| here.height);
+            if gain > 0.0 {
+                here = Some(Place { height, x: x.clone(), lambda: lambda.clone(), slope, steps });
+            }
+            let Some(place) = here.as_ref().filter(|_| gain > SMALL) else { break };
+            let Some(better) = self.step(&x, &lambda, &place.slope, &mut damping)? else { break };
             x = better;
         }
-        Ok(self.fitted(name, x, lambda, steps, &slope))
+        here.map_or_else(|| self.slope(&x, &lambda, self.train).map(|slope| Place::unknown(x, lambda, slope)), Ok)
     }
 
     /// A better `x`, if there is one.
@@ -309,8 +396,9 @@ impl Fit<'_> {
         &slope.information + DMatrix::from_diagonal(&DVector::from_iterator(self.parameters.len(), precisions))
     }
 
-    fn fitted(&self, name: &str, x: Vec<f64>, lambda: Vec<f64>, steps: usize, slope: &Slope) -> Fitted {
-        let inverse = self.posterior(slope).cholesky().map(|factor| factor.inverse());
+    fn fitted(&self, name: &str, place: Place) -> Fitted {
+        let Place { x, lambda, slope, steps, .. } = place;
+        let inverse = self.posterior(&slope).cholesky().map(|factor| factor.inverse());
         let error = |k: usize| inverse.as_ref().map_or(f64::NAN, |inverse| inverse[(k, k)].max(0.0).sqrt());
         let estimate = |(k, parameter): (usize, &Parameter)| {
             let (value, std_error) = (parameter.value(x[k]), parameter.slope(x[k]) * error(k));

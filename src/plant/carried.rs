@@ -24,8 +24,8 @@ use crate::error::Result;
 use crate::gearhead::Slip;
 use crate::robot::{Model, Robot};
 
-/// [s] Longest step: a velocity within it follows a parabola, and the flank that is met is met to `k v h²/12`, 2e-6 N·m·s at 0.1 rad/s.
-const LONGEST: f64 = 3.4e-4;
+/// [s] Longest step: a velocity within it follows a parabola, and the flank that is met is met to `k v h²/12`, 6e-6 N·m·s at 0.1 rad/s of a stiff gear.
+const LONGEST: f64 = 5e-4;
 /// Most velocities that pass zero in one interval; then the others are brought to rest at the end of their step.
 const MOST_TURNS: usize = 20;
 /// [rad or m], [rad/s or m/s] Changes of the state by which slopes are taken: small against the bend of every law, large against rounding.
@@ -124,10 +124,12 @@ impl Carrier {
         self.acceleration.copy_from_slice(&other.acceleration);
     }
 
-    /// Becomes the same as another machine of the same model.
+    /// Becomes the same as another machine of the same model, which is prepared for an interval; a small change of the state changes nothing in that.
     pub fn mirror(&mut self, other: &Self) {
         self.follow(other);
         self.state.joints.copy_from_slice(&other.state.joints);
+        self.machine.response.copy_from(&other.machine.response);
+        self.machine.coupled.barriers.clone_from(&other.machine.coupled.barriers);
     }
 
     /// [kg·m² or kg] Inertia of a joint's rotor at the joint.
@@ -172,10 +174,14 @@ impl Carrier {
         altered.then(|| time.iter().zip(currents).map(read).collect())
     }
 
-    /// Carries the motion to a time [s] while these currents [A] flow, one per joint, and with it its derivative.
-    pub fn carry(&mut self, currents: &[f64], until: f64, mut tangent: Option<&mut Tangent>) {
+    /// Finds the links' response for the interval to a time [s], and what may be touched in it.
+    pub fn prepare(&mut self, until: f64) {
         self.respond(until);
         self.machine.look(&self.state, until);
+    }
+
+    /// Carries the motion to the time [s] for which it is prepared, while these currents [A] flow, one per joint, and with it its derivative.
+    pub fn carry(&mut self, currents: &[f64], until: f64, mut tangent: Option<&mut Tangent>) {
         let haste = self.machine.haste(&self.state, until);
         let start = self.state.time;
         let steps = ((until - start) * self.rate.max(haste).min(FASTEST_STEPS) - 1e-6).ceil().max(1.0);
