@@ -9,7 +9,7 @@
 use super::points::Points;
 use crate::plant::tangent::Tangent;
 
-/// A covariance `P` of `size` states, row by row.
+/// A covariance `P` of `size` states, row by row: four for the motion of each joint, then the torque that the model misses on each.
 #[derive(Debug, Clone)]
 pub(super) struct Covariance {
     size: usize,
@@ -50,12 +50,17 @@ impl Covariance {
         points.factor(&self.p);
     }
 
-    /// Carries it over an interval by the derivative of the motion.
-    pub fn carry(&mut self, tangent: &Tangent) {
+    /// Carries it over an interval by the derivative of the motion, while the torques that are missed keep the share `kept`.
+    pub fn carry(&mut self, tangent: &Tangent, kept: f64) {
         let Self { size, p, product, transition, .. } = self;
         let size = *size;
-        for row in 0..size {
-            transition[row * size..(row + 1) * size].copy_from_slice(tangent.transition(row));
+        transition.fill(0.0);
+        for (row, out) in transition.chunks_exact_mut(size).enumerate() {
+            if row < size / 5 * 4 {
+                out.copy_from_slice(tangent.response(row));
+            } else {
+                out[row] = kept;
+            }
         }
         for (out, transition) in product.chunks_exact_mut(size).zip(transition.chunks_exact(size)) {
             out.fill(0.0);
@@ -67,7 +72,7 @@ impl Covariance {
         }
         for row in 0..size {
             for column in 0..=row {
-                let (a, f) = (&product[row * size..(row + 1) * size], tangent.transition(column));
+                let (a, f) = (&product[row * size..(row + 1) * size], &transition[column * size..(column + 1) * size]);
                 let sum: f64 = a.iter().zip(f).map(|(a, f)| a * f).sum();
                 p[row * size + column] = sum;
                 p[column * size + row] = sum;
@@ -82,7 +87,7 @@ impl Covariance {
 
     /// Adds white noise of the torques on rotors and links over an interval: standard deviations [N·m or N] of their means, one pair per joint.
     pub fn add_noise(&mut self, tangent: &Tangent, noise: &[[f64; 2]]) {
-        for row in 0..self.size {
+        for row in 0..self.size / 5 * 4 {
             for column in 0..=row {
                 let of_rotors = tangent.of_rotors(row).iter().zip(tangent.of_rotors(column));
                 let of_links = tangent.of_links(row).iter().zip(tangent.of_links(column));

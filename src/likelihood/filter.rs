@@ -4,12 +4,14 @@
 //!   m ← f(m, i),   P ← F P Fᵀ + Σ σ_j² g_j g_jᵀ                   from a sample to the next
 //!   ℓ_jk = ln p(reading of joint j at sample k | all before)       the score [nat]
 //!   m ← m + K (m* − m_θ),  P ← P − K Kᵀ (s² − V*)                  for each joint in turn
-//!   σ_j = e^{λ_j} K_j σ_i √(w² + (1 − w)²)                         noise of the motor's torque
+//!   σ_j = 1.3 K_j σ_i √(w² + (1 − w)²)                             noise of the motor's torque, by the current sensor's
+//!   d_j ← ρ d_j + …,   ρ = e^{−T/T_d},   √⟨d_j²⟩ = e^{λ_j} σ_j     torque that the model misses, T_d = 30 ms
 //! ```
 //! One Gaussian holds the rotor and the link of all joints. `f` and its derivative `F` are the simulated machine's own
 //! ([`Carrier`](crate::plant::carried::Carrier)): predicted deviations are some hundredths of a count, over which its laws are linear. Where a flank may be
-//! met, or a velocity pass zero, within these deviations, the Gaussian is carried by `points` instead. The link gets a part of the rotor's noise, for what a model of rigid links leaves out. `λ` is zero where the model is
-//! exact, and grows with what the model lacks.
+//! met, or a velocity pass zero, within these deviations, the Gaussian is carried by `points` instead. The link gets a part of the rotor's noise, for what a model of rigid links leaves out. The missed torque `d` is a
+//! state like the others: where a model lacks something that no parameter explains, the filter follows it, at the price of a score that is lower by
+//! the freedom that this takes. `λ` is far below zero where the model is exact.
 //! *Shadows* are machines whose parameters differ a little. They start every interval at the same state; what they then do else is the derivative of
 //! the prediction, which the filter's own gains carry on:
 //!
@@ -40,6 +42,10 @@ const LINK_IN_GAP: f64 = 1.0 / 6.0;
 const LINK: f64 = 0.1;
 /// [1] Deviations within which a law must not bend, for the derivative to be used.
 const BENDS: f64 = 3.0;
+/// `T_d` [s] Memory of the torque that a model misses: friction and impacts change within some hundredths of a second.
+const MISSED: f64 = 0.03;
+/// [1] Noise of the torque over that of the current sensor: what the current does between two samples.
+const WHITE: f64 = 1.3;
 /// [s] Time over which an outlier moves a joint by a count, at most: the velocity that it may have missed.
 const JOLT: f64 = 0.01;
 
@@ -88,9 +94,13 @@ pub(super) struct Run<'a> {
     tangent: Tangent,
     /// [N·m or N] Standard deviations of the torques on rotor and link.
     noise: Vec<[f64; 2]>,
+    /// `√⟨d²⟩` and `d` [N·m or N].
+    spread: Vec<f64>,
+    missed: Vec<f64>,
     /// `∂m/∂p`, and `∂f/∂p` of the last interval.
     sensitivities: Vec<Vec<f64>>,
     differences: Vec<Vec<f64>>,
+    before: Vec<f64>,
     /// What the shadows' encoders read beside the reference's, per unit of the parameter.
     misread: Vec<f64>,
     currents: Vec<f64>,
@@ -111,19 +121,23 @@ impl<'a> Run<'a> {
             let recorded = &recording.joints[joint];
             let w = recorded.weight;
             let current = recorded.noise * (w * w + (1.0 - w) * (1.0 - w)).sqrt();
-            let torque = lambda[joint].exp() * reference.carrier.torque_per_ampere(joint).abs() * current;
+            let torque = WHITE * reference.carrier.torque_per_ampere(joint).abs() * current;
             [torque, settings.link_noise * torque]
         });
         let parameters = shadows.len();
+        let noise: Vec<[f64; 2]> = noise.collect();
         Self {
-            noise: noise.collect(),
+            spread: noise.iter().zip(lambda).map(|([torque, _], lambda)| lambda.exp() * torque).collect(),
+            missed: vec![0.0; n],
+            noise,
             other,
-            points: Points::new(4 * n),
-            mean: vec![0.0; 4 * n],
-            covariance: Covariance::diagonal(&vec![0.0; 4 * n]),
+            points: Points::new(5 * n),
+            mean: vec![0.0; 5 * n],
+            covariance: Covariance::diagonal(&vec![0.0; 5 * n]),
             tangent: Tangent::new(n),
-            sensitivities: vec![vec![0.0; 4 * n]; parameters],
-            differences: Vec::new(),
+            sensitivities: vec![vec![0.0; 5 * n]; parameters],
+            differences: vec![vec![0.0; 5 * n]; parameters],
+            before: vec![0.0; 5 * n],
             misread: vec![0.0; parameters],
             currents: vec![0.0; n],
             outcome: Outcome {
@@ -171,12 +185,13 @@ impl<'a> Run<'a> {
             Phase { theta: position[0], omega: speed, q: position[0], v: speed, ..Phase::default() }
         });
         let phases: Vec<Phase> = phases.collect();
-        self.covariance = Covariance::diagonal(&vec![0.0; 4 * joints.len()]);
+        self.covariance = Covariance::diagonal(&vec![0.0; 5 * joints.len()]);
         for (joint, recorded) in joints.iter().enumerate() {
             let (state, step) = (4 * joint, recorded.step());
             self.covariance.widen(&[state, state + 2], step);
             self.covariance.widen(&[state + 1, state + 3], 2.0 * step / span);
             self.covariance.widen(&[state + 1], step / span);
+            self.covariance.widen(&[4 * joints.len() + joint], self.spread[joint]);
             let gap = self.reference.carrier.backlash(joint);
             self.covariance.widen(&[state + 2], LINK_IN_GAP * gap + LINK * step);
         }
@@ -186,53 +201,87 @@ impl<'a> Run<'a> {
 
     /// Carries everything to a sample.
     fn carry(&mut self, sample: usize) {
-        let Self { reference, other, shadows, points, mean, covariance, tangent, noise, sensitivities, differences, .. } =
-            self;
-        let (recording, currents) = (self.recording, &mut self.currents);
-        let until = recording.time[sample];
-        for shadow in shadows.iter_mut() {
-            shadow.subject.carrier.follow(&reference.carrier);
-            shadow.subject.currents(sample - 1, currents);
-            shadow.subject.carrier.prepare(until);
-            shadow.subject.carrier.carry(currents, until, None);
+        let until = self.recording.time[sample];
+        self.carry_shadows(sample, until);
+        let kept = (-(until - self.reference.carrier.time()) / MISSED).exp();
+        self.reference.carrier.prepare(until);
+        let bends = bends(&self.reference.carrier, &self.covariance, until);
+        if bends {
+            self.carry_points(sample, until, kept);
         }
+        let Self { reference, points, mean, covariance, tangent, missed, currents, .. } = self;
         tangent.restart();
         reference.currents(sample - 1, currents);
-        reference.carrier.prepare(until);
-        let bends = bends(&reference.carrier, covariance, until);
-        if bends {
-            covariance.factor(points);
-            for point in 0..points.count() {
-                if points.differs(point) {
-                    other.carrier.mirror(&reference.carrier);
-                    displace(&mut other.carrier, |state| points.distance(point, state));
-                    other.carrier.carry(currents, until, None);
-                    put(&other.carrier, points.moved(point));
-                }
-            }
-        }
+        push(currents, &reference.carrier, missed);
         reference.carrier.carry(currents, until, Some(tangent));
-        differences.resize(shadows.len(), vec![0.0; 4 * noise.len()]);
-        put(&reference.carrier, mean);
-        for (shadow, difference) in shadows.iter().zip(differences.iter_mut()) {
-            put(&shadow.subject.carrier, difference);
-            let step = shadow.step;
-            difference.iter_mut().zip(mean.iter()).for_each(|(other, own)| *other = (*other - own) / step);
-        }
+        missed.iter_mut().for_each(|missed| *missed *= kept);
+        put(&reference.carrier, missed, mean);
+        self.shadows.iter().zip(&mut self.differences).for_each(|(shadow, difference)| {
+            put(&shadow.subject.carrier, missed, difference);
+            difference.iter_mut().zip(mean.iter()).for_each(|(other, own)| *other = (*other - own) / shadow.step);
+        });
         if bends {
             points.rest_at(mean);
             covariance.collect(points, mean);
-            let mean = mean.chunks_exact(4).enumerate();
-            mean.for_each(|(joint, m)| reference.carrier.correct(joint, [m[0], m[1], m[2], m[3]]));
+            let (motion, torques) = mean.split_at(4 * missed.len());
+            let motion = motion.chunks_exact(4).enumerate();
+            motion.for_each(|(joint, m)| reference.carrier.correct(joint, [m[0], m[1], m[2], m[3]]));
+            missed.copy_from_slice(torques);
         } else {
-            covariance.carry(tangent);
+            covariance.carry(tangent, kept);
         }
-        covariance.add_noise(tangent, noise);
-        let mut before = vec![0.0; 4 * noise.len()];
-        for (sensitivity, difference) in sensitivities.iter_mut().zip(differences.iter()) {
+        covariance.add_noise(tangent, &self.noise);
+        for (joint, spread) in self.spread.iter().enumerate() {
+            covariance.widen(&[4 * missed.len() + joint], spread * (1.0 - kept * kept).sqrt());
+        }
+        self.carry_sensitivities();
+    }
+
+    /// Carries the shadows from the state of the reference.
+    fn carry_shadows(&mut self, sample: usize, until: f64) {
+        let Self { reference, shadows, missed, currents, .. } = self;
+        for shadow in shadows.iter_mut() {
+            let carrier = &mut shadow.subject.carrier;
+            carrier.follow(&reference.carrier);
+            carrier.prepare(until);
+            shadow.subject.currents(sample - 1, currents);
+            push(currents, &reference.carrier, missed);
+            shadow.subject.carrier.carry(currents, until, None);
+        }
+    }
+
+    /// Carries the points of the Gaussian.
+    fn carry_points(&mut self, sample: usize, until: f64, kept: f64) {
+        let Self { reference, other, points, covariance, missed, currents, .. } = self;
+        let motion = 4 * missed.len();
+        covariance.factor(points);
+        let mut torques = missed.clone();
+        for point in (0..points.count()).collect::<Vec<_>>() {
+            if !points.differs(point) {
+                continue;
+            }
+            other.carrier.mirror(&reference.carrier);
+            displace(&mut other.carrier, |state| points.distance(point, state));
+            for (joint, (torque, missed)) in torques.iter_mut().zip(missed.iter()).enumerate() {
+                *torque = missed + points.distance(point, motion + joint);
+            }
+            reference.currents(sample - 1, currents);
+            push(currents, &reference.carrier, &torques);
+            other.carrier.carry(currents, until, None);
+            torques.iter_mut().for_each(|torque| *torque *= kept);
+            put(&other.carrier, &torques, points.moved(point));
+        }
+    }
+
+    /// Carries `∂m/∂p` by the transition of the last interval.
+    fn carry_sensitivities(&mut self) {
+        let size = self.mean.len();
+        let before = &mut self.before;
+        for (sensitivity, difference) in self.sensitivities.iter_mut().zip(&self.differences) {
             before.copy_from_slice(sensitivity);
-            for ((s, row), g) in sensitivity.iter_mut().zip(covariance.transition.chunks_exact(before.len())).zip(difference) {
-                *s = row.iter().zip(&before).map(|(f, s)| f * s).sum::<f64>() + g;
+            let rows = self.covariance.transition.chunks_exact(size);
+            for ((s, row), g) in sensitivity.iter_mut().zip(rows).zip(difference) {
+                *s = row.iter().zip(before.iter()).map(|(f, s)| f * s).sum::<f64>() + g;
             }
         }
     }
@@ -266,7 +315,7 @@ impl<'a> Run<'a> {
         if keep {
             let interval = self.recording.time[sample] - self.recording.time[sample.saturating_sub(1)];
             let push = self.covariance.gain[state + 1] * said.shift / interval.max(f64::MIN_POSITIVE);
-            let missing = self.reference.carrier.rotor_inertia(joint) * push;
+            let missing = self.missed[joint] + self.reference.carrier.rotor_inertia(joint) * push;
             self.outcome.scored[joint].push(Scored { said: first, missing });
         }
     }
@@ -278,6 +327,8 @@ impl<'a> Run<'a> {
         }
         let gain = &self.covariance.gain;
         displace(&mut self.reference.carrier, |state| gain[state] * said.shift);
+        let torques = &gain[4 * self.missed.len()..];
+        self.missed.iter_mut().zip(torques).for_each(|(missed, gain)| *missed += gain * said.shift);
     }
 
     /// Adds what a reading says to gradient and information.
@@ -330,9 +381,18 @@ fn displace(carrier: &mut Carrier, by: impl Fn(usize) -> f64) {
     }
 }
 
-/// Writes the state of a machine.
-fn put(carrier: &Carrier, out: &mut [f64]) {
-    for (y, out) in carrier.joints().iter().zip(out.chunks_exact_mut(4)) {
+/// Adds torques [N·m or N] on the rotors to currents [A].
+fn push(currents: &mut [f64], carrier: &Carrier, torques: &[f64]) {
+    for (joint, (current, torque)) in currents.iter_mut().zip(torques).enumerate() {
+        *current += torque / carrier.torque_per_ampere(joint);
+    }
+}
+
+/// Writes the state of a machine, and the torques that it misses.
+fn put(carrier: &Carrier, missed: &[f64], out: &mut [f64]) {
+    let (motion, torques) = out.split_at_mut(4 * missed.len());
+    for (y, out) in carrier.joints().iter().zip(motion.chunks_exact_mut(4)) {
         out.copy_from_slice(&[y.theta, y.omega, y.q, y.v]);
     }
+    torques.copy_from_slice(missed);
 }

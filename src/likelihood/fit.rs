@@ -34,8 +34,8 @@ const MOST_TRIALS: usize = 4;
 const SMALL: f64 = 1.0;
 /// `λ` where the baseline begins, the steps in which it is sought, its range, and most of the steps at a time.
 const NOISE_AT_FIRST: f64 = 3.0;
-const NOISE_STEP: f64 = 0.5;
-const NOISE_RANGE: [f64; 2] = [-0.5, 7.0];
+const NOISE_STEP: f64 = 0.7;
+const NOISE_RANGE: [f64; 2] = [-3.0, 7.0];
 const NOISE_TRIALS: usize = 8;
 /// Times that a fit goes on: that of the baseline with more noise, by so much, in which it is not held by details; and what each has to gain [nat] for
 /// the next.

@@ -72,7 +72,7 @@ pub struct JointScore {
     pub below: Vec<f64>,
     /// [1] Predicted probability of the count that came; 0 where positions are not counts.
     pub inside: Vec<f64>,
-    /// [N·m or N] Torque that the motor would have needed beside the model's. It is late by the time that an encoder needs to show a torque.
+    /// [N·m or N] Torque beside the model's that the rotor would have needed. It is late by the time that an encoder needs to show a torque.
     pub missing: Vec<f64>,
 }
 
@@ -88,7 +88,7 @@ impl Score {
     }
 }
 
-/// Scores recordings under a model whose torques are as noisy as the current sensors are, times `e^λ`; `lambda`: one per joint.
+/// Scores recordings under a model that misses a torque of `e^λ` times the noise by its current sensors; `lambda`: one per joint, −3 for an exact model.
 ///
 /// # Errors
 /// The model's effects do not fit, or the machine is too fast to be simulated.

@@ -93,10 +93,10 @@ impl Tangent {
         }
     }
 
-    /// `∂y_row/∂y_column`: the change of a state at the end per change at the start.
+    /// `∂y_row/∂y_column`, the change of a state at the end per change at the start, then the change per torque [N·m or N] on each rotor.
     #[inline]
-    pub fn transition(&self, row: usize) -> &[f64] {
-        &self.x[row * self.width..row * self.width + 4 * self.n]
+    pub fn response(&self, row: usize) -> &[f64] {
+        &self.x[row * self.width..row * self.width + 5 * self.n]
     }
 
     /// Change of a state at the end per torque [N·m or N] on each rotor.
