@@ -13,10 +13,10 @@ use super::lines;
 use super::rivals;
 
 /// [s] Windows for training in the staircase and in each of two fast runs, and for judging in the staircase and the third run; the burn-in is within.
-const SLOW: [f64; 2] = [20.0, 32.0];
-const FAST: [f64; 2] = [3.0, 13.0];
-const SLOW_JUDGED: [f64; 2] = [50.0, 62.0];
-const FAST_JUDGED: [f64; 2] = [3.0, 18.0];
+const SLOW: [f64; 2] = [20.0, 30.0];
+const FAST: [f64; 2] = [3.0, 11.0];
+const SLOW_JUDGED: [f64; 2] = [50.0, 60.0];
+const FAST_JUDGED: [f64; 2] = [3.0, 15.0];
 /// Lines of a joint from which a periodic disturbance is sought.
 const LINES: usize = 2;
 
@@ -97,8 +97,9 @@ impl Case {
         };
         let mut rivals: Vec<Rival> = hypotheses.par_iter().map(rival).collect::<Result<_>>()?;
         rivals.sort_by(|a, b| b.held_out.total_cmp(&a.held_out));
-        let zero = vec![0.0; model.joints.len()];
-        let floor = |truth: &Model| lostmotion::likelihood::score(truth, &judged, &zero, &settings).map(|of| mean(&of));
+        let exact = vec![-1.5; model.joints.len()];
+        let floor =
+            |truth: &Model| lostmotion::likelihood::score(truth, &judged, &exact, &settings).map(|of| mean(&of));
         Ok(Self {
             name,
             hidden,

@@ -71,7 +71,9 @@ fn asked() -> Result<Asked, String> {
             "--effects" => asked.effects = list(&value),
             "--rivals" => asked.rivals = list(&value),
             "--machines" => asked.machines = number(&value)? as u64,
-            "--strengths" => asked.strengths = list(&value).iter().map(|text| number(text)).collect::<Result<_, _>>()?,
+            "--strengths" => {
+                asked.strengths = list(&value).iter().map(|text| number(text)).collect::<Result<_, _>>()?
+            }
             "--rough" => asked.rough = number(&value)?,
             "--bristles" => asked.bristles = number(&value)?,
             "--seeds" => asked.seeds = number(&value)? as u64,

@@ -24,7 +24,7 @@ pub const EFFECTS: [&str; 9] = [
 /// Values of the parameters of one start.
 type Values = Vec<(&'static str, f64)>;
 
-/// Hypotheses of one effect, one for each joint or kind of it; `lines`: the strongest frequencies [Hz] of each joint's missing torque.
+/// Hypotheses of one effect: on all joints at once where its starts are few, otherwise one for each joint; `lines`: the strongest frequencies [Hz] of each joint's missing torque.
 pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
     let whole = |starts: Vec<Values>, free: &[(&str, Scale)]| vec![hypothesis(effect, None, starts, free)];
     match effect {
@@ -44,6 +44,9 @@ pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
                 whole(starts, &[(channel, Scale::By(0.001))])
             })
             .collect(),
+        "joint_compliance" | "dwell_stiction" | "rotor_inertia" | "load_dependent_friction" => {
+            vec![on_all(effect, model)]
+        }
         _ => (0..model.joints.len())
             .map(|joint| {
                 let (starts, free) = of_joint(effect, model, joint, &lines[joint]);
@@ -51,6 +54,23 @@ pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
             })
             .collect(),
     }
+}
+
+/// The effect on all joints, with the same start on each.
+fn on_all(effect: &str, model: &Model) -> Hypothesis {
+    let joints = 0..model.joints.len();
+    let alone: Vec<Hypothesis> = joints
+        .map(|joint| {
+            let (starts, free) = of_joint(effect, model, joint, &[]);
+            hypothesis(effect, Some(&model.joints[joint].name), starts, &free)
+        })
+        .collect();
+    let starts = (0..alone[0].starts.len()).map(|k| alone.iter().flat_map(|one| one.starts[k].clone()).collect());
+    let free = alone
+        .iter()
+        .enumerate()
+        .flat_map(|(effect, one)| one.free.iter().map(move |free| Free { effect, ..free.clone() }));
+    Hypothesis { name: effect.to_owned(), starts: starts.collect(), free: free.collect() }
 }
 
 fn around(count: u32) -> impl Iterator<Item = f64> {
@@ -90,9 +110,8 @@ fn of_joint(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> (Vec<Va
         "periodic_disturbance" => {
             let start = |frequency: &f64| {
                 let frequency = *frequency;
-                around(6).map(move |phase| {
-                    vec![("amplitude", 0.1 * coulomb), ("frequency", frequency), ("phase", phase)]
-                })
+                around(6)
+                    .map(move |phase| vec![("amplitude", 0.1 * coulomb), ("frequency", frequency), ("phase", phase)])
             };
             let starts = lines.iter().flat_map(start).collect();
             let free = [("amplitude", 0.05 * coulomb), ("frequency", 0.01), ("phase", 0.3)];

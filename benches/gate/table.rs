@@ -31,7 +31,8 @@ pub fn lines(case: &Case) -> String {
             rival.name, rival.held_out, rival.train, rival.lambda, rival.steps, rival.seconds
         );
         for (name, size) in &rival.sizes {
-            let _ = write!(text, " {} {:.5} ± {:.5}", name.rsplit('.').next().unwrap_or(name), size.value, size.std_error);
+            let _ =
+                write!(text, " {} {:.5} ± {:.5}", name.rsplit('.').next().unwrap_or(name), size.value, size.std_error);
         }
     }
     text

@@ -77,7 +77,15 @@ impl Read {
         let (regular, all) = mixed(density(s), density(wide), outliers);
         let share = self.floor * self.floor / (s * s);
         let shift = away * p / (s * s);
-        Said { nats: all.ln(), regular, shift, share, variance: s * s, below: normal_upper_tail(-away / s), inside: 0.0 }
+        Said {
+            nats: all.ln(),
+            regular,
+            shift,
+            share,
+            variance: s * s,
+            below: normal_upper_tail(-away / s),
+            inside: 0.0,
+        }
     }
 }
 

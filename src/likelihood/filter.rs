@@ -41,7 +41,7 @@ const LINK_IN_GAP: f64 = 1.0 / 6.0;
 /// [1] The same without a gap, in counts: a wind-up.
 const LINK: f64 = 0.1;
 /// [1] Deviations within which a law must not bend, for the derivative to be used.
-const BENDS: f64 = 3.0;
+const BENDS: f64 = 2.0;
 /// `T_d` [s] Memory of the torque that a model misses: friction and impacts change within some hundredths of a second.
 const MISSED: f64 = 0.03;
 /// [1] Noise of the torque over that of the current sensor: what the current does between two samples.

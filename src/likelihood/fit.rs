@@ -13,38 +13,30 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::filter::{Outcome, Run, Shadow};
 use super::hypothesis::Hypothesis;
-use super::parameters::{self, Kind, NUMBERS, Parameter};
+use super::objective::{Fit, Slope};
+use super::parameters::{self, NUMBERS, Parameter};
 use super::recording::Recording;
-use super::subject::{Setup, Subject};
+use super::search::NOISE_TRIALS;
+use super::subject::Setup;
 use super::{Score, Settings, scored};
 use crate::error::Result;
 use crate::robot::{EffectEntry, Model};
 use crate::timeseries::Estimate;
 
-/// Step of a shadow, in `x`: small against every bend, large against rounding.
-const STEP: f64 = 1e-3;
 /// Longest change of `x` in one step.
 const LONGEST: f64 = 2.0;
 /// Most steps, and most trials of the damping in one.
-const MOST_STEPS: usize = 15;
-const MOST_TRIALS: usize = 4;
+const MOST_STEPS: usize = 10;
+const MOST_TRIALS: usize = 3;
 /// [nat] A step that gains less ends the fit.
 const SMALL: f64 = 1.0;
-/// `λ` where the baseline begins, the steps in which it is sought, its range, and most of the steps at a time.
+/// `λ` where the baseline begins.
 const NOISE_AT_FIRST: f64 = 3.0;
-const NOISE_STEP: f64 = 0.7;
-const NOISE_RANGE: [f64; 2] = [-3.0, 7.0];
-const NOISE_TRIALS: usize = 8;
-/// Times that a fit goes on: that of the baseline with more noise, by so much, in which it is not held by details; and what each has to gain [nat] for
-/// the next.
-const MOST_RESTARTS: usize = 2;
-const WORTH: f64 = 10.0;
-/// First and last steps of a search along one size.
-const FIRST_STEP: f64 = 1.0;
-const LAST_STEP: f64 = 0.2;
+/// Times that a fit goes on with more noise, by so much, in which it is not held by details, and what each has to gain [nat] for the next.
+const MOST_RESTARTS: usize = 1;
 const NOISE_AT_RESTART: f64 = 1.0;
+const WORTH: f64 = 10.0;
 /// [1] Information of a direction of the bodies' values, in prior deviations, below which the motion does not show it.
 const SHOWN: f64 = 0.1;
 /// [s] Part of each recording by which that is decided.
@@ -111,12 +103,16 @@ pub fn fit_baseline(model: &Model, train: &[Recording], settings: &Settings) -> 
 /// # Errors
 /// As [`score`](super::score); no start of the hypothesis can be simulated.
 pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
-    let tried = |start: &Vec<EffectEntry>| -> Result<f64> {
-        let mut setup = baseline.setup();
-        setup.model.effects.extend(start.iter().cloned());
+    // The baseline may have bent its parameters to what it lacks: they also start where the nominal model has them.
+    let nominal = vec![0.0; baseline.x.len()];
+    let places = [&baseline.x, &nominal];
+    let tries: Vec<(&Vec<f64>, &Vec<EffectEntry>)> =
+        places.iter().flat_map(|x| hypothesis.starts.iter().map(move |start| (*x, start))).collect();
+    let tried = |(x, start): &(&Vec<f64>, &Vec<EffectEntry>)| -> Result<f64> {
+        let setup = parameters::setup(&baseline.model, start, &baseline.parameters, x);
         Ok(scored(&setup, train, &baseline.lambda, settings)?.iter().map(Score::sum).sum())
     };
-    let scores: Vec<Result<f64>> = hypothesis.starts.par_iter().map(tried).collect();
+    let scores: Vec<Result<f64>> = tries.par_iter().map(tried).collect();
     let mut best: Option<(f64, usize)> = None;
     let mut failure = None;
     for (index, score) in scores.into_iter().enumerate() {
@@ -126,33 +122,17 @@ pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], sett
             Err(error) => failure = Some(error),
         }
     }
-    let effects: &[EffectEntry] = match (best, failure) {
-        (Some((_, index)), _) => &hypothesis.starts[index],
+    let (x, effects): (&[f64], &[EffectEntry]) = match (best, failure) {
+        (Some((_, index)), _) => (tries[index].0, tries[index].1),
         (None, Some(error)) => return Err(error),
-        (None, None) => &[],
+        (None, None) => (&baseline.x, &[]),
     };
     let mut all = baseline.parameters.clone();
     all.extend(parameters::sizes(hypothesis, effects, &settings.catalogue));
-    let mut x = baseline.x.clone();
+    let mut x = x.to_vec();
     x.resize(all.len(), 0.0);
     let fit = Fit { model: &baseline.model, effects, parameters: all, train, settings };
     fit.go(&hypothesis.name, x, baseline.lambda.clone())
-}
-
-/// A fit.
-struct Fit<'a> {
-    model: &'a Model,
-    effects: &'a [EffectEntry],
-    parameters: Vec<Parameter>,
-    train: &'a [Recording],
-    settings: &'a Settings,
-}
-
-/// Score with its derivatives.
-struct Slope {
-    nats: f64,
-    gradient: DVector<f64>,
-    information: DMatrix<f64>,
 }
 
 /// Where a fit has come to.
@@ -173,61 +153,6 @@ impl Place {
 }
 
 impl Fit<'_> {
-    fn setup(&self, x: &[f64]) -> Setup {
-        parameters::setup(self.model, self.effects, &self.parameters, x)
-    }
-
-    /// `½ Σ ρ x²` [nat].
-    fn prior(&self, x: &[f64]) -> f64 {
-        self.parameters.iter().zip(x).map(|(parameter, x)| 0.5 * parameter.precision * x * x).sum()
-    }
-
-    /// Runs along the training recordings.
-    fn runs(&self, x: &[f64], lambda: &[f64], sloped: bool, train: &[Recording]) -> Result<Vec<Outcome>> {
-        let setup = self.setup(x);
-        let shadows: Vec<(Setup, f64)> = match sloped {
-            true => (0..x.len()).map(|index| self.shadow(x, index)).collect(),
-            false => Vec::new(),
-        };
-        let run = |recording: &Recording| -> Result<Outcome> {
-            let subject = |setup: &Setup| Subject::new(setup, recording, self.settings);
-            let shadow =
-                |(setup, step): &(Setup, f64)| -> Result<Shadow> { Ok(Shadow { subject: subject(setup)?, step: *step }) };
-            let shadows = shadows.iter().map(shadow).collect::<Result<_>>()?;
-            let pair = [subject(&setup)?, subject(&setup)?];
-            Ok(Run::new(recording, self.settings, pair, shadows, lambda).go(false))
-        };
-        train.par_iter().map(run).collect()
-    }
-
-    /// The setup with one parameter a step away, inside its limits.
-    fn shadow(&self, x: &[f64], index: usize) -> (Setup, f64) {
-        let mut moved = x.to_vec();
-        let parameter = &self.parameters[index];
-        let step = if parameter.value(x[index] + STEP) == parameter.value(x[index]) { -STEP } else { STEP };
-        moved[index] += step;
-        (self.setup(&moved), step)
-    }
-
-    /// [nat] of each joint.
-    fn nats(&self, x: &[f64], lambda: &[f64]) -> Result<Vec<f64>> {
-        let runs = self.runs(x, lambda, false, self.train)?;
-        Ok((0..lambda.len()).map(|joint| runs.iter().map(|run| run.nats[joint]).sum()).collect())
-    }
-
-    fn slope(&self, x: &[f64], lambda: &[f64], train: &[Recording]) -> Result<Slope> {
-        let runs = self.runs(x, lambda, true, train)?;
-        let size = x.len();
-        let mut slope = Slope { nats: 0.0, gradient: DVector::zeros(size), information: DMatrix::zeros(size, size) };
-        for run in runs {
-            slope.nats += run.nats.iter().sum::<f64>();
-            slope.gradient += run.gradient;
-            slope.information += run.information;
-        }
-        slope.information.fill_upper_triangle_with_lower_triangle();
-        Ok(slope)
-    }
-
     /// Directions in which the motion shows the bodies' values: eigenvectors of the information in units of their prior deviations.
     fn directions(&self, lambda: &[f64]) -> Result<Vec<DVector<f64>>> {
         let size = NUMBERS * self.model.joints.len();
@@ -251,47 +176,13 @@ impl Fit<'_> {
         Ok(shown.map(|k| eigen.eigenvectors.column(k).into_owned()).collect())
     }
 
-    /// The most probable `λ`, joint by joint, from a first guess.
-    fn noise(&self, x: &[f64], mut lambda: Vec<f64>, most: usize) -> Result<Vec<f64>> {
-        let mut here = self.nats(x, &lambda)?;
-        let mut way = vec![0.0; lambda.len()];
-        for _ in 0..most {
-            let moved = |sign: f64| -> Vec<f64> {
-                let step = |(lambda, way): (&f64, &f64)| {
-                    let step = if *way == 0.0 { sign } else if *way == sign { 1.0 * sign } else { 0.0 };
-                    (lambda + NOISE_STEP * step).clamp(NOISE_RANGE[0], NOISE_RANGE[1])
-                };
-                lambda.iter().zip(&way).map(step).collect()
-            };
-            let mut changed = false;
-            let trials = [-1.0, 1.0].map(|sign| (sign, moved(sign)));
-            let mut next = lambda.clone();
-            for (sign, trial) in trials.into_iter().filter(|(_, trial)| *trial != lambda) {
-                let there = self.nats(x, &trial)?;
-                for joint in 0..lambda.len() {
-                    if there[joint] > here[joint] + 0.5 * SMALL && trial[joint] != lambda[joint] {
-                        (here[joint], next[joint], way[joint]) = (there[joint], trial[joint], sign);
-                        changed = true;
-                    }
-                }
-            }
-            if !changed {
-                break;
-            }
-            lambda = next;
-        }
-        Ok(lambda)
-    }
-
-    /// Steps until they gain nothing; then again with more noise, or from better sizes, as long as that gains.
+    /// Searches and steps until they gain nothing; then again with more noise, as long as that gains.
     fn go(&self, name: &str, x: Vec<f64>, lambda: Vec<f64>) -> Result<Fitted> {
         let (x, lambda) = self.search(x, lambda)?;
         let mut best = self.climb(x, lambda)?;
         for _ in 0..MOST_RESTARTS {
-            let (x, lambda) = match self.effects.is_empty() {
-                true => (best.x.clone(), best.lambda.iter().map(|lambda| lambda + NOISE_AT_RESTART).collect()),
-                false => self.search(best.x.clone(), best.lambda.clone())?,
-            };
+            let noisier = best.lambda.iter().map(|lambda| lambda + NOISE_AT_RESTART).collect();
+            let (x, lambda) = self.search(best.x.clone(), noisier)?;
             let again = self.climb(x, lambda)?;
             let gain = again.height - best.height;
             if gain > 0.0 {
@@ -302,47 +193,6 @@ impl Fit<'_> {
             }
         }
         Ok(self.fitted(name, best))
-    }
-
-    /// Searches the sizes of the effects one by one, with steps that grow where they gain and shrink where they do not, and then the noise. Where
-    /// much is still wrong the score is rough, and a search along one line finds its way where a step in all directions does not.
-    fn search(&self, mut x: Vec<f64>, lambda: Vec<f64>) -> Result<(Vec<f64>, Vec<f64>)> {
-        let sizes = (0..x.len()).filter(|k| matches!(self.parameters[*k].kind, Kind::Effect(..)));
-        let height = |x: &[f64]| -> f64 {
-            let nats = self.nats(x, &lambda).map_or(f64::NEG_INFINITY, |nats| nats.iter().sum());
-            nats - self.prior(x)
-        };
-        let mut best = f64::NEG_INFINITY;
-        for k in sizes {
-            if best == f64::NEG_INFINITY {
-                best = height(&x);
-            }
-            let mut step = FIRST_STEP;
-            while step.abs() > LAST_STEP {
-                let tried = |step: f64| {
-                    let mut moved = x.clone();
-                    moved[k] += step;
-                    (height(&moved), moved)
-                };
-                let (there, moved) = tried(step);
-                let (there, moved, back) = match there > best {
-                    true => (there, moved, false),
-                    false => {
-                        let (there, moved) = tried(-step);
-                        (there, moved, true)
-                    }
-                };
-                if there > best {
-                    (best, x) = (there, moved);
-                    step *= if back { -1.5 } else { 1.5 };
-                } else {
-                    step *= 0.4;
-                }
-            }
-        }
-        let rounds = if best == f64::NEG_INFINITY { 0 } else { NOISE_TRIALS };
-        let lambda = self.noise(&x, lambda.clone(), rounds)?;
-        Ok((x, lambda))
     }
 
     /// Steps until they gain nothing.
@@ -380,8 +230,7 @@ impl Fit<'_> {
             let step = factor.solve(&DVector::from_fn(x.len(), |k, _| pull(k)));
             let shrink = (LONGEST / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
             let moved: Vec<f64> = x.iter().zip(step.iter()).map(|(x, step)| x + shrink * step).collect();
-            let there = self.nats(&moved, lambda).map_or(f64::NEG_INFINITY, |nats| nats.iter().sum());
-            if there - self.prior(&moved) > here {
+            if self.height(&moved, lambda) > here {
                 *damping = (*damping / 10.0).max(1e-6);
                 return Ok(Some(moved));
             }

@@ -12,9 +12,11 @@ mod covariance;
 mod filter;
 mod fit;
 mod hypothesis;
+mod objective;
 mod parameters;
 mod points;
 mod recording;
+mod search;
 mod subject;
 
 pub use fit::{Fitted, fit, fit_baseline};
@@ -88,7 +90,7 @@ impl Score {
     }
 }
 
-/// Scores recordings under a model that misses a torque of `e^λ` times the noise by its current sensors; `lambda`: one per joint, −3 for an exact model.
+/// Scores recordings under a model that misses a torque of `e^λ` times the noise by its current sensors; `lambda`: one per joint, −1.5 for an exact model.
 ///
 /// # Errors
 /// The model's effects do not fit, or the machine is too fast to be simulated.

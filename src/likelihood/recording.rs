@@ -102,7 +102,8 @@ fn recorded(model: &Model, joint: &JointModel, series: &TimeSeries) -> Result<Re
     };
     let found = series.joint(&joint.name).ok_or_else(|| missing("position", "a recorded joint"))?;
     let position = found.channels.get(&Channel::Position).ok_or_else(|| missing("position", "a recorded channel"))?;
-    let step = if joint.encoder.is_some() { joint.encoder_step() } else { dataset::encoder_step(&[position]).unwrap_or(0.0) };
+    let step =
+        if joint.encoder.is_some() { joint.encoder_step() } else { dataset::encoder_step(&[position]).unwrap_or(0.0) };
     let signed = joint.current_sensor.is_none_or(|sensor| sensor.sensing == Sensing::Signed);
     let interval = series.sample_interval();
     let measured = found.channels.get(&Channel::Current).filter(|_| signed);

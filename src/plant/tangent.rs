@@ -35,8 +35,8 @@ impl Slopes {
     /// Takes the slopes at the state, under the response found last.
     pub fn take(&mut self, machine: &Machine, state: &State, currents: &[f64]) {
         let n = self.rotor.len();
-        for i in 0..n {
-            self.own[i] = slopes_of(machine, state, i, currents[i]);
+        for (i, current) in currents.iter().enumerate() {
+            self.own[i] = slopes_of(machine, state, i, *current);
             let stuck = state.modes[i].rotor == Slip::Stuck;
             self.rotor[i] = if stuck { 0.0 } else { 1.0 / machine.coupled.laws[i].rotor_inertia };
             self.mobility[i * n..(i + 1) * n].copy_from_slice(machine.response.row(i));
@@ -53,9 +53,8 @@ impl Slopes {
         let row: Vec<f64> = self.mobility[s * n..(s + 1) * n].to_vec();
         for i in 0..n {
             let factor = self.mobility[i * n + s] / pivot;
-            for j in 0..n {
-                self.mobility[i * n + j] -= factor * row[j];
-            }
+            let held = self.mobility[i * n..(i + 1) * n].iter_mut().zip(&row);
+            held.for_each(|(w, row)| *w -= factor * row);
         }
         for k in 0..n {
             self.mobility[s * n + k] = 0.0;
