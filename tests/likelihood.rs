@@ -22,6 +22,8 @@ mod six_joints;
 #[path = "support/drawn/strengths.rs"]
 mod strengths;
 
+use std::f64::consts::{FRAC_PI_4, PI};
+
 use drawn::Drawn;
 use hidden::Order;
 use lostmotion::likelihood::{Fitted, Free, Hypothesis, JointScore, Recording, Scale, Score, Settings};
@@ -197,7 +199,7 @@ fn recover_friction_that_grows_at_rest() {
 
 #[test]
 fn recover_a_gap_that_varies_from_the_motor_side() {
-    let of = |order: f64, k: u32| [("amplitude", 0.002), ("order", order), ("phase", 0.785 * f64::from(k) - 3.14)];
+    let of = |order: f64, k: u32| [("amplitude", 0.002), ("order", order), ("phase", FRAC_PI_4 * f64::from(k) - PI)];
     let starts: Vec<[(&str, f64); 3]> =
         [1.0, 2.0, 3.0].into_iter().flat_map(|n| (0..8).map(move |k| of(n, k))).collect();
     let starts: Vec<&[(&str, f64)]> = starts.iter().map(|start| start.as_slice()).collect();
