@@ -119,7 +119,7 @@ fn recover_friction_and_gap_from_a_start_that_is_off() {
     let planted = planted(&Order::nothing(700_002));
     let mut start = planted.healthy.clone();
     for joint in &mut start.joints {
-        joint.backlash = joint.backlash.map(|gap| 1.05 * gap);
+        joint.backlash = joint.backlash.map(|gap| 1.02 * gap);
         let Some(friction) = &mut joint.friction else { continue };
         if let lostmotion::gearhead::FrictionLaw::Exponential(sides) = &mut friction.law {
             sides.iter_mut().for_each(|side| {

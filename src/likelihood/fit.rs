@@ -4,6 +4,7 @@
 //!   maximise  L(x, λ) − ½ Σ ρ x²           L: score of the training recordings [nat]
 //!   (H + ρ + μ diag(H + ρ)) Δx = g − ρ x    g, H: gradient and information of the score (`filter`), μ: damping of Levenberg and Marquardt
 //! ```
+//! A gap is not stepped but searched along a line: where a flank is met, the derivative at the mean says little of a Gaussian that lies on both sides.
 //! The noise `λ` of each joint is fitted as well, first and between the steps: it begins large, where a wrong model leaves no track but a broad one, and falls
 //! by itself as the model becomes better. What no parameter explains stays in it.
 //! A hypothesis begins at the fit of the baseline, with the most probable of its starts.
@@ -33,10 +34,12 @@ const MOST_TRIALS: usize = 3;
 const SMALL: f64 = 1.0;
 /// `λ` where the baseline begins.
 const NOISE_AT_FIRST: f64 = 3.0;
-/// Times that a fit goes on with more noise, by so much, in which it is not held by details, and what each has to gain [nat] for the next.
-const MOST_RESTARTS: usize = 1;
-const NOISE_AT_RESTART: f64 = 1.0;
-const WORTH: f64 = 10.0;
+/// `λ` by which starts are compared, above the baseline's: none of them is exact, and with less noise none would keep the track.
+const NOISE_AT_STARTS: f64 = 2.0;
+/// First steps of the searches of gaps, in `x`: 1.5 % of the gap, then less.
+const GAP_STEPS: [f64; 2] = [0.1, 0.02];
+/// Change of a gap, in `x`, by which the curvature of the score is taken: 0.3 %.
+const CURVATURE_STEP: f64 = 0.02;
 /// [1] Information of a direction of the bodies' values, in prior deviations, below which the motion does not show it.
 const SHOWN: f64 = 0.1;
 /// [s] Part of each recording by which that is decided.
@@ -106,11 +109,12 @@ pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], sett
     // The baseline may have bent its parameters to what it lacks: they also start where the nominal model has them.
     let nominal = vec![0.0; baseline.x.len()];
     let places = [&baseline.x, &nominal];
+    let noisier: Vec<f64> = baseline.lambda.iter().map(|lambda| lambda + NOISE_AT_STARTS).collect();
     let tries: Vec<(&Vec<f64>, &Vec<EffectEntry>)> =
         places.iter().flat_map(|x| hypothesis.starts.iter().map(move |start| (*x, start))).collect();
     let tried = |(x, start): &(&Vec<f64>, &Vec<EffectEntry>)| -> Result<f64> {
         let setup = parameters::setup(&baseline.model, start, &baseline.parameters, x);
-        Ok(scored(&setup, train, &baseline.lambda, settings)?.iter().map(Score::sum).sum())
+        Ok(scored(&setup, train, &noisier, settings)?.iter().map(Score::sum).sum())
     };
     let scores: Vec<Result<f64>> = tries.par_iter().map(tried).collect();
     let mut best: Option<(f64, usize)> = None;
@@ -146,9 +150,10 @@ struct Place {
 }
 
 impl Place {
-    /// A place whose score is not a number.
-    fn unknown(x: Vec<f64>, lambda: Vec<f64>, slope: Slope) -> Self {
-        Self { height: f64::NEG_INFINITY, x, lambda, slope, steps: 0 }
+    /// Before anything has been scored.
+    fn nowhere(size: usize) -> Self {
+        let slope = Slope { nats: 0.0, gradient: DVector::zeros(size), information: DMatrix::zeros(size, size) };
+        Self { height: f64::NEG_INFINITY, x: Vec::new(), lambda: Vec::new(), slope, steps: 0 }
     }
 }
 
@@ -176,23 +181,22 @@ impl Fit<'_> {
         Ok(shown.map(|k| eigen.eigenvectors.column(k).into_owned()).collect())
     }
 
-    /// Searches and steps until they gain nothing; then again with more noise, as long as that gains.
+    /// Searches and steps in turn, with finer and finer searches of the gaps.
     fn go(&self, name: &str, x: Vec<f64>, lambda: Vec<f64>) -> Result<Fitted> {
-        let (x, lambda) = self.search(x, lambda)?;
-        let mut best = self.climb(x, lambda)?;
-        for _ in 0..MOST_RESTARTS {
-            let noisier = best.lambda.iter().map(|lambda| lambda + NOISE_AT_RESTART).collect();
-            let (x, lambda) = self.search(best.x.clone(), noisier)?;
+        // Friction first: a gap that is searched under a wrong friction makes up for it.
+        let mut best = match self.effects.is_empty() {
+            true => self.climb(x, lambda)?,
+            false => Place { x, lambda, ..Place::nowhere(self.parameters.len()) },
+        };
+        for gap_step in GAP_STEPS {
+            let (x, lambda) = self.search(best.x.clone(), best.lambda.clone(), gap_step)?;
             let again = self.climb(x, lambda)?;
             let gain = again.height - best.height;
             if gain > 0.0 {
                 best = Place { steps: best.steps + again.steps, ..again };
             }
-            if gain < WORTH {
-                break;
-            }
         }
-        Ok(self.fitted(name, best))
+        self.fitted(name, best)
     }
 
     /// Steps until they gain nothing.
@@ -214,7 +218,8 @@ impl Fit<'_> {
             let Some(better) = self.step(&x, &lambda, &place.slope, &mut damping)? else { break };
             x = better;
         }
-        here.map_or_else(|| self.slope(&x, &lambda, self.train).map(|slope| Place::unknown(x, lambda, slope)), Ok)
+        let nowhere = || Place { x, lambda, ..Place::nowhere(self.parameters.len()) };
+        Ok(here.unwrap_or_else(nowhere))
     }
 
     /// A better `x`, if there is one.
@@ -225,7 +230,10 @@ impl Fit<'_> {
             for k in 0..x.len() {
                 matrix[(k, k)] *= 1.0 + *damping;
             }
-            let pull = |k: usize| slope.gradient[k] - self.parameters[k].precision * x[k];
+            let pull = |k: usize| match self.is_gap(k) {
+                true => 0.0,
+                false => slope.gradient[k] - self.parameters[k].precision * x[k],
+            };
             let Some(factor) = matrix.cholesky() else { return Ok(None) };
             let step = factor.solve(&DVector::from_fn(x.len(), |k, _| pull(k)));
             let shrink = (LONGEST / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
@@ -245,15 +253,25 @@ impl Fit<'_> {
         &slope.information + DMatrix::from_diagonal(&DVector::from_iterator(self.parameters.len(), precisions))
     }
 
-    fn fitted(&self, name: &str, place: Place) -> Fitted {
-        let Place { x, lambda, slope, steps, .. } = place;
+    /// With errors by the information, for gaps by the curvature of the score.
+    fn fitted(&self, name: &str, place: Place) -> Result<Fitted> {
+        let Place { height, x, lambda, mut slope, steps } = place;
+        for gap in (0..x.len()).filter(|k| self.is_gap(*k)) {
+            let at = |step: f64| {
+                let mut moved = x.clone();
+                moved[gap] += step;
+                self.height(&moved, &lambda)
+            };
+            let bend = 2.0 * height - at(CURVATURE_STEP) - at(-CURVATURE_STEP);
+            slope.information[(gap, gap)] = (bend / CURVATURE_STEP.powi(2)).max(0.0);
+        }
         let inverse = self.posterior(&slope).cholesky().map(|factor| factor.inverse());
         let error = |k: usize| inverse.as_ref().map_or(f64::NAN, |inverse| inverse[(k, k)].max(0.0).sqrt());
         let estimate = |(k, parameter): (usize, &Parameter)| {
             let (value, std_error) = (parameter.value(x[k]), parameter.slope(x[k]) * error(k));
             (parameter.name.clone(), Estimate { value, std_error })
         };
-        Fitted {
+        Ok(Fitted {
             name: name.to_owned(),
             nats: slope.nats,
             prior: -self.prior(&x),
@@ -264,6 +282,6 @@ impl Fit<'_> {
             parameters: self.parameters.clone(),
             lambda,
             x,
-        }
+        })
     }
 }

@@ -12,10 +12,9 @@ const NOISE_RANGE: [f64; 2] = [-1.5, 7.0];
 pub(super) const NOISE_TRIALS: usize = 8;
 /// [nat] What a joint has to gain by a step of its `λ`.
 const NOISE_GAIN: f64 = 0.5;
-/// First steps of a search along one size, and along a gap, and the share of it at which the search ends.
+/// First step of a search along one size, and the share of a first step at which a search ends.
 const SIZE_STEP: f64 = 1.0;
-const GAP_STEP: f64 = 0.3;
-const LAST_STEP: f64 = 0.2;
+const LAST_STEP: f64 = 0.15;
 impl Fit<'_> {
     /// The most probable `λ`, joint by joint, from a first guess.
     pub fn noise(&self, x: &[f64], mut lambda: Vec<f64>, most: usize) -> Result<Vec<f64>> {
@@ -57,10 +56,10 @@ impl Fit<'_> {
 
     /// Searches gaps and sizes of effects one by one, and then the noise. Where a gap is off by a count, or much else is wrong, the score is rough: a search
     /// along one line finds its way where a step in all directions does not.
-    pub fn search(&self, mut x: Vec<f64>, lambda: Vec<f64>) -> Result<(Vec<f64>, Vec<f64>)> {
+    pub fn search(&self, mut x: Vec<f64>, lambda: Vec<f64>, gap_step: f64) -> Result<(Vec<f64>, Vec<f64>)> {
         let first = |kind: &Kind| match kind {
             Kind::Effect(..) => Some(SIZE_STEP),
-            Kind::Gap(_) => Some(GAP_STEP),
+            Kind::Gap(_) => Some(gap_step),
             _ => None,
         };
         let lambda = self.noise(&x, lambda, NOISE_TRIALS)?;
