@@ -22,7 +22,7 @@ mod six_joints;
 #[path = "support/drawn/strengths.rs"]
 mod strengths;
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_8, PI};
 
 use drawn::Drawn;
 use hidden::Order;
@@ -199,9 +199,10 @@ fn recover_friction_that_grows_at_rest() {
 
 #[test]
 fn recover_a_gap_that_varies_from_the_motor_side() {
-    let of = |order: f64, k: u32| [("amplitude", 0.002), ("order", order), ("phase", FRAC_PI_4 * f64::from(k) - PI)];
+    // Starts as close as the score of a phase is wide: half a spacing of 22 degrees moves a flank by a count.
+    let of = |order: f64, k: u32| [("amplitude", 0.003), ("order", order), ("phase", FRAC_PI_8 * f64::from(k) - PI)];
     let starts: Vec<[(&str, f64); 3]> =
-        [1.0, 2.0, 3.0].into_iter().flat_map(|n| (0..8).map(move |k| of(n, k))).collect();
+        [1.0, 2.0, 3.0].into_iter().flat_map(|n| (0..16).map(move |k| of(n, k))).collect();
     let starts: Vec<&[(&str, f64)]> = starts.iter().map(|start| start.as_slice()).collect();
     let free = [("amplitude", Scale::By(0.0005)), ("phase", Scale::By(0.3))];
     gains("position_dependent_backlash", 700_006, &starts, &free);

@@ -98,7 +98,7 @@ fn of_joint(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> (Vec<Va
         }
         "position_dependent_backlash" => {
             let start = |order: f64| {
-                around(8).map(move |phase| vec![("amplitude", 0.3 * gap), ("order", order), ("phase", phase)])
+                around(16).map(move |phase| vec![("amplitude", 0.3 * gap), ("order", order), ("phase", phase)])
             };
             let starts = [1.0, 2.0, 3.0].into_iter().flat_map(start).collect();
             (starts, vec![("amplitude", Scale::By(0.1 * gap)), ("phase", Scale::By(0.3))])

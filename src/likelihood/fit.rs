@@ -34,8 +34,8 @@ const MOST_TRIALS: usize = 3;
 const SMALL: f64 = 1.0;
 /// `λ` where the baseline begins.
 const NOISE_AT_FIRST: f64 = 3.0;
-/// `λ` by which starts are compared, above the baseline's: none of them is exact, and with less noise none would keep the track.
-const NOISE_AT_STARTS: f64 = 2.0;
+/// Least `λ` by which starts are compared and first refined: none of them is exact, and with less noise none would keep the track.
+const NOISE_AT_STARTS: f64 = 1.0;
 /// First steps of the searches of gaps, in `x`: 1.5 % of the gap, then less.
 const GAP_STEPS: [f64; 2] = [0.1, 0.02];
 /// Change of a gap, in `x`, by which the curvature of the score is taken: 0.3 %.
@@ -109,7 +109,7 @@ pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], sett
     // The baseline may have bent its parameters to what it lacks: they also start where the nominal model has them.
     let nominal = vec![0.0; baseline.x.len()];
     let places = [&baseline.x, &nominal];
-    let noisier: Vec<f64> = baseline.lambda.iter().map(|lambda| lambda + NOISE_AT_STARTS).collect();
+    let noisier: Vec<f64> = baseline.lambda.iter().map(|lambda| lambda.max(NOISE_AT_STARTS)).collect();
     let tries: Vec<(&Vec<f64>, &Vec<EffectEntry>)> =
         places.iter().flat_map(|x| hypothesis.starts.iter().map(move |start| (*x, start))).collect();
     let tried = |(x, start): &(&Vec<f64>, &Vec<EffectEntry>)| -> Result<f64> {
@@ -136,7 +136,7 @@ pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], sett
     let mut x = x.to_vec();
     x.resize(all.len(), 0.0);
     let fit = Fit { model: &baseline.model, effects, parameters: all, train, settings };
-    fit.go(&hypothesis.name, x, baseline.lambda.clone())
+    fit.go(&hypothesis.name, x, noisier)
 }
 
 /// Where a fit has come to.

@@ -62,7 +62,6 @@ impl Fit<'_> {
             Kind::Gap(_) => Some(gap_step),
             _ => None,
         };
-        let lambda = self.noise(&x, lambda, NOISE_TRIALS)?;
         let mut best = self.height(&x, &lambda);
         // What a hypothesis adds comes first: gaps follow it.
         let lines = self.parameters.iter().enumerate().filter_map(|(k, one)| Some((k, first(&one.kind)?))).rev();
