@@ -7,7 +7,7 @@
 //! A gap is not stepped but searched along a line: where a flank is met, the derivative at the mean says little of a Gaussian that lies on both sides.
 //! The noise `λ` of each joint is fitted as well, first and between the steps: it begins large, where a wrong model leaves no track but a broad one, and falls
 //! by itself as the model becomes better. What no parameter explains stays in it.
-//! A hypothesis begins at the fit of the baseline, with the most probable of its starts.
+//! A hypothesis begins at the fit of the baseline or at the nominal values, with the most probable of its starts.
 //! What is compared is the score of recordings that took no part in the fit: a parameter that only follows the noise loses there, whatever its prior.
 //! References: K. Levenberg (1944), D. Marquardt (1963); S. Särkkä, L. Svensson (2023), Bayesian filtering and smoothing, section 16.3.
 
@@ -50,7 +50,7 @@ const LOOK: f64 = 5.0;
 pub struct Fitted {
     /// Name of the hypothesis.
     pub name: String,
-    /// `λ` of each joint: by how much the torque's noise exceeds the current sensor's.
+    /// `λ` of each joint: the torque that the model misses is `e^λ` times the noise by the current sensor; at its least, −1.5, nothing is missed.
     pub lambda: Vec<f64>,
     /// [nat] Score of the training recordings, and of the prior beside it.
     pub nats: f64,
