@@ -25,6 +25,8 @@ pub mod files;
 pub mod gearhead;
 /// Friction and backlash from data.
 pub mod identify;
+/// How probable recordings are under a model.
+pub mod likelihood;
 /// Linear algebra of least squares.
 pub mod linear;
 /// The simulated machine on rapier.

@@ -130,7 +130,7 @@ impl JointLaws {
     }
 
     /// Distance of a flank from the change between contact and separation.
-    fn overlap(&self, time: f64, y: &Phase, side: f64) -> f64 {
+    pub(super) fn overlap(&self, time: f64, y: &Phase, side: f64) -> f64 {
         self.gearhead.dead_zone.overlap(&self.flank(time, y, side))
     }
 

@@ -132,6 +132,11 @@ impl Response {
         Self { joints, entries: vec![0.0; joints * joints + joints] }
     }
 
+    /// Copies another response of as many joints without allocating.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.entries.copy_from_slice(&other.entries);
+    }
+
     /// `W[i][j]` [rad/s² per N·m].
     #[inline]
     pub fn w(&self, i: usize, j: usize) -> f64 {

@@ -15,6 +15,7 @@
 
 mod altered;
 mod build;
+pub mod carried;
 pub mod contact;
 pub mod coupled;
 mod events;
@@ -33,6 +34,7 @@ mod runge_kutta;
 mod sensors;
 pub mod state;
 pub mod step;
+pub mod tangent;
 mod transient;
 pub mod world;
 

@@ -46,6 +46,11 @@ impl Sensors {
         }
     }
 
+    /// Whether effects alter what they read.
+    pub fn is_altered(&self) -> bool {
+        !(self.actions.is_empty() && self.before.is_empty())
+    }
+
     /// Adds an effect on the readings.
     pub fn push(&mut self, action: Box<dyn SensorAction>) {
         self.actions.push(action);

@@ -1,0 +1,144 @@
+//! The hypotheses that compete on a machine. Their starts are sizes that such a machine may have, in terms of its nominal model and of what the
+//! regression found; nothing of the truth is in them.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use lostmotion::gearhead::FrictionLaw;
+use lostmotion::likelihood::{Free, Hypothesis, Scale};
+use lostmotion::robot::{EffectEntry, Model};
+
+/// Every effect that can compete.
+pub const EFFECTS: [&str; 9] = [
+    "joint_compliance",
+    "dwell_stiction",
+    "position_dependent_backlash",
+    "payload",
+    "rotor_inertia",
+    "sensor_delay",
+    "periodic_disturbance",
+    "base_tilt",
+    "load_dependent_friction",
+];
+
+/// Values of the parameters of one start.
+type Values = Vec<(&'static str, f64)>;
+
+/// Hypotheses of one effect: on all joints at once where its starts are few, otherwise one for each joint; `lines`: the strongest frequencies [Hz] of each joint's missing torque.
+pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
+    let whole = |starts: Vec<Values>, free: &[(&str, Scale)]| vec![hypothesis(effect, None, starts, free)];
+    match effect {
+        "payload" => {
+            let reach = last_reach(model);
+            let starts = [0.1, 0.3, 0.6].map(|mass| vec![("mass", mass), ("x", reach)]).into();
+            whole(starts, &[("mass", Scale::By(0.1)), ("x", Scale::By(0.05))])
+        }
+        "base_tilt" => {
+            let starts = around(8).map(|azimuth| vec![("tilt", 0.03), ("azimuth", azimuth)]).collect();
+            whole(starts, &[("tilt", Scale::By(0.01)), ("azimuth", Scale::By(0.3))])
+        }
+        "sensor_delay" => ["current_delay", "position_delay"]
+            .into_iter()
+            .flat_map(|channel| {
+                let starts = [0.002, 0.005, 0.01].map(|delay| vec![(channel, delay)]).into();
+                whole(starts, &[(channel, Scale::By(0.001))])
+            })
+            .collect(),
+        "joint_compliance" | "dwell_stiction" | "rotor_inertia" | "load_dependent_friction" => {
+            vec![on_all(effect, model)]
+        }
+        _ => (0..model.joints.len())
+            .map(|joint| {
+                let (starts, free) = of_joint(effect, model, joint, &lines[joint]);
+                hypothesis(effect, Some(&model.joints[joint].name), starts, &free)
+            })
+            .collect(),
+    }
+}
+
+/// The effect on all joints, with the same start on each.
+fn on_all(effect: &str, model: &Model) -> Hypothesis {
+    let joints = 0..model.joints.len();
+    let alone: Vec<Hypothesis> = joints
+        .map(|joint| {
+            let (starts, free) = of_joint(effect, model, joint, &[]);
+            hypothesis(effect, Some(&model.joints[joint].name), starts, &free)
+        })
+        .collect();
+    let starts = (0..alone[0].starts.len()).map(|k| alone.iter().flat_map(|one| one.starts[k].clone()).collect());
+    let free = alone
+        .iter()
+        .enumerate()
+        .flat_map(|(effect, one)| one.free.iter().map(move |free| Free { effect, ..free.clone() }));
+    Hypothesis { name: effect.to_owned(), starts: starts.collect(), free: free.collect() }
+}
+
+fn around(count: u32) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| TAU * f64::from(k) / f64::from(count) - 0.5 * TAU)
+}
+
+fn of_joint(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> (Vec<Values>, Vec<(&'static str, Scale)>) {
+    let own = &model.joints[joint];
+    let coulomb = match own.friction.map(|friction| friction.law) {
+        Some(FrictionLaw::Exponential([side, _])) => side.coulomb,
+        Some(FrictionLaw::TwoLines([side, _])) => side.a2,
+        None => 0.0,
+    };
+    let gap = own.backlash.unwrap_or(0.0);
+    match effect {
+        "joint_compliance" => {
+            let nominal = own.gear_stiffness.unwrap_or(1e4);
+            let starts = [0.5, 0.2, 0.1, 0.05].map(|share| vec![("stiffness", share * nominal)]).into();
+            (starts, vec![("stiffness", Scale::Times(0.3))])
+        }
+        "dwell_stiction" => {
+            let start = |share: f64, time: f64| vec![("growth", share * coulomb), ("time_constant", time)];
+            let starts = [start(0.1, 0.5), start(0.1, 2.0), start(0.25, 0.5), start(0.25, 2.0)].into();
+            (starts, vec![("growth", Scale::By(0.05 * coulomb)), ("time_constant", Scale::Times(0.3))])
+        }
+        "position_dependent_backlash" => {
+            let start = |order: f64| {
+                around(16).map(move |phase| vec![("amplitude", 0.3 * gap), ("order", order), ("phase", phase)])
+            };
+            let starts = [1.0, 2.0, 3.0].into_iter().flat_map(start).collect();
+            (starts, vec![("amplitude", Scale::By(0.1 * gap)), ("phase", Scale::By(0.3))])
+        }
+        "rotor_inertia" => {
+            let starts = [-0.25, -0.1, 0.1, 0.25].map(|error| vec![("error", error)]).into();
+            (starts, vec![("error", Scale::By(0.05))])
+        }
+        "periodic_disturbance" => {
+            let start = |frequency: &f64| {
+                let frequency = *frequency;
+                around(6)
+                    .map(move |phase| vec![("amplitude", 0.1 * coulomb), ("frequency", frequency), ("phase", phase)])
+            };
+            let starts = lines.iter().flat_map(start).collect();
+            let free = [("amplitude", 0.05 * coulomb), ("frequency", 0.01), ("phase", 0.3)];
+            (starts, free.map(|(name, scale)| (name, Scale::By(scale))).into())
+        }
+        _ => {
+            let starts = [0.07, 0.15].map(|coefficient| vec![("coefficient", coefficient)]).into();
+            (starts, vec![("coefficient", Scale::By(0.03))])
+        }
+    }
+}
+
+fn hypothesis(effect: &str, joint: Option<&str>, starts: Vec<Values>, free: &[(&str, Scale)]) -> Hypothesis {
+    let entry = |values: Values| EffectEntry {
+        effect: effect.to_owned(),
+        joint: joint.map(str::to_owned),
+        parameters: values.into_iter().map(|(name, value)| (name.to_owned(), value)).collect::<BTreeMap<_, _>>(),
+    };
+    let free = free.iter().map(|(name, scale)| Free { effect: 0, parameter: (*name).to_owned(), scale: *scale });
+    Hypothesis {
+        name: joint.map_or_else(|| effect.to_owned(), |joint| format!("{effect} {joint}")),
+        starts: starts.into_iter().map(|values| vec![entry(values)]).collect(),
+        free: free.collect(),
+    }
+}
+
+/// [m] From the last joint to the far end of its link, as far as the mass says: twice the distance of its centre.
+fn last_reach(model: &Model) -> f64 {
+    model.robot.bodies.last().map_or(0.0, |body| 2.0 * body.inertia.com.x)
+}

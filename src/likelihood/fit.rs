@@ -1,0 +1,287 @@
+//! Fits the parameters of a hypothesis to recordings.
+//!
+//! ```text
+//!   maximise  L(x, λ) − ½ Σ ρ x²           L: score of the training recordings [nat]
+//!   (H + ρ + μ diag(H + ρ)) Δx = g − ρ x    g, H: gradient and information of the score (`filter`), μ: damping of Levenberg and Marquardt
+//! ```
+//! A gap is not stepped but searched along a line: where a flank is met, the derivative at the mean says little of a Gaussian that lies on both sides.
+//! The noise `λ` of each joint is fitted as well, first and between the steps: it begins large, where a wrong model leaves no track but a broad one, and falls
+//! by itself as the model becomes better. What no parameter explains stays in it.
+//! A hypothesis begins at the fit of the baseline or at the nominal values, with the most probable of its starts.
+//! What is compared is the score of recordings that took no part in the fit: a parameter that only follows the noise loses there, whatever its prior.
+//! References: K. Levenberg (1944), D. Marquardt (1963); S. Särkkä, L. Svensson (2023), Bayesian filtering and smoothing, section 16.3.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::hypothesis::Hypothesis;
+use super::objective::{Fit, Slope};
+use super::parameters::{self, NUMBERS, Parameter};
+use super::recording::Recording;
+use super::search::NOISE_TRIALS;
+use super::subject::Setup;
+use super::{Score, Settings, scored};
+use crate::error::Result;
+use crate::robot::{EffectEntry, Model};
+use crate::timeseries::Estimate;
+
+/// Longest change of `x` in one step.
+const LONGEST: f64 = 2.0;
+/// Most steps, and most trials of the damping in one.
+const MOST_STEPS: usize = 10;
+const MOST_TRIALS: usize = 3;
+/// [nat] A step that gains less ends the fit.
+const SMALL: f64 = 1.0;
+/// `λ` where the baseline begins.
+const NOISE_AT_FIRST: f64 = 3.0;
+/// Least `λ` by which starts are compared and first refined: none of them is exact, and with less noise none would keep the track.
+const NOISE_AT_STARTS: f64 = 1.0;
+/// First steps of the searches of gaps, in `x`: 1.5 % of the gap, then less.
+const GAP_STEPS: [f64; 2] = [0.1, 0.02];
+/// Change of a gap, in `x`, by which the curvature of the score is taken: 0.3 %.
+const CURVATURE_STEP: f64 = 0.02;
+/// [1] Information of a direction of the bodies' values, in prior deviations, below which the motion does not show it.
+const SHOWN: f64 = 0.1;
+/// [s] Part of each recording by which that is decided.
+const LOOK: f64 = 5.0;
+
+/// A hypothesis with fitted parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Name of the hypothesis.
+    pub name: String,
+    /// `λ` of each joint: the torque that the model misses is `e^λ` times the noise by the current sensor; at its least, −1.5, nothing is missed.
+    pub lambda: Vec<f64>,
+    /// [nat] Score of the training recordings, and of the prior beside it.
+    pub nats: f64,
+    /// See [`nats`](Self::nats); at most 0.
+    pub prior: f64,
+    /// Parameters by name, with the errors of their joint posterior.
+    pub estimates: Vec<(String, Estimate)>,
+    /// Steps that the fit took.
+    pub steps: usize,
+    model: Model,
+    effects: Vec<EffectEntry>,
+    parameters: Vec<Parameter>,
+    x: Vec<f64>,
+}
+
+impl Fitted {
+    fn setup(&self) -> Setup {
+        parameters::setup(&self.model, &self.effects, &self.parameters, &self.x)
+    }
+
+    /// The machine with its fitted parameters and effects.
+    pub fn model(&self) -> Model {
+        self.setup().model
+    }
+
+    /// Scores recordings under the fitted machine.
+    ///
+    /// # Errors
+    /// As [`score`](super::score).
+    pub fn score(&self, recordings: &[Recording], settings: &Settings) -> Result<Vec<Score>> {
+        scored(&self.setup(), recordings, &self.lambda, settings)
+    }
+}
+
+/// Fits the nuisances of a model alone: the baseline.
+///
+/// # Errors
+/// As [`score`](super::score).
+pub fn fit_baseline(model: &Model, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let lambda = vec![NOISE_AT_FIRST; model.joints.len()];
+    let baseline = Hypothesis::baseline();
+    let mut fit = Fit { model, effects: &[], parameters: parameters::nuisances(model), train, settings };
+    let x = vec![0.0; fit.parameters.len()];
+    let lambda = fit.noise(&x, lambda, NOISE_TRIALS)?;
+    let directions = fit.directions(&lambda)?;
+    fit.parameters.extend(parameters::inertial(model, &directions));
+    let x = vec![0.0; fit.parameters.len()];
+    fit.go(&baseline.name, x, lambda)
+}
+
+/// Fits a hypothesis, from the fit of the baseline to the same recordings.
+///
+/// # Errors
+/// As [`score`](super::score); no start of the hypothesis can be simulated.
+pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    // The baseline may have bent its parameters to what it lacks: they also start where the nominal model has them.
+    let nominal = vec![0.0; baseline.x.len()];
+    let places = [&baseline.x, &nominal];
+    let noisier: Vec<f64> = baseline.lambda.iter().map(|lambda| lambda.max(NOISE_AT_STARTS)).collect();
+    let tries: Vec<(&Vec<f64>, &Vec<EffectEntry>)> =
+        places.iter().flat_map(|x| hypothesis.starts.iter().map(move |start| (*x, start))).collect();
+    let tried = |(x, start): &(&Vec<f64>, &Vec<EffectEntry>)| -> Result<f64> {
+        let setup = parameters::setup(&baseline.model, start, &baseline.parameters, x);
+        Ok(scored(&setup, train, &noisier, settings)?.iter().map(Score::sum).sum())
+    };
+    let scores: Vec<Result<f64>> = tries.par_iter().map(tried).collect();
+    let mut best: Option<(f64, usize)> = None;
+    let mut failure = None;
+    for (index, score) in scores.into_iter().enumerate() {
+        match score {
+            Ok(score) if best.is_none_or(|(most, _)| score > most) => best = Some((score, index)),
+            Ok(_) => {}
+            Err(error) => failure = Some(error),
+        }
+    }
+    let (x, effects): (&[f64], &[EffectEntry]) = match (best, failure) {
+        (Some((_, index)), _) => (tries[index].0, tries[index].1),
+        (None, Some(error)) => return Err(error),
+        (None, None) => (&baseline.x, &[]),
+    };
+    let mut all = baseline.parameters.clone();
+    all.extend(parameters::sizes(hypothesis, effects, &settings.catalogue));
+    let mut x = x.to_vec();
+    x.resize(all.len(), 0.0);
+    let fit = Fit { model: &baseline.model, effects, parameters: all, train, settings };
+    fit.go(&hypothesis.name, x, noisier)
+}
+
+/// Where a fit has come to.
+struct Place {
+    /// [nat] Score and prior.
+    height: f64,
+    x: Vec<f64>,
+    lambda: Vec<f64>,
+    slope: Slope,
+    steps: usize,
+}
+
+impl Place {
+    /// Before anything has been scored.
+    fn nowhere(size: usize) -> Self {
+        let slope = Slope { nats: 0.0, gradient: DVector::zeros(size), information: DMatrix::zeros(size, size) };
+        Self { height: f64::NEG_INFINITY, x: Vec::new(), lambda: Vec::new(), slope, steps: 0 }
+    }
+}
+
+impl Fit<'_> {
+    /// Directions in which the motion shows the bodies' values: eigenvectors of the information in units of their prior deviations.
+    fn directions(&self, lambda: &[f64]) -> Result<Vec<DVector<f64>>> {
+        let size = NUMBERS * self.model.joints.len();
+        let accuracy = &self.model.accuracy;
+        if accuracy.masses == 0.0 && accuracy.centres == 0.0 && accuracy.inertias == 0.0 {
+            return Ok(Vec::new());
+        }
+        let units: Vec<DVector<f64>> =
+            (0..size).map(|k| DVector::from_fn(size, |row, _| f64::from(u8::from(row == k)))).collect();
+        let part = |recording: &Recording| {
+            let from = recording.time.first().copied().unwrap_or(0.0);
+            recording.window(from, from + self.settings.burn_in + LOOK)
+        };
+        let parts: Vec<Recording> = self.train.iter().map(part).collect();
+        let alone = Fit { parameters: parameters::inertial(self.model, &units), ..*self };
+        let slope = alone.slope(&vec![0.0; size], lambda, &parts)?;
+        let share: f64 = parts.iter().map(Recording::len).sum::<usize>() as f64
+            / self.train.iter().map(Recording::len).sum::<usize>().max(1) as f64;
+        let eigen = slope.information.symmetric_eigen();
+        let shown = (0..size).filter(|k| eigen.eigenvalues[*k] / share > SHOWN);
+        Ok(shown.map(|k| eigen.eigenvectors.column(k).into_owned()).collect())
+    }
+
+    /// Searches and steps in turn, with finer and finer searches of the gaps.
+    fn go(&self, name: &str, x: Vec<f64>, lambda: Vec<f64>) -> Result<Fitted> {
+        // Friction first: a gap that is searched under a wrong friction makes up for it.
+        let mut best = match self.effects.is_empty() {
+            true => self.climb(x, lambda)?,
+            false => Place { x, lambda, ..Place::nowhere(self.parameters.len()) },
+        };
+        for gap_step in GAP_STEPS {
+            let (x, lambda) = self.search(best.x.clone(), best.lambda.clone(), gap_step)?;
+            let again = self.climb(x, lambda)?;
+            let gain = again.height - best.height;
+            if gain > 0.0 {
+                best = Place { steps: best.steps + again.steps, ..again };
+            }
+        }
+        self.fitted(name, best)
+    }
+
+    /// Steps until they gain nothing.
+    fn climb(&self, mut x: Vec<f64>, mut lambda: Vec<f64>) -> Result<Place> {
+        let mut damping = 1e-2;
+        let mut here: Option<Place> = None;
+        for steps in 0..=MOST_STEPS {
+            // The noise changes slowly, and costs as much as a step.
+            if steps % 2 == 0 {
+                lambda = self.noise(&x, lambda, 1)?;
+            }
+            let slope = self.slope(&x, &lambda, self.train)?;
+            let height = slope.nats - self.prior(&x);
+            let gain = height - here.as_ref().map_or(f64::NEG_INFINITY, |here| here.height);
+            if gain > 0.0 {
+                here = Some(Place { height, x: x.clone(), lambda: lambda.clone(), slope, steps });
+            }
+            let Some(place) = here.as_ref().filter(|_| gain > SMALL) else { break };
+            let Some(better) = self.step(&x, &lambda, &place.slope, &mut damping)? else { break };
+            x = better;
+        }
+        let nowhere = || Place { x, lambda, ..Place::nowhere(self.parameters.len()) };
+        Ok(here.unwrap_or_else(nowhere))
+    }
+
+    /// A better `x`, if there is one.
+    fn step(&self, x: &[f64], lambda: &[f64], slope: &Slope, damping: &mut f64) -> Result<Option<Vec<f64>>> {
+        let here = slope.nats - self.prior(x);
+        for _ in 0..MOST_TRIALS {
+            let mut matrix = self.posterior(slope);
+            for k in 0..x.len() {
+                matrix[(k, k)] *= 1.0 + *damping;
+            }
+            let pull = |k: usize| match self.is_gap(k) {
+                true => 0.0,
+                false => slope.gradient[k] - self.parameters[k].precision * x[k],
+            };
+            let Some(factor) = matrix.cholesky() else { return Ok(None) };
+            let step = factor.solve(&DVector::from_fn(x.len(), |k, _| pull(k)));
+            let shrink = (LONGEST / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
+            let moved: Vec<f64> = x.iter().zip(step.iter()).map(|(x, step)| x + shrink * step).collect();
+            if self.height(&moved, lambda) > here {
+                *damping = (*damping / 10.0).max(1e-6);
+                return Ok(Some(moved));
+            }
+            *damping *= 10.0;
+        }
+        Ok(None)
+    }
+
+    /// Information of score and prior together.
+    fn posterior(&self, slope: &Slope) -> DMatrix<f64> {
+        let precisions = self.parameters.iter().map(|parameter| parameter.precision);
+        &slope.information + DMatrix::from_diagonal(&DVector::from_iterator(self.parameters.len(), precisions))
+    }
+
+    /// With errors by the information, for gaps by the curvature of the score.
+    fn fitted(&self, name: &str, place: Place) -> Result<Fitted> {
+        let Place { height, x, lambda, mut slope, steps } = place;
+        for gap in (0..x.len()).filter(|k| self.is_gap(*k)) {
+            let at = |step: f64| {
+                let mut moved = x.clone();
+                moved[gap] += step;
+                self.height(&moved, &lambda)
+            };
+            let bend = 2.0 * height - at(CURVATURE_STEP) - at(-CURVATURE_STEP);
+            slope.information[(gap, gap)] = (bend / CURVATURE_STEP.powi(2)).max(0.0);
+        }
+        let inverse = self.posterior(&slope).cholesky().map(|factor| factor.inverse());
+        let error = |k: usize| inverse.as_ref().map_or(f64::NAN, |inverse| inverse[(k, k)].max(0.0).sqrt());
+        let estimate = |(k, parameter): (usize, &Parameter)| {
+            let (value, std_error) = (parameter.value(x[k]), parameter.slope(x[k]) * error(k));
+            (parameter.name.clone(), Estimate { value, std_error })
+        };
+        Ok(Fitted {
+            name: name.to_owned(),
+            nats: slope.nats,
+            prior: -self.prior(&x),
+            estimates: self.parameters.iter().enumerate().map(estimate).collect(),
+            steps,
+            model: self.model.clone(),
+            effects: self.effects.to_vec(),
+            parameters: self.parameters.clone(),
+            lambda,
+            x,
+        })
+    }
+}

@@ -1,0 +1,41 @@
+//! A hypothesis: the machine has these effects, with some of their parameters unknown.
+
+use crate::robot::EffectEntry;
+
+/// What a machine may have beside its nominal model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hypothesis {
+    /// What it is called in reports.
+    pub name: String,
+    /// Values from which its parameters are fitted: each is the same list of effects with other numbers. The most probable one is refined.
+    pub starts: Vec<Vec<EffectEntry>>,
+    /// The parameters that are refined; the others stay as they start.
+    pub free: Vec<Free>,
+}
+
+/// A parameter of an effect that is refined.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Free {
+    /// Index of the effect in the list.
+    pub effect: usize,
+    /// Its name, as in a model file.
+    pub parameter: String,
+    /// A change of it that is neither negligible nor grotesque: the fit takes no longer steps than two, and expects it within ten of them.
+    pub scale: Scale,
+}
+
+/// A change of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scale {
+    /// By so much, in its own unit.
+    By(f64),
+    /// Of its logarithm: a parameter that is positive.
+    Times(f64),
+}
+
+impl Hypothesis {
+    /// Nothing but the nominal model.
+    pub fn baseline() -> Self {
+        Self { name: "baseline".to_owned(), starts: vec![Vec::new()], free: Vec::new() }
+    }
+}
