@@ -66,7 +66,7 @@ fn recover_exponential_law_of_both_joints_over_ten_seeds() {
 }
 
 #[test]
-#[ignore = "as long as all others here together; .ci/run carries it out"]
+#[ignore = "long: .ci/run carries it out"]
 fn recover_exponential_law_with_rapier_asked_every_millisecond() {
     hold_exponential_law(&runs("model.toml", SEEDS, Evaluations::EveryInterval));
 }
@@ -102,6 +102,7 @@ fn hold_exponential_law(runs: &[Identification]) {
 }
 
 #[test]
+#[ignore = "long: .ci/run carries it out"]
 fn recover_two_lines_of_both_joints_over_ten_seeds() {
     let runs = runs("model_two_lines.toml", SEEDS, Evaluations::AsNeeded);
     assert_law(&runs, LawKind::TwoLines);

@@ -115,7 +115,7 @@ fn property_an_exact_model_reaches_the_floor_and_its_probabilities_are_right() {
 }
 
 #[test]
-#[ignore = "fits take up to a minute; .ci/run carries them out"]
+#[ignore = "long: .ci/run carries it out"]
 fn recover_friction_and_gap_from_a_start_that_is_off() {
     let planted = planted(&Order::nothing(700_002));
     let mut start = planted.healthy.clone();
@@ -150,7 +150,7 @@ fn recover_friction_and_gap_from_a_start_that_is_off() {
 }
 
 #[test]
-#[ignore = "fits take up to a minute; .ci/run carries them out"]
+#[ignore = "long: .ci/run carries it out"]
 fn property_a_healthy_machine_gains_nothing_by_an_effect() {
     let planted = planted(&Order::nothing(700_003));
     let baseline = fit_baseline(&planted.healthy, &planted.train, &Settings::default()).expect("a fit");
@@ -187,14 +187,14 @@ fn gains(effect: &str, seed: u64, starts: &[&[(&str, f64)]], free: &[(&str, Scal
 }
 
 #[test]
-#[ignore = "fits take up to a minute; .ci/run carries them out"]
+#[ignore = "long: .ci/run carries it out"]
 fn recover_compliance_from_the_motor_side() {
     let starts: [&[(&str, f64)]; 3] = [&[("stiffness", 600.0)], &[("stiffness", 300.0)], &[("stiffness", 150.0)]];
     gains("joint_compliance", 700_004, &starts, &[("stiffness", Scale::Times(0.3))]);
 }
 
 #[test]
-#[ignore = "fits take up to a minute; .ci/run carries them out"]
+#[ignore = "long: .ci/run carries it out"]
 fn recover_friction_that_grows_at_rest() {
     let start = [("growth", 0.05), ("time_constant", 1.0)];
     let free = [("growth", Scale::By(0.02)), ("time_constant", Scale::Times(0.3))];
@@ -202,7 +202,7 @@ fn recover_friction_that_grows_at_rest() {
 }
 
 #[test]
-#[ignore = "fits take up to a minute; .ci/run carries them out"]
+#[ignore = "long: .ci/run carries it out"]
 fn recover_a_gap_that_varies_from_the_motor_side() {
     // Starts as close as the score of a phase is wide: half a spacing of 22 degrees moves a flank by a count.
     let of = |order: f64, k: u32| [("amplitude", 0.003), ("order", order), ("phase", FRAC_PI_8 * f64::from(k) - PI)];
