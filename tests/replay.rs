@@ -350,4 +350,13 @@ fn property_a_target_that_did_not_flow_is_no_input() {
     let command = commanded(0.9);
     assert!(!command.notes.iter().any(|note| note.contains("command")), "{:?}", command.notes);
     assert_ne!(command.errors, alone.errors);
+    // A dead current, noise of half a digit, refutes no command.
+    let mut dead = session.clone();
+    let channels = &mut dead.series.joints[0].channels;
+    let command = channels[&Channel::Current].to_vec();
+    let noise = (0..command.len()).map(|k| if k % 2 == 0 { 1e-3 } else { -1e-3 }).collect::<Vec<_>>();
+    channels.insert(Channel::CommandCurrent, command.into());
+    channels.insert(Channel::Current, noise.into());
+    let driven = replay::replay(&model, &dead, &Options::default()).expect("a replay");
+    assert!(!driven.notes.iter().any(|note| note.contains("command")), "{:?}", driven.notes);
 }

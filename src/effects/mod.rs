@@ -55,6 +55,7 @@ pub use harmonic::{Columns, Harmonic};
 pub use motion::{JointMotion, LeftOut, Motion, SymmetricFriction, kernel_gain};
 pub use parameters::Parameters;
 pub use phenomenon::{Claim, Phenomenon};
+pub use torque_constant_error::FAR_OFF as TORQUE_CONSTANT_FAR_OFF;
 pub use turns::{AtTurns, Trial, Turns};
 
 use std::collections::BTreeMap;

@@ -28,6 +28,9 @@ static ABOUT: About = About {
     reference: "M. Gautier, S. Briot (2014), Global identification of joint drive gains and dynamic parameters of robots",
 };
 
+/// [1] Factor by which a torque constant is never off: magnets, temperature and tables of other windings make a few tenths.
+pub const FAR_OFF: f64 = 2.0;
+
 /// The torque constant differs.
 pub struct TorqueConstantError;
 
@@ -74,11 +77,9 @@ impl Diagnosable for TorqueConstantError {
         1.0 + parameters[0]
     }
 
-    /// Magnets, temperature and tables of other windings change a constant by a few tenths. Where the rigid body would need another factor, it is
-    /// the rigid body that is wrong, or a unit: friction of any size hides the scale of a torque that is mostly friction.
+    /// Where the rigid body would need a factor beyond [`FAR_OFF`], it is the rigid body that is wrong, or a unit: friction of any size hides the
+    /// scale of a torque that is mostly friction.
     fn is_itself(&self, motion: &Motion, joint: usize, shape: &[f64], coefficients: &[f64]) -> bool {
-        /// Factor by which a torque constant is never off.
-        const FAR_OFF: f64 = 2.0;
         let factor = 1.0 + self.parameters(motion, joint, shape, coefficients)[0];
         (1.0 / FAR_OFF..=FAR_OFF).contains(&factor)
     }

@@ -256,7 +256,7 @@ impl<'a> Run<'a> {
         let motion = 4 * missed.len();
         covariance.factor(points);
         let mut torques = missed.clone();
-        for point in (0..points.count()).collect::<Vec<_>>() {
+        for point in 0..points.count() {
             if !points.differs(point) {
                 continue;
             }

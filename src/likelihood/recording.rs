@@ -13,7 +13,7 @@ use crate::dataset;
 use crate::drive::{PowerStage, Sensing, Winding};
 use crate::error::{Error, Place, Result};
 use crate::robot::{JointModel, Model};
-use crate::timeseries::{Channel, TimeSeries, uninterrupted, white_noise};
+use crate::timeseries::{Channel, TimeSeries, root_mean_square, uninterrupted, white_noise};
 
 /// Sharpness of an encoder's edges, as a share of a count.
 const EDGE: f64 = 0.02;
@@ -120,9 +120,9 @@ fn recorded(model: &Model, joint: &JointModel, series: &TimeSeries) -> Result<Re
     };
     let current: Vec<f64> = samples.iter().map(|value| scale * value).collect();
     // Where nothing is said of the noise, a thousandth of the current.
-    let rms = (current.iter().map(|i| i * i).sum::<f64>() / current.len().max(1) as f64).sqrt();
     let floor = if step > 0.0 { EDGE * step } else { white_noise(position).max(1e-9) };
-    Ok(Recorded { current, noise: noise.max(1e-3 * rms), weight, position: position.to_vec(), half: 0.5 * step, floor })
+    let noise = noise.max(1e-3 * root_mean_square(&current));
+    Ok(Recorded { current, noise, weight, position: position.to_vec(), half: 0.5 * step, floor })
 }
 
 /// `w` of a measured current.

@@ -15,6 +15,7 @@ const NOISE_GAIN: f64 = 0.5;
 /// First step of a search along one size, and the share of a first step at which a search ends.
 const SIZE_STEP: f64 = 1.0;
 const LAST_STEP: f64 = 0.15;
+
 impl Fit<'_> {
     /// The most probable `λ`, joint by joint, from a first guess.
     pub fn noise(&self, x: &[f64], mut lambda: Vec<f64>, most: usize) -> Result<Vec<f64>> {
@@ -23,13 +24,8 @@ impl Fit<'_> {
         for _ in 0..most {
             let moved = |sign: f64| -> Vec<f64> {
                 let step = |(lambda, way): (&f64, &f64)| {
-                    let step = if *way == 0.0 {
-                        sign
-                    } else if *way == sign {
-                        1.0 * sign
-                    } else {
-                        0.0
-                    };
+                    // No way back.
+                    let step = if *way == -sign { 0.0 } else { sign };
                     (lambda + NOISE_STEP * step).clamp(NOISE_RANGE[0], NOISE_RANGE[1])
                 };
                 lambda.iter().zip(&way).map(step).collect()

@@ -5,12 +5,11 @@
 
 use std::borrow::Cow;
 
-use super::compare::rms;
 use super::low_pass::low_pass;
 use crate::dataset::Session;
 use crate::drive::Sensing;
 use crate::robot::{Accuracy, JointModel, Model};
-use crate::timeseries::{Channel, Clock};
+use crate::timeseries::{Channel, Clock, root_mean_square as rms};
 
 /// The session without its commands if the current of a joint does not follow them, below the `bandwidth` [Hz] up to which a replay follows
 /// the recording. A note says so.
@@ -33,7 +32,7 @@ pub(super) fn that_drove<'s>(
 }
 
 /// RMS of `i − i_cmd` as a share of that of `i`, both below the bandwidth, if it is larger than what the torque constant leaves open.
-/// The lag of a drive is short beside this motion, and noise is fast: neither counts.
+/// The lag of a drive is short beside this motion, and noise is fast: neither counts. A current of noise alone is dead, and refutes no command.
 fn astray(joint: &JointModel, session: &Session, bandwidth: f64) -> Option<f64> {
     /// Standard deviations of a vendor's torque constant: torques within them cannot be told from the model's own.
     const DEVIATIONS: f64 = 3.0;
@@ -45,8 +44,13 @@ fn astray(joint: &JointModel, session: &Session, bandwidth: f64) -> Option<f64> 
     let limit = joint.amplifier.current_limit;
     let clock = Clock::new(&session.series.time);
     let difference: Vec<f64> = current.iter().zip(command).map(|(i, u)| i - u.clamp(-limit, limit)).collect();
-    let slow = low_pass(&difference, &clock, bandwidth);
-    let fast: Vec<f64> = difference.iter().zip(&slow).map(|(all, slow)| all - slow).collect();
-    let share = rms(&slow) / rms(&low_pass(current, &clock, bandwidth));
-    (share > DEVIATIONS * Accuracy::default().torque_constants && rms(&slow) > rms(&fast)).then_some(share)
+    let parts = |signal: &[f64]| {
+        let slow = low_pass(signal, &clock, bandwidth);
+        let fast: Vec<f64> = signal.iter().zip(&slow).map(|(all, slow)| all - slow).collect();
+        [rms(&slow), rms(&fast)]
+    };
+    let ([difference, its_noise], [flowed, noise]) = (parts(&difference), parts(current));
+    let share = difference / flowed;
+    let seen = flowed > noise && difference > its_noise;
+    (seen && share > DEVIATIONS * Accuracy::default().torque_constants).then_some(share)
 }

@@ -7,7 +7,7 @@ use super::inputs::Input;
 use super::low_pass::low_pass;
 use super::{ChannelError, Observable, Simulated};
 use crate::robot::JointModel;
-use crate::timeseries::{Channel, Clock};
+use crate::timeseries::{Channel, Clock, root_mean_square};
 use crate::units::JointKind;
 
 /// One signal of a joint, as recorded and as simulated. Joint side, SI.
@@ -44,7 +44,7 @@ pub(super) fn compare(
     };
     let error = |quantity: Observable, recorded: &[f64], simulated: &[f64], kept: bool| {
         let difference: Vec<f64> = recorded.iter().zip(simulated).map(|(a, b)| a - b).collect();
-        let (rms, level) = (rms(&difference), self::rms(recorded));
+        let (rms, level) = (root_mean_square(&difference), root_mean_square(recorded));
         let relative = if level > 0.0 { rms / level } else { 0.0 };
         let unit = quantity.unit(joint.kind);
         let difference = if kept { difference } else { Vec::new() };
@@ -105,9 +105,4 @@ impl Observable {
             (Self::Torque, _) => kind.effort_unit(),
         }
     }
-}
-
-/// Root of the mean square; 0 without values.
-pub(super) fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }

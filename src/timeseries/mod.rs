@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 pub use clock::{Clock, is_uneven_step};
 pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
 pub use memory::give_back_memory;
-pub use noise::white_noise;
+pub use noise::{root_mean_square, white_noise};
 pub use pauses::{pauses, uninterrupted};
 pub use samples::Samples;
 

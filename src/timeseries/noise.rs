@@ -1,4 +1,9 @@
-//! The white noise of a sampled signal.
+//! The size of a sampled signal, and of its white noise.
+
+/// Root of the mean square [unit of the signal]; 0 without samples.
+pub fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
 
 /// Standard deviation of the white noise of a signal [unit of the signal]: its third differences have 20 times the variance of the noise; the
 /// median is robust against motion.

@@ -8,10 +8,10 @@
 
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::gentlest::gentlest;
-use crate::diagnose::rows::observe::root_mean_square;
 use crate::diagnose::select::selection::Selection;
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;
+use crate::timeseries::root_mean_square;
 
 /// Part of Coulomb friction above which a torque holds the link on a flank: on the machines of tuning seeds 4800 to 4901 it was 0.1 to
 /// 0.45.

@@ -14,9 +14,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::term::Term;
 use super::view::{View, combined};
-use crate::diagnose::rows::observe::root_mean_square;
 use crate::effects::Motion;
 use crate::robot::Accuracy;
+use crate::timeseries::root_mean_square;
 
 /// [1] Torque of one standard deviation, as a share of the RMS torque, below which a direction is left out: no friction law is as accurate.
 const LEAST_TORQUE: f64 = 1e-3;

@@ -11,11 +11,10 @@ use super::balance::UNSOUND;
 use super::rows;
 use crate::diagnose::result::Mistake;
 use crate::diagnose::result::{FitError, FoundEffect, Parts, Split};
+use crate::effects::TORQUE_CONSTANT_FAR_OFF as FAR_OFF;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 
-/// [1] Factor by which a torque constant is never off: magnets, temperature and tables of other windings make a few tenths.
-const FAR_OFF: f64 = 2.0;
 /// [%] of the RMS torque.
 const HALF: f64 = 50.0;
 /// Errors below this multiple of the floor are due to the sensors.
@@ -27,7 +26,7 @@ pub fn found(model: &Model, sessions: &[&TimeSeries], parts: &Parts) -> Vec<Mist
     if scales.is_empty() { unexplained(model, sessions, &parts.fit) } else { scales }
 }
 
-/// Torque constants that would be off by more than [`FAR_OFF`].
+/// Torque constants that would be off by more than [`FAR_OFF`]: none is chosen as such, but others beside it can move it there.
 fn scales(effects: &[FoundEffect]) -> Vec<Mistake> {
     let of_effect = |found: &FoundEffect| {
         let factor = 1.0 + found.parameters.get("error").filter(|_| found.effect == "torque_constant_error")?.value;

@@ -5,9 +5,9 @@ use super::gains;
 use super::shares;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::result::{FitError, ResidualSeries, Split};
-use crate::diagnose::rows::observe::root_mean_square;
 use crate::replay::Gain;
 use crate::timeseries::TimeSeries;
+use crate::timeseries::root_mean_square;
 use crate::units::JointKind;
 
 /// RMS errors over the rigid zone, for training data and held-out data.

@@ -15,7 +15,7 @@ use crate::drive::Sensing;
 use crate::effects::{JointMotion, LeftOut, Motion};
 use crate::error::{Error, Place, Result};
 use crate::robot::{Model, TorqueAt};
-use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory};
+use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory, root_mean_square};
 
 /// [s] Narrowest and widest half width.
 const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
@@ -98,11 +98,6 @@ fn wanted_half_width(step: f64, speed: f64, inertia: f64, torque_noise: f64, dt:
 /// [rad/s or m/s] Speed below which a joint counts as at rest: less than one count in a wide window.
 pub fn rest_speed(model: &Model, joint: usize, fastest: f64) -> f64 {
     (model.joints[joint].encoder_step() / 0.3).max(1e-3 * fastest)
-}
-
-/// Root of the mean square.
-pub fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Converts sessions to rows. `noise_share` is the share of the RMS torque that noise of the acceleration may make: [`NOISE_SHARE`]

@@ -10,8 +10,9 @@
 //! Left out: the shape of the resonance below `ω_r`, and that other joints change `M`.
 
 use super::kernel::Kernel;
-use super::observe::{NOISE_SHARE, root_mean_square};
+use super::observe::NOISE_SHARE;
 use super::sampling::Sampling;
+use crate::timeseries::root_mean_square;
 
 /// `ω w` [1] First zero of the kernel's gain.
 const FIRST_ZERO: f64 = 5.763;

@@ -14,10 +14,11 @@
 
 use nalgebra::DMatrix;
 
-use super::observe::{NOISE_SHARE, root_mean_square};
+use super::observe::NOISE_SHARE;
 use super::reversals::heading;
 use crate::dynamics::Dynamics;
 use crate::effects::Motion;
+use crate::timeseries::root_mean_square;
 use crate::units::JointKind;
 
 // With longer margins and doubt from −0.6 to −0.08, a fast run kept one row in twenty to eighty. A contact that pressed on a joint for

@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::{HORIZONS, Predicted, Prediction, predict, predictions, rms};
+use super::{HORIZONS, Predicted, Prediction, predict, predictions};
 use crate::dataset::Session;
 use crate::error::Result;
 use crate::replay::Options;
 use crate::replay::gain::{Gain, Pairs};
 use crate::robot::{JointModel, Model};
+use crate::timeseries::root_mean_square;
 
 /// Errors of two models' predictions over one horizon on one joint, over all recordings together.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,8 +107,8 @@ fn ahead(
         joint: joint.name.clone(),
         horizon,
         unit: joint.kind.position_unit(),
-        before: rms(&both.iter().flat_map(|(_, before, _)| before.clone()).collect::<Vec<_>>()),
-        after: rms(&both.iter().flat_map(|(_, _, after)| after.error.clone()).collect::<Vec<_>>()),
+        before: root_mean_square(&both.iter().flat_map(|(_, before, _)| before.clone()).collect::<Vec<_>>()),
+        after: root_mean_square(&both.iter().flat_map(|(_, _, after)| after.error.clone()).collect::<Vec<_>>()),
         floor: (floors / count as f64).sqrt(),
         gain: Gain::of(&pairs),
         errors: errors.collect(),

@@ -18,14 +18,13 @@ pub use compared::{Ahead, AheadErrors, compare_predictions};
 use observer::Observed;
 use releases::Released;
 
-use super::compare::rms;
 use super::inputs::{self, Input};
 use super::{Loop, Options, commands, longest_part};
 use crate::dataset::{self, Session};
 use crate::error::Result;
 use crate::plant::{Options as PlantOptions, Plant};
 use crate::robot::{JointModel, Model};
-use crate::timeseries::TimeSeries;
+use crate::timeseries::{TimeSeries, root_mean_square};
 
 /// [s] How far ahead is predicted: what a controller, a contact and a motion planner need.
 pub const HORIZONS: [f64; 3] = [0.01, 0.1, 1.0];
@@ -62,7 +61,7 @@ pub struct Predicted {
 impl Predicted {
     /// [rad or m] RMS error.
     pub fn rms(&self) -> f64 {
-        rms(&self.error)
+        root_mean_square(&self.error)
     }
 }
 
@@ -184,8 +183,8 @@ impl Followed<'_> {
             let observed = self.observe(&vec![bandwidth; self.inputs.len()], samples, &[horizon])?;
             let predicted = self.predictions(&observed, horizon, &observed.released[0])?;
             for (best, one) in best.iter_mut().zip(predicted).filter(|(_, one)| !one.error.is_empty()) {
-                if rms(&one.error) < best.0 {
-                    *best = (rms(&one.error), bandwidth);
+                if root_mean_square(&one.error) < best.0 {
+                    *best = (root_mean_square(&one.error), bandwidth);
                 }
             }
         }

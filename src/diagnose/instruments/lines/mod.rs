@@ -143,7 +143,9 @@ impl<'s> MotorTorque<'s> {
 
     /// [N·m or N] RMS over all sessions.
     fn root_mean_square(&self) -> f64 {
-        observe::root_mean_square(&self.0.iter().flat_map(|(_, torque)| torque).copied().collect::<Vec<f64>>())
+        crate::timeseries::root_mean_square(
+            &self.0.iter().flat_map(|(_, torque)| torque).copied().collect::<Vec<f64>>(),
+        )
     }
 
     /// [N·m or N] Largest amplitude of a session at a frequency [Hz]: `2/T |Σ Δt τ e^{−iωt}|`, `Δt` the time that a sample stands for.

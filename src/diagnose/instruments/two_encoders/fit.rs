@@ -6,7 +6,7 @@ use super::solved::{Regression, Solved, solve};
 use super::wave::{Wave, wave};
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::regression::{Block, System};
-use crate::diagnose::rows::observe::root_mean_square;
+use crate::timeseries::root_mean_square;
 use crate::timeseries::{Estimate, TimeSeries};
 
 /// Number of iterations of the lag and of the friction before the gear; each reduces the remaining error to a few per cent.

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::difference::Difference;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::regression::{Block, NU, System};
-use crate::diagnose::rows::observe::root_mean_square;
+use crate::timeseries::root_mean_square;
 
 /// [s] Length of the blocks within which errors may have any correlation, for standard errors.
 const BLOCK: f64 = 1.0;
