@@ -51,7 +51,7 @@ use instruments::ON_ROWS;
 use instruments::preparation::{self, Prepared};
 use rows::division::Division;
 use rows::measured::{as_measured, complete};
-use select::{confirm, selection, substitutes};
+use select::{naming, selection, substitutes};
 
 /// Channels that a diagnosis reads; all others may be dropped.
 pub fn channels() -> Vec<Channel> {
@@ -123,8 +123,8 @@ fn diagnose_as_measured(
     if let Some(as_recorded) = as_recorded {
         selection.as_recorded = as_recorded.at_rows_of(&problem);
     }
-    let confirmed = confirm::confirm(&mut problem, &mut selection, 0, &|_| true, Some(&options.rules))
-        .ok_or_else(|| nothing_moves(model))?;
+    let confirmed =
+        naming::name(&mut problem, &mut selection, [&rules, &options.rules]).ok_or_else(|| nothing_moves(model))?;
     let data = conclude::Data { model, sessions: &sessions, division, earlier, instruments: &ON_ROWS, shaken };
     let mut parts = conclude::conclude(&data, &problem, &selection, &confirmed, options, progress)?;
     parts.mistakes = mistakes::remaining::found(model, recorded, &parts);

@@ -14,7 +14,7 @@ use super::prediction;
 use super::recording::{Motion, Trace};
 use super::shortfall;
 use super::table::Table;
-use crate::diagnose::{BaselineEstimate, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict, mistakes};
+use crate::diagnose::{BaselineEstimate, Change, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict, mistakes};
 use crate::effects;
 use crate::scenario::Findings;
 use crate::timeseries::Drawn;
@@ -119,9 +119,14 @@ fn verdict(diagnosis: &Diagnosis) -> String {
             diagnosis.unexplained.iter().map(|one| one.joint.as_str()).collect::<Vec<_>>().join(", ")
         ),
         Verdict::EffectsFound => {
-            let changes = diagnosis.changes.iter().flatten().map(changes::sentence);
-            let effects = diagnosis.effects.iter().map(sentence);
-            changes.chain(effects).chain(headline::gains(diagnosis)).collect::<Vec<_>>().join("\n")
+            let mut changes: Vec<String> = diagnosis.changes.iter().flatten().map(changes::sentence).collect();
+            let mut effects: Vec<String> = diagnosis.effects.iter().map(sentence).collect();
+            let strongest = |nats: &mut dyn Iterator<Item = f64>| nats.fold(0.0, f64::max);
+            let of_changes = strongest(&mut diagnosis.changes.iter().flatten().map(Change::evidence_nats));
+            if of_changes < strongest(&mut diagnosis.effects.iter().map(|found| found.evidence_nats)) {
+                std::mem::swap(&mut changes, &mut effects);
+            }
+            [changes, effects, headline::gains(diagnosis)].concat().join("\n")
         }
     }
 }

@@ -4,6 +4,7 @@
 mod emps;
 mod kr300;
 mod practice;
+mod ur10e;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,10 +17,22 @@ use lostmotion::timeseries::TimeSeries;
 const EMPS: [&str; 2] = ["emps/DATA_EMPS.mat", "emps/DATA_EMPS_PULSES.mat"];
 const KR300: [&str; 2] = ["kuka_kr300/trajectory_A.csv", "kuka_kr300/trajectory_B.csv"];
 
+const UR10E: [&str; 6] = [
+    "arms/ur10e/reference_1.csv",
+    "arms/ur10e/reference_2.csv",
+    "arms/ur10e/reference_3.csv",
+    "arms/ur10e/now_1.csv",
+    "arms/ur10e/now_2.csv",
+    "arms/ur10e/now_3.csv",
+];
+
 /// A check by name, the recordings that it needs, what it does.
 type Check = (&'static str, &'static [&'static str], fn());
 
-const CHECKS: [Check; 7] = [
+/// Checks that take minutes: `.ci/run` carries them out.
+const LONG: [Check; 1] = [("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load)];
+
+const CHECKS: [Check; 8] = [
     ("published_emps_recordings_read_as_they_were_published", &EMPS, emps::read_as_published),
     (
         "published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn",
@@ -42,11 +55,18 @@ const CHECKS: [Check; 7] = [
         &["practice/none/fast_3.csv"],
         practice::clean_is_left_alone,
     ),
+    (
+        "property_friction_of_the_ur10e_grows_with_load",
+        &["arms/ur10e/reference_2.csv"],
+        ur10e::friction_grows_with_load,
+    ),
     ("recover_gap_of_foreign_recordings", &["practice/none/staircase.csv"], practice::gap_of_foreign_recordings),
 ];
 
 fn main() -> ExitCode {
-    let trials = CHECKS.iter().map(|&(name, needs, check)| trial(name, needs, check)).collect();
+    let short = CHECKS.iter().map(|&(name, needs, check)| trial(name, needs, check));
+    let long = LONG.iter().map(|&(name, needs, check)| trial(name, needs, check).with_ignored_flag(true));
+    let trials = short.chain(long).collect();
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 

@@ -43,6 +43,7 @@ use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::select::confirm;
 use crate::diagnose::select::selection;
 use crate::diagnose::select::selection::{Nominal, Selection, Taken};
+use crate::diagnose::select::{naming, substitutes};
 use crate::diagnose::{conclude, mistakes};
 use crate::effects::{Catalogue, Diagnosable};
 use crate::error::Result;
@@ -125,7 +126,13 @@ fn compare_as_measured(
 /// Effects in a recording of the healthy machine.
 fn effects_of(model: &Model, sessions: &[&TimeSeries], division: Division, options: &Options) -> Result<Selection> {
     let mut healthy = pose(model, sessions, division, options)?;
-    selection::select(&mut healthy, &options.rules, &mut |_, _| {}).ok_or_else(|| nothing_moves(model))
+    let mut found = || {
+        let mut selection = selection::select(&mut healthy, &options.rules, &mut |_, _| {})?;
+        substitutes::withdraw(&mut healthy, &mut selection)?;
+        naming::name(&mut healthy, &mut selection, [&options.rules, &options.rules])?;
+        Some(selection)
+    };
+    found().ok_or_else(|| nothing_moves(model))
 }
 
 /// Both recordings as one problem, in which changes are sought that wide rows show; without inertias where masses are estimated.

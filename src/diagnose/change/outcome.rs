@@ -10,6 +10,7 @@ use crate::diagnose::fit::cause::changed;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::result::{Change, FoundEffect, Measured, Parts};
+use crate::distributions::NORMAL_975;
 use crate::effects::{Catalogue, Effect, Scope, SymmetricFriction};
 use crate::robot::{EffectEntry, Model};
 
@@ -36,12 +37,12 @@ fn found(changes: &Changes, standings: &[f64]) -> Vec<ChangedTerm> {
     changes.terms()[first..].iter().enumerate().filter_map(of_term).collect()
 }
 
-/// One entry per changed quantity, with its value now. Beside the other terms of friction, a change may be within its own standard error: something has
+/// One entry per changed quantity, with its value now. Beside the other terms of friction, the 95 % interval of a change may contain zero: something has
 /// changed, but not surely this, and it is left out.
 pub fn of_regression(problem: &Problem, changes: &Changes, standings: &[f64]) -> Vec<Change> {
     let all = found(changes, standings);
     let entries = all.iter().map(|one| change(problem, changes, one, &all));
-    entries.filter(|entry| entry.change_percent.value.abs() > entry.change_percent.std_error).collect()
+    entries.filter(|entry| entry.change_percent.value.abs() > NORMAL_975 * entry.change_percent.std_error).collect()
 }
 
 /// The entries of the inertias alone, which are the last terms. Their errors are at least the natural variation, because that is the

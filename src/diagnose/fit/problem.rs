@@ -55,6 +55,10 @@ pub struct Problem<'m> {
     pub causes: Vec<Cause>,
     /// Joint and order [1/turn or 1/m] of lines that were removed: their remainder is not a further effect.
     pub taken_out: Vec<(usize, f64)>,
+    /// Causes that were withdrawn, and their joints: they are not tried there again.
+    pub withdrawn: Vec<(Cause, usize)>,
+    /// Joints on which a name stood for something out of the catalogue: no other name is tried there.
+    pub closed: Vec<usize>,
     /// Deviations of the nominal model within its stated accuracy; `None` where it is exact.
     pub inertial: Option<Inertial>,
     /// Fold of each row.
@@ -129,6 +133,8 @@ impl<'m> Problem<'m> {
             catalogue: Catalogue::empty(),
             causes: Vec::new(),
             taken_out: Vec::new(),
+            withdrawn: Vec::new(),
+            closed: Vec::new(),
             inertial: None,
             fold,
         }
@@ -169,6 +175,11 @@ impl<'m> Problem<'m> {
             Part::Fold(fold) => !self.held_out[row] && self.fold[row] == fold,
             Part::HeldOut => self.held_out[row],
         }
+    }
+
+    /// Whether a cause may still be tried on a joint.
+    pub fn is_open(&self, cause: Cause, joint: usize) -> bool {
+        !self.closed.contains(&joint) && !self.withdrawn.contains(&(cause, joint))
     }
 
     /// The joints whose torque is judged.

@@ -158,6 +158,13 @@ pub struct Change {
     pub probability: f64,
 }
 
+impl Change {
+    /// [nats] Largest gain of a change over none: `z²/2`, with `z` the standing.
+    pub const fn evidence_nats(&self) -> f64 {
+        0.5 * self.standing * self.standing
+    }
+}
+
 /// Part of the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

@@ -345,11 +345,13 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
     let (dof, judged) = (problem.baseline.len(), problem.joints());
     let mut places: Vec<(Cause, Vec<usize>)> = Vec::new();
     for effect in problem.causes.iter().copied() {
-        let applies = |joint: usize| effect.applies(&problem.motion, joint);
+        let applies = |joint: usize| problem.is_open(effect, joint) && effect.applies(&problem.motion, joint);
         let present =
             |joint: usize| terms.iter().any(|term| term.effect == effect && term.own_joints().contains(&joint));
         match effect.about().scope {
-            Scope::Machine if (0..dof).any(applies) && (effect.several() || !present(judged[0])) => {
+            Scope::Machine
+                if problem.closed.is_empty() && (0..dof).any(applies) && (effect.several() || !present(judged[0])) =>
+            {
                 places.push((effect, judged.clone()))
             }
             Scope::Machine => {}

@@ -5,6 +5,7 @@
 //! - `selection`: takes effects by evidence, one after the other
 //! - `substitutes`: withdraws names that a pattern describes better
 //! - `confirm`: withdraws effects without a gain on held-out data; `own_gains`: these gains
+//! - `naming`: both, and effects in the place of those withdrawn
 //! - `certainty`: rivals and probability of a name
 //! - `findings`: from the remaining terms to the entries of a report
 
@@ -12,6 +13,7 @@ pub mod candidates;
 pub mod certainty;
 pub mod confirm;
 pub mod findings;
+pub mod naming;
 pub mod own_gains;
 pub mod selection;
 pub mod substitutes;

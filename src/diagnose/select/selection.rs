@@ -142,6 +142,30 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     Some(Selection { taken, first_round, fitted, nominal, as_recorded })
 }
 
+/// Takes further effects beside those of a selection, where room is left; returns whether any was taken.
+pub fn select_further(problem: &mut Problem, selection: &mut Selection, rules: &Rules) -> Option<bool> {
+    problem.free();
+    let mut any = false;
+    while selection.taken.len() < rules.most {
+        let terms: Vec<Term> = selection.terms().into_iter().cloned().collect();
+        let fitted = resettle(problem, &mut selection.taken)?;
+        problem.count_independent(&fitted);
+        let found = candidates(problem, &terms, rules);
+        let Some(best) = choose(&found, rules) else { break };
+        selection.taken.push(Taken::new(best, &found));
+        any = true;
+    }
+    if any {
+        resettle(problem, &mut selection.taken)?;
+        prune(problem, &rules.beside_another(), &mut selection.taken);
+        join(&mut selection.taken);
+        drop_residues(problem, rules, &mut selection.taken)?;
+    }
+    selection.settle(problem)?;
+    problem.count_independent(&selection.fitted);
+    Some(any)
+}
+
 /// The final fit of what was taken. The nominal model deviates as in that fit, within its stated accuracy, in all that follows: also where
 /// it is judged without an effect, whose part the deviations could otherwise take over.
 fn settled(problem: &mut Problem, taken: &mut [Taken], nominal: &mut Nominal) -> Option<Fitted> {
