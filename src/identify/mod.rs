@@ -8,6 +8,8 @@ pub mod points;
 pub mod published;
 /// What an identification returns.
 pub mod result;
+/// The trend of parameters over repeated identifications.
+pub mod trend;
 
 mod balance;
 mod fit;
