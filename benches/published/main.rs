@@ -13,9 +13,8 @@ use lostmotion::identify::backlash::EstimatorResult;
 use lostmotion::identify::published::{AveragePoint, friction};
 use lostmotion::identify::{JointIdentification, LawKind, LinesEstimate, Options, PerDirection, Quantity, identify};
 use lostmotion::plant::Engine;
-use lostmotion::robot::JointModel;
 use lostmotion::scenario::{Scenario, simulate};
-use lostmotion::units::DEG;
+use lostmotion::units::{DEG, JointKind};
 use rayon::prelude::*;
 
 /// First seed: those of this bench.
@@ -166,11 +165,10 @@ fn gap_row(name: &str, joint: &str, runs: &[Errors]) {
 }
 
 /// RMS error [%] of the published lines through points on the injected law itself, 0.5 to 10 deg/s: the worse direction.
-fn without_any_error(joint: &JointModel) -> f64 {
-    let Some(law) = joint.friction.map(|friction| friction.law) else { return f64::NAN };
+fn without_any_error(law: &FrictionLaw) -> f64 {
     let speeds = (1..=20).flat_map(|k| [0.5 * DEG * f64::from(k), -0.5 * DEG * f64::from(k)]);
     let points: Vec<_> = speeds.map(|v| AveragePoint { velocity: v, friction: law.kinetic(v) }).collect();
-    let Some(found) = friction(joint.kind, &points) else { return f64::NAN };
+    let Some(found) = friction(JointKind::Revolute, &points) else { return f64::NAN };
     let lines = FrictionLaw::TwoLines(found.lines.each().map(LinesEstimate::law));
     let worse = [1.0, -1.0].map(|sign: f64| {
         let along = (0..200).map(|k| sign * DEG * (0.5 + 9.5 * f64::from(k) / 199.0));
@@ -183,8 +181,9 @@ fn without_any_error(joint: &JointModel) -> f64 {
 fn tables(seeds: u64) -> Result<(), String> {
     for (truth, machine) in MACHINES {
         let set = [format!("robot=../../robots/scara/{machine}")];
-        let model = Scenario::load(&scenario_01(), &set).map_err(|why| why.to_string())?.model;
-        let errors: Vec<String> = model.joints.iter().take(2).map(without_any_error).map(figure).collect();
+        let truth_of_all = Scenario::load(&scenario_01(), &set).map_err(|why| why.to_string())?.truth;
+        let laws = JOINTS.iter().filter_map(|joint| truth_of_all.friction(joint));
+        let errors: Vec<String> = laws.map(|law| figure(without_any_error(&law))).collect();
         println!("Truth {truth}, two lines through points on the law itself: curve {} % off", errors.join(" and "));
     }
     for (truth, machine) in MACHINES {
