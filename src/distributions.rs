@@ -24,6 +24,17 @@ pub fn student_975(freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(NORMAL_975, |student| student.inverse_cdf(0.975))
 }
 
+/// Probability that a variable of Student's t distribution with `f` degrees of freedom exceeds `|t|` in magnitude; an `f` below one, and
+/// NaN, count as one. A NaN in `t` gives one.
+pub fn student_two_sided(t: f64, freedom: f64) -> f64 {
+    // statrs panics on NaN.
+    if t.is_nan() {
+        return 1.0;
+    }
+    let tail = |student: StudentsT| 2.0 * student.cdf(-t.abs());
+    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or_else(|_| 2.0 * normal_upper_tail(t.abs()), tail).min(1.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,6 +57,26 @@ mod tests {
         // Computed by iteration, to at least nine digits.
         assert!((student_975(2.0) / two - 1.0).abs() < 1e-9, "{}", student_975(2.0));
         assert!((student_975(1.0) / one - 1.0).abs() < 1e-9, "{}", student_975(1.0));
+    }
+
+    /// With one degree of freedom the two-sided tail is `1 − 2 atan(t)/π`, with two it is `1 − t/√(2 + t²)`.
+    #[test]
+    fn analytic_two_sided_tails_of_one_and_two_degrees_of_freedom() {
+        for t in [0.0_f64, 0.3, 2.0, 30.0, 1000.0] {
+            let one = 2.0 / std::f64::consts::PI * 1f64.atan2(t);
+            // The difference 1 − t/√(2 + t²), without cancellation.
+            let root = (2.0 + t * t).sqrt();
+            let two = 2.0 / (root * (root + t));
+            for (f, expected) in [(1.0, one), (2.0, two)] {
+                for sign in [1.0, -1.0] {
+                    let found = student_two_sided(sign * t, f);
+                    // Computed by a continued fraction, to at least nine digits.
+                    assert!((found / expected - 1.0).abs() < 1e-9, "t {t}, f {f}: {found} for {expected}");
+                }
+            }
+        }
+        assert_eq!(student_two_sided(f64::NAN, 3.0), 1.0);
+        assert_eq!(student_two_sided(f64::INFINITY, 3.0), 0.0);
     }
 
     #[test]

@@ -26,6 +26,7 @@ mod list;
 mod new;
 mod replay;
 mod run;
+mod trend;
 
 /// Finds why a robot arm and its simulation disagree: friction and backlash identification, and a named cause for what the model lacks.
 #[derive(Debug, Parser)]
@@ -47,6 +48,7 @@ enum Verb {
     New(new::New),
     Replay(replay::Replay),
     Run(run::Run),
+    Trend(trend::Trend),
     Demo(run::Demo),
 }
 
@@ -87,6 +89,7 @@ pub fn run() -> Result<Outcome> {
         Verb::New(verb) => verb.run(),
         Verb::Replay(verb) => verb.run(),
         Verb::Run(verb) => verb.run(),
+        Verb::Trend(verb) => verb.run(),
         Verb::Demo(verb) => verb.run(),
     }
 }

@@ -4,8 +4,12 @@
 pub mod backlash;
 /// Measurement points, equation 11.
 pub mod points;
+/// The paper's own estimators, as published.
+pub mod published;
 /// What an identification returns.
 pub mod result;
+/// The trend of parameters over repeated identifications.
+pub mod trend;
 
 mod balance;
 mod fit;
@@ -22,6 +26,7 @@ mod windows;
 
 pub use backlash::BacklashIdentification;
 pub use points::Point;
+pub use published::{PublishedEstimates, PublishedFriction};
 pub use quantity::Quantity;
 pub use result::{
     ExponentialEstimate, FrictionIdentification, Identification, JointIdentification, LawKind, LinesEstimate,
@@ -33,6 +38,7 @@ use std::borrow::Cow;
 use balance::{Balance, Balanced};
 use fit::Observation;
 use motion::Track;
+use published::AveragePoint;
 use rigid_body::RigidBody;
 use statistics::median;
 use summary::Laws;
@@ -128,8 +134,9 @@ pub fn identify_joint(
     } else {
         None
     };
+    let published = published_estimates(model, joint, data, options)?;
     let (joint, kind) = (model.joints[joint].name.clone(), model.joints[joint].kind);
-    Ok(JointIdentification { joint, kind, friction, centrifugal, backlash, points, notes })
+    Ok(JointIdentification { joint, kind, friction, centrifugal, backlash, published, points, notes })
 }
 
 /// The measurement points of a joint in all sessions.
@@ -167,6 +174,25 @@ fn measurement_points(
         return Err(too_few(model, joint, &points));
     }
     Ok((points, tracks))
+}
+
+/// The paper's own estimates, from the windows and sessions that give the measurement points.
+fn published_estimates(
+    model: &Model,
+    joint: usize,
+    data: &[TimeSeries],
+    options: &Options,
+) -> Result<PublishedEstimates> {
+    let (mut points, mut moving) = (Vec::new(), Vec::new());
+    for (session, signals) in signals::of_sessions(model, joint, data)? {
+        let rigid = RigidBody::new(model, joint, &data[session]);
+        let windows = windows::find(&signals, options);
+        points.extend(windows.iter().map(|window| AveragePoint::of(&signals, &rigid, *window)));
+        if options.backlash && !windows.is_empty() {
+            moving.push(signals);
+        }
+    }
+    Ok(published::estimates(model.joints[joint].kind, &points, moving))
 }
 
 /// Fits both laws to the balance, and the preferred one also with `C_ii` free. If `C_ii` differs from zero, it stays in the law.

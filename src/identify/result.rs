@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::backlash::BacklashIdentification;
 use super::points::Point;
+use super::published::PublishedEstimates;
 use super::quantity::Quantity;
 use crate::gearhead::{Direction, Exponential, Friction, FrictionLaw, Lines};
 use crate::robot::Model;
@@ -138,6 +139,8 @@ pub struct JointIdentification {
     /// The gap; absent where the data show no usable reversal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backlash: Option<BacklashIdentification>,
+    /// What the paper's own estimators make of the same recordings.
+    pub published: PublishedEstimates,
     /// The measurement points, one per steady window, in the order of time.
     pub points: Vec<Point>,
     /// What the reader should know: a channel that was missing, a sign that was recovered, windows that were dropped.

@@ -2,6 +2,7 @@
 
 use super::fit::LawFit;
 use super::law::{CENTRIFUGAL, PER_DIRECTION};
+use super::least_squares::Fit;
 use super::points::Point;
 use super::quantity::Quantity;
 use super::result::{ExponentialEstimate, FrictionIdentification, LawKind, LinesEstimate, PerDirection};
@@ -24,13 +25,12 @@ pub struct Laws {
 
 /// Friction of a joint and `C_ii`, from the fits of both laws.
 pub fn friction(kind: JointKind, points: &[Point], laws: &Laws) -> (FrictionIdentification, Quantity) {
-    let (effort, position) = (kind.effort_unit(), kind.position_unit());
     let Laws { lines, exponential, preferred, with_centrifugal } = laws;
     let preferred = *preferred;
-    let centrifugal = quantity(with_centrifugal, CENTRIFUGAL, format!("{effort}·s²/{position}²"));
+    let centrifugal = centrifugal_of(kind, &with_centrifugal.fit, COMMON_ERRORS);
     let found = FrictionIdentification {
         preferred,
-        lines: PerDirection { positive: lines_of(kind, lines, 0), negative: lines_of(kind, lines, 1) },
+        lines: lines_of(kind, &lines.fit, COMMON_ERRORS),
         exponential: PerDirection {
             positive: exponential_of(kind, exponential, 0),
             negative: exponential_of(kind, exponential, 1),
@@ -42,7 +42,7 @@ pub fn friction(kind: JointKind, points: &[Point], laws: &Laws) -> (FrictionIden
 
 /// Whether the 95 % interval of `C_ii` excludes zero.
 pub fn centrifugal_is_real(fit: &LawFit) -> bool {
-    let Quantity { interval: [low, high], .. } = quantity(fit, CENTRIFUGAL, String::new());
+    let Quantity { interval: [low, high], .. } = quantity(&fit.fit, CENTRIFUGAL, String::new(), COMMON_ERRORS);
     low > 0.0 || high < 0.0
 }
 
@@ -59,47 +59,57 @@ fn fastest_and_slowest(points: &[Point]) -> [f64; 2] {
 /// runs of the paper's staircase, did not contain the truth. Found by calibration, not derived.
 const COMMON_ERRORS: f64 = 1.6;
 
-/// One coefficient.
-fn quantity(fit: &LawFit, index: usize, unit: String) -> Quantity {
-    let t = student_975(fit.fit.degrees_of_freedom as f64);
-    Quantity::new(fit.fit.parameters[index], COMMON_ERRORS * fit.fit.std_error(index), t, unit)
+/// One coefficient; `factor` on the standard error that follows from the residuals.
+fn quantity(fit: &Fit, index: usize, unit: String, factor: f64) -> Quantity {
+    let t = student_975(fit.degrees_of_freedom as f64);
+    Quantity::new(fit.parameters[index], factor * fit.std_error(index), t, unit)
+}
+
+/// `C_ii`.
+pub fn centrifugal_of(kind: JointKind, fit: &Fit, factor: f64) -> Quantity {
+    quantity(fit, CENTRIFUGAL, format!("{}·s²/{}²", kind.effort_unit(), kind.position_unit()), factor)
+}
+
+/// Equation 9 in both directions.
+pub fn lines_of(kind: JointKind, fit: &Fit, factor: f64) -> PerDirection<LinesEstimate> {
+    PerDirection { positive: lines_along(kind, fit, 0, factor), negative: lines_along(kind, fit, 1, factor) }
 }
 
 /// Equation 9 in the direction of index `k`.
-fn lines_of(kind: JointKind, fit: &LawFit, k: usize) -> LinesEstimate {
+fn lines_along(kind: JointKind, fit: &Fit, k: usize, factor: f64) -> LinesEstimate {
     let (effort, position) = (kind.effort_unit(), kind.position_unit());
-    let at = |index: usize, unit: String| quantity(fit, k * PER_DIRECTION + index, unit);
+    let at = |index: usize, unit: String| quantity(fit, k * PER_DIRECTION + index, unit, factor);
     LinesEstimate {
         a1: at(0, effort.into()),
         b1: at(1, format!("{effort}·s/{position}")),
         a2: at(2, effort.into()),
         b2: at(3, format!("{effort}·s/{position}")),
-        switch_velocity: switch_velocity(fit, k, format!("{position}/s")),
+        switch_velocity: switch_velocity(fit, k, format!("{position}/s"), factor),
         curve_error_percent: None,
     }
 }
 
 /// Equation 8 and its standard error to first order in the coefficients' errors.
-fn switch_velocity(fit: &LawFit, k: usize, unit: String) -> Quantity {
+fn switch_velocity(fit: &Fit, k: usize, unit: String, factor: f64) -> Quantity {
     let at = k * PER_DIRECTION;
-    let p = &fit.fit.parameters[at..at + PER_DIRECTION];
+    let p = &fit.parameters[at..at + PER_DIRECTION];
     let slope = p[3] - p[1];
     let value = (p[0] - p[2]) / slope;
     let gradient = [1.0 / slope, value / slope, -1.0 / slope, -value / slope];
     let mut variance = 0.0;
     for i in 0..PER_DIRECTION {
         for j in 0..PER_DIRECTION {
-            variance += gradient[i] * gradient[j] * fit.fit.covariance[(at + i, at + j)];
+            variance += gradient[i] * gradient[j] * fit.covariance[(at + i, at + j)];
         }
     }
-    let std_error = COMMON_ERRORS * (variance * fit.fit.inflation()).sqrt();
-    Quantity::new(value, std_error, student_975(fit.fit.degrees_of_freedom as f64), unit)
+    let std_error = factor * (variance * fit.inflation()).sqrt();
+    Quantity::new(value, std_error, student_975(fit.degrees_of_freedom as f64), unit)
 }
 
 /// Equation 6 in the direction of index `k`.
 fn exponential_of(kind: JointKind, fit: &LawFit, k: usize) -> ExponentialEstimate {
     let (effort, position) = (kind.effort_unit(), kind.position_unit());
-    let at = |index: usize, unit: String| quantity(fit, k * PER_DIRECTION + index, unit);
+    let at = |index: usize, unit: String| quantity(&fit.fit, k * PER_DIRECTION + index, unit, COMMON_ERRORS);
     ExponentialEstimate {
         coulomb: at(0, effort.into()),
         breakaway: at(1, effort.into()),
@@ -126,24 +136,34 @@ impl FrictionIdentification {
                     found.viscous.compare(law.viscous);
                 }
             }
-            FrictionLaw::TwoLines(law) => {
-                for (found, law) in [&mut self.lines.positive, &mut self.lines.negative].into_iter().zip(law) {
-                    found.a1.compare(law.a1);
-                    found.b1.compare(law.b1);
-                    found.a2.compare(law.a2);
-                    found.b2.compare(law.b2);
-                    found.switch_velocity.compare(law.switch_velocity());
-                }
-            }
+            FrictionLaw::TwoLines(_) => {}
         }
-        let [lines, exponential] = [LawKind::TwoLines, LawKind::Exponential].map(|kind| self.law(kind));
-        let errors = |law: &FrictionLaw| [1.0, -1.0].map(|sign| curve_error_percent(law, truth, sign, self.speeds));
-        let (of_lines, of_exponential) = (errors(&lines), errors(&exponential));
-        self.lines.positive.curve_error_percent = Some(of_lines[0]);
-        self.lines.negative.curve_error_percent = Some(of_lines[1]);
-        self.exponential.positive.curve_error_percent = Some(of_exponential[0]);
-        self.exponential.negative.curve_error_percent = Some(of_exponential[1]);
+        compare_lines(&mut self.lines, truth, self.speeds);
+        let [positive, negative] = curve_errors_percent(&self.law(LawKind::Exponential), truth, self.speeds);
+        self.exponential.positive.curve_error_percent = Some(positive);
+        self.exponential.negative.curve_error_percent = Some(negative);
     }
+}
+
+/// Writes the errors of the curves beside two lines, and the truth beside every coefficient if it is of their kind.
+fn compare_lines(lines: &mut PerDirection<LinesEstimate>, truth: &FrictionLaw, speeds: [f64; 2]) {
+    let law = FrictionLaw::TwoLines(lines.each().map(LinesEstimate::law));
+    let errors = curve_errors_percent(&law, truth, speeds);
+    for (k, found) in [&mut lines.positive, &mut lines.negative].into_iter().enumerate() {
+        found.curve_error_percent = Some(errors[k]);
+        if let FrictionLaw::TwoLines(truth) = truth {
+            found.a1.compare(truth[k].a1);
+            found.b1.compare(truth[k].b1);
+            found.a2.compare(truth[k].a2);
+            found.b2.compare(truth[k].b2);
+            found.switch_velocity.compare(truth[k].switch_velocity());
+        }
+    }
+}
+
+/// [`curve_error_percent`] in the positive and the negative direction.
+fn curve_errors_percent(found: &FrictionLaw, truth: &FrictionLaw, speeds: [f64; 2]) -> [f64; 2] {
+    [1.0, -1.0].map(|sign| curve_error_percent(found, truth, sign, speeds))
 }
 
 /// RMS difference of two laws in one direction over the RMS of the second, per cent.
@@ -165,9 +185,15 @@ impl super::Identification {
             if let Some(friction) = joint.friction {
                 found.friction.compare(&friction.law);
                 found.centrifugal.compare(0.0);
+                if let Some(published) = &mut found.published.friction {
+                    compare_lines(&mut published.lines, &friction.law, found.friction.speeds);
+                    published.centrifugal.compare(0.0);
+                }
             }
-            if let (Some(backlash), Some(gap)) = (&mut found.backlash, joint.backlash) {
-                backlash.compare(gap);
+            if let Some(gap) = joint.backlash {
+                found.backlash.iter_mut().for_each(|backlash| backlash.compare(gap));
+                let published = [&mut found.published.backlash, &mut found.published.backlash_filtered];
+                published.into_iter().flatten().for_each(|one| one.mean.compare(gap));
             }
         }
     }

@@ -11,7 +11,9 @@ use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::Motion;
 use super::table::Table;
 use crate::gearhead::{Direction, FrictionLaw};
-use crate::identify::{Identification, JointIdentification, LawKind, PerDirection, Quantity};
+use crate::identify::{
+    Identification, JointIdentification, LawKind, LinesEstimate, PerDirection, PublishedFriction, Quantity,
+};
 use crate::robot::Model;
 use crate::scenario::Truth;
 use crate::timeseries::Drawn;
@@ -106,6 +108,7 @@ fn section(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Section {
     section.tables.push(exponential(joint));
     section.tables.push(lines(joint));
     section.tables.extend(gap_table(joint));
+    section.tables.extend(published_table(joint));
     section.plots = vec![friction_plot(joint, truth), residual_plot(joint)];
     section.plots.extend(gap_plot(joint));
     section
@@ -155,13 +158,18 @@ fn lines(joint: &JointIdentification) -> Table {
     let law = &joint.friction.lines;
     let errors = law.each().map(|one| one.curve_error_percent);
     let mut table = head(&with_curve_error("Two lines, equations 7 to 9", errors));
-    rows(&mut table, "a1", law, |one| &one.a1);
-    rows(&mut table, "b1", law, |one| &one.b1);
-    rows(&mut table, "a2", law, |one| &one.a2);
-    rows(&mut table, "b2", law, |one| &one.b2);
-    rows(&mut table, "switch", law, |one| &one.switch_velocity);
-    row(&mut table, "C_ii", &joint.centrifugal);
+    line_rows(&mut table, law, &joint.centrifugal);
     table.trimmed()
+}
+
+/// Rows of equations 7 to 9 and of `C_ii`.
+fn line_rows(table: &mut Table, law: &PerDirection<LinesEstimate>, centrifugal: &Quantity) {
+    rows(table, "a1", law, |one| &one.a1);
+    rows(table, "b1", law, |one| &one.b1);
+    rows(table, "a2", law, |one| &one.a2);
+    rows(table, "b2", law, |one| &one.b2);
+    rows(table, "switch", law, |one| &one.switch_velocity);
+    row(table, "C_ii", centrifugal);
 }
 
 fn gap_table(joint: &JointIdentification) -> Option<Table> {
@@ -176,6 +184,26 @@ fn gap_table(joint: &JointIdentification) -> Option<Table> {
     row(&mut table, gap.paper_literal.name, &gap.paper_literal.mean);
     if let Some(share) = &gap.link_share {
         row(&mut table, "share of friction on the link", share);
+    }
+    Some(table.trimmed())
+}
+
+/// The paper's own estimators.
+fn published_table(joint: &JointIdentification) -> Option<Table> {
+    let found = &joint.published;
+    if found.friction.is_none() && found.backlash.is_none() {
+        return None;
+    }
+    let errors = found.friction.as_ref().map_or([None; 2], |one| one.lines.each().map(|one| one.curve_error_percent));
+    let title = "As published: plain least squares on window averages, equation 15 on the last ten steps";
+    let mut table = head(&with_curve_error(title, errors));
+    if let Some(PublishedFriction { lines, centrifugal }) = &found.friction {
+        line_rows(&mut table, lines, centrifugal);
+    }
+    for (name, gap) in [("gap", &found.backlash), ("gap, filtered", &found.backlash_filtered)] {
+        if let Some(gap) = gap {
+            row(&mut table, name, &gap.mean);
+        }
     }
     Some(table.trimmed())
 }

@@ -27,6 +27,8 @@ mod prediction;
 pub mod recording;
 /// A replay for readers.
 pub mod replay;
+/// Identifications read back.
+pub mod results;
 /// A scenario that was run, for readers.
 pub mod run;
 /// What a simulation gets wrong, for readers.
@@ -35,6 +37,8 @@ pub mod shortfall;
 pub mod svg;
 /// Tables.
 pub mod table;
+/// Trends over repeated identifications, for readers.
+pub mod trend;
 mod two_encoders;
 
 pub use document::{Document, Section};

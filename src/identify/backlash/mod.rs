@@ -30,8 +30,10 @@ pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, Rever
 pub use reversal::{Reversal, find_reversals};
 
 use fit::Known;
+use paper::Strokes;
 use reversal::Session;
 
+use super::signals::Signals;
 use crate::error::Result;
 use crate::gearhead::Friction;
 use crate::robot::Model;
@@ -69,6 +71,13 @@ pub fn identify_at_share(
     identify_from(model, joint, data, friction, Known { gap: Some(near), share: Some(share) })
 }
 
+/// Equation 15 as published, on the last ten steps: on the raw current, and with the filter that noisy current needs. `None` where no
+/// session has reversals. A current without sign is used as it is: the equation asks for its magnitude only.
+pub(super) fn published(unit: &'static str, sessions: Vec<Signals>) -> Option<[EstimatorResult; 2]> {
+    let strokes: Vec<Strokes> = sessions.into_iter().map(|signals| Strokes::last_steps(unit, signals)).collect();
+    strokes.iter().any(Strokes::any).then(|| [paper::literal(&strokes), paper::filtered(&strokes)])
+}
+
 fn identify_from(
     model: &Model,
     joint: usize,
@@ -82,11 +91,12 @@ fn identify_from(
     reversal::enough(&sessions, name)?;
     let fit =
         fit::fit(&sessions, &model.joints[joint], friction, known).ok_or_else(|| reversal::uninformative(name))?;
+    let strokes: Vec<Strokes> = sessions.iter().map(Strokes::gentlest).collect();
     Ok(BacklashIdentification {
         joint: name.clone(),
         best: fit.gap,
-        paper: paper::filtered(&sessions),
-        paper_literal: paper::literal(&sessions),
+        paper: paper::filtered(&strokes),
+        paper_literal: paper::literal(&strokes),
         link_share: Some(fit.share),
     })
 }

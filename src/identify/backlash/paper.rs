@@ -12,8 +12,10 @@
 //! Left out in both forms: the link coasting through the gap while the motor brakes, and the lag of the velocity channel.
 //! Reference: L. Márton, B. Lantos (2009), section III-B.
 
+use std::borrow::Cow;
+
 use super::result::{EstimatorResult, LeftOut, Reason, ReversalGap};
-use super::reversal::{Reversal, Session};
+use super::reversal::{Reversal, Session, find_reversals};
 use crate::identify::signals::Signals;
 use crate::timeseries::Clock;
 
@@ -24,22 +26,51 @@ const WIDTH: f64 = 0.060;
 /// Least fall from the peak before the minimum, and least rise after it, as a part of the steady current's magnitude after the reversal.
 const RISE: f64 = 0.2;
 
+/// The signals of a joint in one session, and the reversals at which equation 15 is evaluated.
+pub(super) struct Strokes<'a> {
+    unit: &'static str,
+    signals: Cow<'a, Signals<'a>>,
+    reversals: Cow<'a, [Reversal]>,
+}
+
+impl<'a> Strokes<'a> {
+    /// The reversals of a session that brake most gently.
+    pub fn gentlest(session: &'a Session) -> Self {
+        let Session { unit, signals, reversals, .. } = session;
+        Self { unit, signals: Cow::Borrowed(signals), reversals: Cow::Borrowed(reversals) }
+    }
+
+    /// The reversals of the paper: one in each of the last ten steps, from its first direction to its second. Every other reversal leads
+    /// from one step to the next.
+    pub fn last_steps(unit: &'static str, signals: Signals<'a>) -> Self {
+        let all = find_reversals(signals.position, signals.count);
+        let mut reversals: Vec<Reversal> = all.into_iter().rev().step_by(2).take(LAST_REVERSALS).collect();
+        reversals.reverse();
+        Self { unit, signals: Cow::Owned(signals), reversals: Cow::Owned(reversals) }
+    }
+
+    /// Whether there are reversals.
+    pub fn any(&self) -> bool {
+        !self.reversals.is_empty()
+    }
+}
+
 /// Equation 15 on the raw current.
-pub(super) fn literal(sessions: &[Session]) -> EstimatorResult {
-    estimate("paper_literal", sessions, 0.0, 0.0)
+pub(super) fn literal(strokes: &[Strokes]) -> EstimatorResult {
+    estimate("paper_literal", strokes, 0.0, 0.0)
 }
 
 /// Equation 15 on the filtered current.
-pub(super) fn filtered(sessions: &[Session]) -> EstimatorResult {
-    estimate("paper_filtered", sessions, WIDTH, RISE)
+pub(super) fn filtered(strokes: &[Strokes]) -> EstimatorResult {
+    estimate("paper_filtered", strokes, WIDTH, RISE)
 }
 
 /// The values of the last ten reversals that have one, and the reversals that have none.
-fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> EstimatorResult {
+fn estimate(name: &'static str, strokes: &[Strokes], width: f64, rise: f64) -> EstimatorResult {
     let (mut values, mut left_out) = (Vec::new(), Vec::new());
-    for Session { signals, reversals, .. } in sessions {
+    for Strokes { signals, reversals, .. } in strokes {
         let current = centred_mean(&signals.torque, &signals.clock, 0.5 * width);
-        for reversal in reversals {
+        for reversal in reversals.iter() {
             let time = signals.time[reversal.turn];
             match one(signals, reversal, &current, rise) {
                 Ok(gap) => values.push(ReversalGap {
@@ -52,7 +83,7 @@ fn estimate(name: &'static str, sessions: &[Session], width: f64, rise: f64) -> 
             }
         }
     }
-    let unit = sessions.first().map_or("rad", |session| session.unit);
+    let unit = strokes.first().map_or("rad", |one| one.unit);
     let last = values.split_off(values.len().saturating_sub(LAST_REVERSALS));
     EstimatorResult::of_values(name, unit, last, left_out)
 }
@@ -110,4 +141,66 @@ fn centred_mean(signal: &[f64], clock: &Clock, half: f64) -> Vec<f64> {
             (sums[to] - sums[from]) / (to - from) as f64
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// [s] Sampling interval, acceleration [rad/s²] and steady speed [rad/s] of the made-up strokes.
+    const INTERVAL: f64 = 1e-3;
+    const ACCELERATION: f64 = 0.5;
+    const SPEED: f64 = 0.1;
+    /// Samples of a half stroke, from the reversal to the middle.
+    const HALF: usize = 1000;
+
+    /// `steps` steps of two strokes. After each reversal the velocity rises evenly to [`SPEED`]; the current falls from its peak until the
+    /// rotor has moved by the gap of that reversal, where it has its first minimum, and rises from there on.
+    fn strokes(steps: usize, gap: impl Fn(usize) -> f64) -> [Vec<f64>; 4] {
+        let [mut time, mut position, mut velocity, mut torque] = [vec![], vec![], vec![], vec![]];
+        let mut x = 0.0;
+        for stroke in 0..2 * steps {
+            let sign = if stroke % 2 == 0 { 1.0 } else { -1.0 };
+            for k in 0..2 * HALF {
+                let from_end = (2 * HALF - k) as f64 * INTERVAL;
+                let v = sign * (ACCELERATION * (k as f64 * INTERVAL).min(from_end)).min(SPEED);
+                // The traverse reaches the gap b at the time √(2 b/a).
+                let late = k as f64 * INTERVAL - (2.0 * gap(stroke) / ACCELERATION).sqrt();
+                time.push(time.len() as f64 * INTERVAL);
+                position.push(x);
+                velocity.push(v);
+                torque.push(sign * (1.0 + late.abs()));
+                x += v * INTERVAL;
+            }
+        }
+        [time, position, velocity, torque]
+    }
+
+    /// Reversals into the second stroke of the last ten steps have gap `b`, all others twice that: only the former may be used.
+    #[test]
+    fn analytic_equation_15_integrates_the_traverses_of_the_last_ten_steps() {
+        let (steps, b) = (14, 0.0082);
+        let gap = |stroke: usize| if stroke % 2 == 1 && stroke >= 2 * (steps - 10) { b } else { 2.0 * b };
+        let [time, position, velocity, torque] = strokes(steps, gap);
+        for rectified in [false, true] {
+            let torque = torque.iter().map(|tau: &f64| if rectified { tau.abs() } else { *tau }).collect();
+            let signals = Signals {
+                time: &time,
+                clock: Clock::new(&time),
+                position: &position,
+                velocity: Some(&velocity),
+                reference_velocity: None,
+                torque,
+                rectified,
+                torque_noise: 0.0,
+                count: 0.0,
+            };
+            let found = literal(&[Strokes::last_steps("rad", signals)]);
+            assert_eq!(found.values.len(), 10, "{:?}", found.left_out);
+            // The minimum lies within half a sample of its time, at 0.09 rad/s.
+            let allowed = 0.5 * INTERVAL * SPEED;
+            assert!(found.values.iter().all(|one| (one.gap - b).abs() < allowed), "{:?}", found.values);
+            assert!(found.mean_deviation_percent < 1e-6, "{}", found.mean_deviation_percent);
+        }
+    }
 }
