@@ -35,6 +35,8 @@ pub mod shortfall;
 pub mod svg;
 /// Tables.
 pub mod table;
+/// Tracking with and without compensation, for readers.
+pub mod tracking;
 mod two_encoders;
 
 pub use document::{Document, Section};

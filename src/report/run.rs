@@ -8,9 +8,10 @@ use super::document::Document;
 use super::files::{self, Content, File, envelope};
 use super::identification;
 use super::recording::Motion;
+use super::tracking;
 use super::{Report, Section};
 use crate::dataset;
-use crate::scenario::{Conclusion, Findings, Found, Identified, Procedure, Recorded, Run, Scenario};
+use crate::scenario::{Compensated, Conclusion, Findings, Found, Identified, Procedure, Recorded, Run, Scenario};
 use crate::timeseries::{Drawn, TimeSeries};
 
 /// The report of a simulated scenario; `drawn` is how its sessions are shown.
@@ -24,6 +25,7 @@ pub fn report<'a>(
     let mut report = match &conclusion.found {
         Found::Nothing => simulated(scenario, drawn),
         Found::Identified(identified) => identified_report(scenario, identified, drawn),
+        Found::Compensated(compensated) => compensated_report(scenario, compensated, drawn),
         Found::Diagnosed(findings, identified) => {
             let mut report = match identified {
                 Ok(identified) => joined(identified_report(scenario, identified, drawn), findings, &scenario.name),
@@ -78,6 +80,18 @@ fn identified_report<'a>(scenario: &'a Scenario, identified: &Identified, drawn:
     let Identified { found, model } = identified;
     let report = identification::report(&scenario.name, found, Some(&scenario.truth), &scenario.model, drawn);
     Report { model: Some(model.clone()), ..report }
+}
+
+/// The report of an identification with the tracking that uses it: the tracking first, then what it used.
+fn compensated_report<'a>(scenario: &'a Scenario, compensated: &Compensated, drawn: Vec<Drawn>) -> Report<'a> {
+    let Compensated { identified, tracking } = compensated;
+    let mut report = identified_report(scenario, identified, drawn);
+    let runs = tracking.drawn.iter().cloned();
+    report.motions.extend(runs.map(|session| Motion::new(&scenario.model.robot, session)));
+    report.document.verdict = format!("{}\n{}", tracking::verdict(tracking), report.document.verdict);
+    report.document.sections.insert(0, tracking::section(tracking));
+    report.json["tracking"] = json!({ "joints": tracking::json(tracking) });
+    report
 }
 
 /// The report of a diagnosis alone.
