@@ -20,6 +20,7 @@ pub mod identification;
 mod markup;
 /// Formats of numbers.
 pub mod number;
+mod paper_figures;
 /// Content of plots.
 pub mod plot;
 mod prediction;

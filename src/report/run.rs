@@ -7,10 +7,14 @@ use super::diagnosis;
 use super::document::Document;
 use super::files::{self, Content, File, envelope};
 use super::identification;
+use super::paper_figures;
 use super::recording::Motion;
+use super::svg;
 use super::tracking;
 use super::{Report, Section};
 use crate::dataset;
+use crate::files::is_fit_name;
+use crate::robot::JointModel;
 use crate::scenario::{Compensated, Conclusion, Findings, Found, Identified, Procedure, Recorded, Run, Scenario};
 use crate::timeseries::{Drawn, TimeSeries};
 
@@ -91,6 +95,11 @@ fn compensated_report<'a>(scenario: &'a Scenario, compensated: &Compensated, dra
     report.document.verdict = format!("{}\n{}", tracking::verdict(tracking), report.document.verdict);
     report.document.sections.insert(0, tracking::section(tracking));
     report.json["tracking"] = json!({ "joints": tracking::json(tracking) });
+    let pictures = report.document.plots().filter_map(|(_, plot)| {
+        let name = picture_name(&plot.file)?;
+        Some((name, Content::from(svg::draw(plot))))
+    });
+    report.extra = pictures.collect();
     report
 }
 
@@ -134,8 +143,19 @@ fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &Run)
 /// Names of the files that the report of a scenario may hold; `recordings`: those of its sessions as well.
 pub fn planned(scenario: &Scenario, recordings: bool) -> Vec<String> {
     let model = Some(&scenario.model).filter(|_| scenario.procedure != Procedure::None);
-    let sessions = scenario.sessions.iter().filter(|_| recordings);
-    files::planned(model, sessions.map(|session| csv_name(&session.name)))
+    let sessions = scenario.sessions.iter().filter(|_| recordings).map(|session| csv_name(&session.name));
+    let joints = scenario.model.joints.iter().filter(|_| scenario.procedure == Procedure::Compensate);
+    let figures = |joint: &JointModel| {
+        paper_figures::files(&joint.name).into_iter().chain([tracking::file(&joint.name)]).collect::<Vec<_>>()
+    };
+    let pictures = joints.flat_map(figures).filter_map(|figure| picture_name(&figure));
+    files::planned(model, sessions.chain(pictures))
+}
+
+/// Name of the file of a picture; none where the joint's name fits no file.
+fn picture_name(figure: &str) -> Option<String> {
+    let name = format!("{figure}.svg");
+    (!figure.is_empty() && is_fit_name(&name)).then_some(name)
 }
 
 /// Name of the file of a session.

@@ -86,6 +86,11 @@ fn summary(tracking: &Tracking) -> Table {
     table
 }
 
+/// Name of the file of a joint's figure.
+pub fn file(joint: &str) -> String {
+    format!("tracking_{joint}")
+}
+
 /// Figure 8: the error of the link over time.
 fn plot(joint: &JointTracking) -> Plot {
     let (unit, factor) = shown(joint.kind.position_unit());
@@ -100,6 +105,7 @@ fn plot(joint: &JointTracking) -> Plot {
     )
     .with(line("without compensation", Role::Before, &joint.without))
     .with(line("with compensation", Role::After, &joint.with))
+    .in_file(file(&joint.joint))
 }
 
 /// The figures for programs, SI.

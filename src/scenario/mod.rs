@@ -18,6 +18,7 @@ mod expect_diagnosis;
 mod expect_tracking;
 mod findings;
 mod first_experiment;
+mod known_gears;
 mod procedure;
 mod ranges;
 mod reach;

@@ -10,13 +10,14 @@
 
 use nalgebra::DMatrix;
 
+use super::known_gears::KnownGears;
 use crate::control::{
-    Compensation, Controller, EdgeObserver, Feedforward, Independent, KnownGear, Motion, ObserverNoise, Pi, PiGains,
-    SlidingGains, SlidingMode, Target, Terms,
+    Controller, EdgeObserver, Feedforward, Independent, Motion, ObserverNoise, Pi, PiGains, SlidingGains, SlidingMode,
+    Target, Terms,
 };
 use crate::dynamics::Dynamics;
 use crate::effects::Reading;
-use crate::robot::{JointModel, Model};
+use crate::robot::Model;
 
 /// Source of the velocity of a joint's controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,9 +68,7 @@ pub struct Regulator {
     g: Vec<f64>,
     /// [N·m·s/rad or N·s/m] Damping of joints whose torque at the planned velocity is fed forward.
     damping: Vec<f64>,
-    /// Compensation of friction and gap, one entry per joint or none at all.
-    compensations: Vec<Option<Compensation>>,
-    feedforward: Vec<Feedforward>,
+    gears: KnownGears,
     period: f64,
 }
 
@@ -91,7 +90,7 @@ impl Regulator {
             Law::Independent(gains) => Box::new(Independent::new(gains.clone())),
             Law::Pi(gains) => Box::new(Pi::new(gains.clone())),
         };
-        let drive = |joint: &JointModel| Drive {
+        let drive = |joint: &crate::robot::JointModel| Drive {
             torque_per_ampere: joint.torque_per_ampere(),
             reflected_inertia: joint.reflected_inertia(),
             count: joint.encoder_step(),
@@ -113,8 +112,7 @@ impl Regulator {
             c: DMatrix::zeros(n, n),
             g: zero.clone(),
             damping: zero,
-            compensations: Vec::new(),
-            feedforward: vec![Feedforward::default(); n],
+            gears: KnownGears::none(n),
             period,
         }
     }
@@ -127,24 +125,13 @@ impl Regulator {
     /// From now on compensates friction and gaps as this model of the same machine has them, and crosses each gap in a time [s] > 0. Joints
     /// without friction in the model are left alone.
     pub fn compensate(&mut self, known: &Model, crossing_time: f64) {
-        let gear = |joint: &JointModel| {
-            let friction = joint.friction?;
-            Some(Compensation::new(KnownGear {
-                friction: Box::new(move |velocity| friction.law.kinetic(velocity)),
-                link_share: friction.link_share,
-                backlash: joint.backlash.unwrap_or(0.0),
-                rotor_inertia: joint.reflected_inertia(),
-                crossing_time,
-            }))
-        };
-        self.compensations = known.joints.iter().map(gear).collect();
+        self.gears = KnownGears::of(known, crossing_time);
     }
 
     /// Command currents [A] for the present readings and targets.
     pub fn command(&mut self, readings: &[Reading], targets: &[Target]) -> &[f64] {
-        let before: Vec<Feedforward> = self.feedforward.clone();
-        self.feed_forward(targets);
-        self.observe(readings, &before);
+        self.gears.advance(targets, &mut self.dynamics, self.period);
+        self.observe(readings);
         self.dynamics.mass_matrix(&self.q, &mut self.h);
         self.dynamics.coriolis_matrix(&self.q, &self.v, &mut self.c);
         self.dynamics.gravity(&self.q, &mut self.g);
@@ -156,41 +143,26 @@ impl Regulator {
         let terms = Terms { h: &self.h, c: &self.c, g: &self.g };
         self.controller.torque(targets, Motion { q: &self.q, v: &self.v }, &terms, &mut self.tau);
         for (i, drive) in self.drives.iter().enumerate() {
-            let current = (self.tau[i] + self.damping[i] * targets[i].velocity + self.feedforward[i].torque)
+            let current = (self.tau[i] + self.damping[i] * targets[i].velocity + self.gears.now(i).torque)
                 / drive.torque_per_ampere;
             self.commands[i] = current.clamp(-drive.current_limit, drive.current_limit);
         }
         &self.commands
     }
 
-    /// What the compensations add at these targets.
-    fn feed_forward(&mut self, targets: &[Target]) {
-        if self.compensations.is_empty() {
-            return;
-        }
-        let of = |value: fn(&Target) -> f64| -> Vec<f64> { targets.iter().map(value).collect() };
-        let mut rigid = vec![0.0; targets.len()];
-        self.dynamics.inverse(&of(|t| t.position), &of(|t| t.velocity), &of(|t| t.acceleration), &mut rigid);
-        for (i, compensation) in self.compensations.iter_mut().enumerate() {
-            if let Some(compensation) = compensation {
-                self.feedforward[i] = compensation.advance(&targets[i], rigid[i], self.period);
-            }
-        }
-    }
-
     /// Position and velocity of every joint. With a compensation they are those of the link as far as the motor knows them: without the
     /// motor's lead through the gap. `before` is what the compensations added to the last command.
-    fn observe(&mut self, readings: &[Reading], before: &[Feedforward]) {
+    fn observe(&mut self, readings: &[Reading]) {
         for (i, reading) in readings.iter().enumerate() {
             let drive = self.drives[i];
-            let Feedforward { shift, shift_velocity, .. } = self.feedforward[i];
+            let (before, Feedforward { shift, shift_velocity, .. }) = (self.gears.before(i), self.gears.now(i));
             (self.q[i], self.v[i]) = match self.feedback[i] {
                 Feedback::Observer(noise) if drive.count > 0.0 => {
                     let observer = self.observers[i]
                         .get_or_insert_with(|| EdgeObserver::new(drive.count, noise, reading.position));
                     // What is known is not for the observer: gravity, compensated friction, the motor's lead through the gap.
-                    let tau = drive.torque_per_ampere * self.commands[i] - self.g[i] - before[i].torque;
-                    observer.displace(shift - before[i].shift);
+                    let tau = drive.torque_per_ampere * self.commands[i] - self.g[i] - before.torque;
+                    observer.displace(shift - before.shift);
                     let inertia = self.h[(i, i)];
                     if inertia > 0.0 {
                         observer.update(reading.position, tau, inertia, self.period);

@@ -26,7 +26,7 @@ mod window;
 
 use std::borrow::Cow;
 
-pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, ReversalGap};
+pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, ReversalGap, ShownReversal};
 pub use reversal::{Reversal, find_reversals};
 
 use fit::Known;
@@ -88,5 +88,6 @@ fn identify_from(
         paper: paper::filtered(&sessions),
         paper_literal: paper::literal(&sessions),
         link_share: Some(fit.share),
+        shown: paper::typical(&sessions),
     })
 }
