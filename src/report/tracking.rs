@@ -7,7 +7,7 @@ use super::document::Section;
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
 use super::table::Table;
-use crate::scenario::{JointTracking, Tracking, TrackingRun};
+use crate::scenario::{JointTracking, Known, Tracking, TrackingRun};
 
 /// The runs of a joint, with their names for readers and for programs.
 fn runs(joint: &JointTracking) -> [(&'static str, &'static str, &TrackingRun); 3] {
@@ -21,7 +21,8 @@ fn runs(joint: &JointTracking) -> [(&'static str, &'static str, &TrackingRun); 3
 /// One line per joint.
 pub fn verdict(tracking: &Tracking) -> String {
     let line = |joint: &JointTracking| {
-        let error = |run: &TrackingRun| display::value(run.figures.mean_error, joint.kind.position_unit());
+        let (unit, factor) = shown(joint.kind.position_unit());
+        let error = |run: &TrackingRun| display::join(&number::significant(run.figures.mean_error * factor, 2), unit);
         format!(
             "{}: mean absolute tracking error of the link {} without compensation, {} with ({:.0} % less).",
             joint.joint,
@@ -37,12 +38,14 @@ pub fn verdict(tracking: &Tracking) -> String {
 pub fn section(tracking: &Tracking) -> Section {
     let text = "The same motion three times: without compensation, with friction and gap as identified here, and with their true values. \
                 Errors are those of the link, currents without the noise of the sensor. Rest: largest movement of motor or link in the last second.";
-    let unknown = tracking.joints.iter().filter(|joint| !joint.gap_known);
-    let note =
-        |joint: &JointTracking| format!("{}: the gap was not identified; friction alone is compensated.", joint.joint);
+    let note = |joint: &JointTracking| match joint.known {
+        Known::FrictionAndGap => None,
+        Known::Friction => Some(format!("{}: the gap was not identified; friction alone is compensated.", joint.joint)),
+        Known::Nothing => Some(format!("{}: nothing was identified; nothing is compensated.", joint.joint)),
+    };
     let mut section = Section::new("Tracking with and without compensation");
     section.text.push(text.to_owned());
-    section.text.extend(unknown.map(note));
+    section.text.extend(tracking.joints.iter().filter_map(note));
     section.tables = vec![table(tracking), summary(tracking)];
     section.plots = tracking.joints.iter().map(plot).collect();
     section
@@ -115,7 +118,11 @@ pub fn json(tracking: &Tracking) -> Value {
         let position = |value: f64| json!({ "value": value, "unit": unit });
         let mut content = json!({
             "joint": joint.joint,
-            "gap_known": joint.gap_known,
+            "compensated": match joint.known {
+                Known::Nothing => "nothing",
+                Known::Friction => "friction",
+                Known::FrictionAndGap => "friction_and_gap",
+            },
             "reduction_percent": joint.reduction_percent(),
             "share_of_true_percent": joint.share_percent(),
             "current_variation_growth_percent": joint.variation_percent(),

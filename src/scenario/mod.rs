@@ -48,7 +48,7 @@ pub use procedure::{Compensated, Conclusion, Found, Identified, Procedure};
 pub use record::{Keep, Recorder};
 pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
-pub use tracking::{JointTracking, Tracking, TrackingFigures, TrackingPlan, TrackingRun};
+pub use tracking::{JointTracking, Known, Tracking, TrackingFigures, TrackingPlan, TrackingRun};
 pub use trial::{Trial, trial};
 pub use truth::Truth;
 

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::closed_loop::run_session;
 use super::{Keep, Scenario, Session};
 use crate::error::Result;
-use crate::robot::Model;
+use crate::robot::{JointModel, Model};
 use crate::timeseries::{Channel, Drawn, Envelope, JointSeries, TimeSeries};
 use crate::units::JointKind;
 
@@ -54,6 +54,27 @@ pub struct TrackingRun {
     pub error: Envelope,
 }
 
+/// What is known of a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Known {
+    /// Neither friction nor gap.
+    Nothing,
+    /// Its friction.
+    Friction,
+    /// Its friction and its gap.
+    FrictionAndGap,
+}
+
+impl Known {
+    const fn of(joint: &JointModel) -> Self {
+        match (joint.friction.is_some(), joint.backlash.is_some()) {
+            (false, _) => Self::Nothing,
+            (true, false) => Self::Friction,
+            (true, true) => Self::FrictionAndGap,
+        }
+    }
+}
+
 /// The runs of one joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointTracking {
@@ -61,8 +82,8 @@ pub struct JointTracking {
     pub joint: String,
     /// Turning or sliding.
     pub kind: JointKind,
-    /// Whether its gap was identified; if not, its friction alone is compensated.
-    pub gap_known: bool,
+    /// What was identified, and is compensated.
+    pub known: Known,
     /// Without compensation.
     pub without: TrackingRun,
     /// With what was identified.
@@ -123,7 +144,7 @@ impl Scenario {
             Some(JointTracking {
                 joint: one.name.clone(),
                 kind: one.kind,
-                gap_known: identified.joints[joint].backlash.is_some(),
+                known: Known::of(&identified.joints[joint]),
                 without: run(0)?,
                 with: run(1)?,
                 exact: run(2)?,
