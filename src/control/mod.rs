@@ -1,9 +1,11 @@
 //! Reference and state to command.
 //!
 //! All quantities are on the joint side, SI. `q_d q̇_d q̈_d` is the target from a [`Profile`], `q q̇` the reading of
-//! the sensors or of an [`EdgeObserver`], `τ` the torque command to the motors, without compensation of gear friction.
+//! the sensors or of an [`EdgeObserver`], `τ` the torque command to the motors. A [`Controller`] knows neither gear friction nor gap;
+//! a [`Compensation`] adds what they take.
 //! Rigid-body terms are passed as matrices and vectors.
 
+mod compensation;
 mod excitation;
 mod independent;
 mod observer;
@@ -12,6 +14,7 @@ mod profile;
 mod sliding_mode;
 mod staircase;
 
+pub use compensation::{Compensation, Feedforward, FrictionCurve, KnownGear};
 pub use excitation::{Excitation, JointRange, TooManyMoves};
 pub use independent::Independent;
 pub use observer::{EdgeObserver, ObserverNoise};

@@ -84,6 +84,11 @@ impl EdgeObserver {
         }
     }
 
+    /// Moves the estimated position by a distance [rad or m] that the motor is made to go in addition, such as through its gap.
+    pub fn displace(&mut self, distance: f64) {
+        self.x[0] += distance;
+    }
+
     /// `x ← A x + B τ`, `P ← A P Aᵀ + Q`.
     fn predict(&mut self, tau: f64, inertia: f64, h: f64) {
         let [q, v, d] = [self.x[0], self.x[1], self.x[2]];

@@ -97,7 +97,7 @@ impl Track {
     }
 
     /// [rad or m] Total distance travelled, in both directions.
-    fn way(&self) -> f64 {
+    pub fn way(&self) -> f64 {
         let ways = self.pieces.windows(2).map(|pair| (pair[1].1.position - pair[0].1.position).abs());
         ways.sum()
     }

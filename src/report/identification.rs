@@ -7,19 +7,17 @@ use super::display::{self, shown, velocity_unit};
 use super::document::{Document, Section};
 use super::files::envelope;
 use super::number;
+use super::paper_figures;
 use super::plot::{Layer, Mark, Plot, Role};
 use super::recording::Motion;
 use super::table::Table;
-use crate::gearhead::{Direction, FrictionLaw};
+use crate::gearhead::FrictionLaw;
 use crate::identify::{
     Identification, JointIdentification, LawKind, LinesEstimate, PerDirection, PublishedFriction, Quantity,
 };
 use crate::robot::Model;
 use crate::scenario::Truth;
 use crate::timeseries::Drawn;
-
-/// Points of a fitted or true curve in a plot.
-const CURVE: usize = 240;
 
 /// The report of an identification; `truth` holds what was injected, where that is known; `drawn` holds the recordings for display.
 pub fn report<'a>(
@@ -30,9 +28,10 @@ pub fn report<'a>(
     drawn: Vec<Drawn>,
 ) -> Report<'a> {
     let content = serde_json::to_value(found).unwrap_or(Value::Null);
+    let document = document(name, found, truth, &drawn);
     let motions = drawn.into_iter().map(|session| Motion::new(&model.robot, session)).collect();
     Report {
-        document: document(name, found, truth),
+        document,
         json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),
         motions,
         model: Some(found.apply(model)),
@@ -41,7 +40,7 @@ pub fn report<'a>(
 }
 
 /// The document of an identification; `truth` holds what was injected, where that is known.
-pub fn document(name: &str, identification: &Identification, truth: Option<&Truth>) -> Document {
+pub fn document(name: &str, identification: &Identification, truth: Option<&Truth>, drawn: &[Drawn]) -> Document {
     let joints = &identification.joints;
     Document {
         title: format!("{name}: identified friction and backlash"),
@@ -52,7 +51,7 @@ pub fn document(name: &str, identification: &Identification, truth: Option<&Trut
             .collect(),
         sections: joints
             .iter()
-            .map(|joint| section(joint, truth.and_then(|truth| truth.friction(&joint.joint))))
+            .map(|joint| section(joint, truth.and_then(|truth| truth.friction(&joint.joint)), drawn))
             .collect(),
     }
 }
@@ -93,7 +92,7 @@ fn verdict(joint: &JointIdentification) -> String {
     )
 }
 
-fn section(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Section {
+fn section(joint: &JointIdentification, truth: Option<FrictionLaw>, drawn: &[Drawn]) -> Section {
     let unit = display::shown(velocity_unit(joint.kind)).0;
     let [slowest, fastest] = joint.friction.speeds.map(|speed| display::value(speed, velocity_unit(joint.kind)));
     let preferred = match joint.friction.preferred {
@@ -109,8 +108,11 @@ fn section(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Section {
     section.tables.push(lines(joint));
     section.tables.extend(gap_table(joint));
     section.tables.extend(published_table(joint));
-    section.plots = vec![friction_plot(joint, truth), residual_plot(joint)];
+    let mut figures = paper_figures::of_joint(joint, drawn, truth).into_iter();
+    section.plots.extend(figures.next());
+    section.plots.push(residual_plot(joint));
     section.plots.extend(gap_plot(joint));
+    section.plots.extend(figures);
     section
 }
 
@@ -206,41 +208,6 @@ fn published_table(joint: &JointIdentification) -> Option<Table> {
         }
     }
     Some(table.trimmed())
-}
-
-/// Magnitude of a law in one direction against speed, in the units of the plot.
-fn curve(law: &FrictionLaw, direction: Direction, fastest: f64, factor: f64) -> Vec<[f64; 2]> {
-    let speeds = (0..=CURVE).map(|k| {
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
-        let share = k as f64 / CURVE as f64;
-        // The curve bends at low speeds, so most of its points are there.
-        fastest * share * share
-    });
-    speeds.filter(|speed| *speed > 0.0).map(|speed| [speed * factor, law.magnitude(direction, speed)]).collect()
-}
-
-/// Magnitude of friction against speed, with both directions in one plot.
-fn friction_plot(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Plot {
-    let (unit, factor) = shown(velocity_unit(joint.kind));
-    let fastest = 1.03 * joint.friction.speeds[1];
-    let fit = joint.friction.preferred_law();
-    let mut plot = Plot::new(
-        format!("{}: friction", joint.joint),
-        format!("speed [{unit}]"),
-        format!("friction [{}]", joint.kind.effort_unit()),
-    );
-    for (direction, sign, role) in [(Direction::Positive, "+", Role::Fit), (Direction::Negative, "−", Role::Link)] {
-        let points = joint.points.iter().filter(|point| Direction::of(point.velocity) == direction);
-        let points = points.map(|point| [point.velocity.abs() * factor, point.friction * point.velocity.signum()]);
-        plot = plot
-            .with(Layer::new(format!("measured {sign}"), Mark::Points, role, points.collect()))
-            .with(Layer::new(format!("fit {sign}"), Mark::Line, role, curve(&fit, direction, fastest, factor)));
-        if let Some(law) = truth {
-            let label = if direction == Direction::Positive { "injected" } else { "" };
-            plot = plot.with(Layer::new(label, Mark::Dashed, Role::Truth, curve(&law, direction, fastest, factor)));
-        }
-    }
-    plot
 }
 
 fn residual_plot(joint: &JointIdentification) -> Plot {

@@ -20,6 +20,7 @@ pub mod identification;
 mod markup;
 /// Formats of numbers.
 pub mod number;
+mod paper_figures;
 /// Content of plots.
 pub mod plot;
 mod prediction;
@@ -37,6 +38,8 @@ pub mod shortfall;
 pub mod svg;
 /// Tables.
 pub mod table;
+/// Tracking with and without compensation, for readers.
+pub mod tracking;
 /// Trends over repeated identifications, for readers.
 pub mod trend;
 mod two_encoders;

@@ -13,6 +13,8 @@ pub struct Plot {
     pub layers: Vec<Layer>,
     /// Whether it is one of several small plots in a row.
     pub small: bool,
+    /// Name of its own file, without ending; empty if it has none.
+    pub file: String,
 }
 
 /// One curve or cloud of points.
@@ -87,7 +89,7 @@ impl Layer {
 impl Plot {
     /// A plot without layers.
     pub fn new(title: impl Into<String>, x: impl Into<String>, y: impl Into<String>) -> Self {
-        Self { title: title.into(), x: x.into(), y: y.into(), layers: Vec::new(), small: false }
+        Self { title: title.into(), x: x.into(), y: y.into(), layers: Vec::new(), small: false, file: String::new() }
     }
 
     /// Adds a layer.
@@ -118,6 +120,13 @@ impl Plot {
     #[must_use]
     pub const fn small(mut self) -> Self {
         self.small = true;
+        self
+    }
+
+    /// Gives it a file of its own, where a report writes such files.
+    #[must_use]
+    pub fn in_file(mut self, name: impl Into<String>) -> Self {
+        self.file = name.into();
         self
     }
 

@@ -7,10 +7,15 @@ use super::diagnosis;
 use super::document::Document;
 use super::files::{self, Content, File, envelope};
 use super::identification;
+use super::paper_figures;
 use super::recording::Motion;
+use super::svg;
+use super::tracking;
 use super::{Report, Section};
 use crate::dataset;
-use crate::scenario::{Conclusion, Findings, Found, Identified, Procedure, Recorded, Run, Scenario};
+use crate::files::is_fit_name;
+use crate::robot::JointModel;
+use crate::scenario::{Compensated, Conclusion, Findings, Found, Identified, Procedure, Recorded, Run, Scenario};
 use crate::timeseries::{Drawn, TimeSeries};
 
 /// The report of a simulated scenario; `drawn` is how its sessions are shown.
@@ -24,6 +29,7 @@ pub fn report<'a>(
     let mut report = match &conclusion.found {
         Found::Nothing => simulated(scenario, drawn),
         Found::Identified(identified) => identified_report(scenario, identified, drawn),
+        Found::Compensated(compensated) => compensated_report(scenario, compensated, drawn),
         Found::Diagnosed(findings, identified) => {
             let mut report = match identified {
                 Ok(identified) => joined(identified_report(scenario, identified, drawn), findings, &scenario.name),
@@ -80,6 +86,23 @@ fn identified_report<'a>(scenario: &'a Scenario, identified: &Identified, drawn:
     Report { model: Some(model.clone()), ..report }
 }
 
+/// The report of an identification with the tracking that uses it: the tracking first, then what it used.
+fn compensated_report<'a>(scenario: &'a Scenario, compensated: &Compensated, drawn: Vec<Drawn>) -> Report<'a> {
+    let Compensated { identified, tracking } = compensated;
+    let mut report = identified_report(scenario, identified, drawn);
+    let runs = tracking.drawn.iter().cloned();
+    report.motions.extend(runs.map(|session| Motion::new(&scenario.model.robot, session)));
+    report.document.verdict = format!("{}\n{}", tracking::verdict(tracking), report.document.verdict);
+    report.document.sections.insert(0, tracking::section(tracking));
+    report.json["tracking"] = json!({ "joints": tracking::json(tracking) });
+    let pictures = report.document.plots().filter_map(|(_, plot)| {
+        let name = picture_name(&plot.file)?;
+        Some((name, Content::from(svg::draw(plot))))
+    });
+    report.extra = pictures.collect();
+    report
+}
+
 /// The report of a diagnosis alone.
 fn diagnosed<'a>(scenario: &'a Scenario, findings: &Findings, drawn: Vec<Drawn>) -> Report<'a> {
     let Report { json, document, model, .. } = diagnosis::report(findings, &scenario.name, Vec::new());
@@ -120,8 +143,19 @@ fn note_contacts<'a>(report: &mut Report<'a>, scenario: &'a Scenario, run: &Run)
 /// Names of the files that the report of a scenario may hold; `recordings`: those of its sessions as well.
 pub fn planned(scenario: &Scenario, recordings: bool) -> Vec<String> {
     let model = Some(&scenario.model).filter(|_| scenario.procedure != Procedure::None);
-    let sessions = scenario.sessions.iter().filter(|_| recordings);
-    files::planned(model, sessions.map(|session| csv_name(&session.name)))
+    let sessions = scenario.sessions.iter().filter(|_| recordings).map(|session| csv_name(&session.name));
+    let joints = scenario.model.joints.iter().filter(|_| scenario.procedure == Procedure::Compensate);
+    let figures = |joint: &JointModel| {
+        paper_figures::files(&joint.name).into_iter().chain([tracking::file(&joint.name)]).collect::<Vec<_>>()
+    };
+    let pictures = joints.flat_map(figures).filter_map(|figure| picture_name(&figure));
+    files::planned(model, sessions.chain(pictures))
+}
+
+/// Name of the file of a picture; none where the joint's name fits no file.
+fn picture_name(figure: &str) -> Option<String> {
+    let name = format!("{figure}.svg");
+    (!figure.is_empty() && is_fit_name(&name)).then_some(name)
 }
 
 /// Name of the file of a session.

@@ -8,6 +8,7 @@ use super::{Contact, Keep, Recorder, Regulator, Run, Scenario, Session};
 use crate::control::{Profile, Target};
 use crate::error::Result;
 use crate::plant::{Options, Plant};
+use crate::robot::Model;
 use crate::timeseries::{Drawn, TimeSeries};
 
 /// Times at which a closed loop ticks.
@@ -96,11 +97,11 @@ pub fn simulate_keeping(
         .map(|(number, session)| {
             // Each session has its own noise and encoder phases.
             let seed = seed.wrapping_add((number as u64) << 32);
-            run_session(scenario, session, keep, seed, &mut |time| report(number, time))
+            run_session(scenario, session, keep, seed, None, &mut |time| report(number, time))
         })
         .collect::<Result<Vec<_>>>()?;
     progress(all, all);
-    let mut run = Run { sessions: Vec::new(), drawn: Vec::new(), contacts: Vec::new() };
+    let mut run = Run { sessions: Vec::new(), drawn: Vec::new(), contacts: Vec::new(), seed };
     for (session, drawn, contacts) in sessions {
         run.sessions.push(session);
         run.drawn.push(drawn);
@@ -110,12 +111,13 @@ pub fn simulate_keeping(
 }
 
 /// One session: a new machine, at rest at the start of its reference. Returns the recording, its reduced copy for
-/// display, and the contacts.
-fn run_session(
+/// display, and the contacts. With `known`, friction and gaps of that model are compensated, each gap crossed in that time [s].
+pub(super) fn run_session(
     scenario: &Scenario,
     session: &Session,
     keep: Keep,
     seed: u64,
+    known: Option<(&Model, f64)>,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(TimeSeries, Drawn, Vec<Contact>)> {
     let Scenario { truth, model, options, control_period, controller, .. } = scenario;
@@ -125,6 +127,9 @@ fn run_session(
     let mut plant = Plant::new(&machine, &Options { seed, most_steps, ..options.clone() })?;
     plant.place(&session.profile.start());
     let mut regulator = Regulator::new(model, controller, *control_period);
+    if let Some((known, crossing_time)) = known {
+        regulator.compensate(known, crossing_time);
+    }
     let timing = Timing { period: *control_period, duration: session.duration };
     let mut recorder = closed_loop(&mut plant, &mut regulator, &session.profile, timing, keep, progress)?;
     let contacts = recorder.take_contacts(model, &options.obstacles);

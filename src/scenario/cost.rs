@@ -23,7 +23,7 @@ const CHANNELS: f64 = 13.0 + 6.0;
 const fn work(procedure: Procedure) -> f64 {
     match procedure {
         Procedure::None => 2.0,
-        Procedure::Identify => 4.0,
+        Procedure::Identify | Procedure::Compensate => 4.0,
         Procedure::Diagnose => 24.0,
     }
 }
@@ -135,7 +135,7 @@ impl Scenario {
         if cost.memory <= memory && cost.steps <= steps {
             return Ok(cost);
         }
-        let longest = self.sessions.iter().max_by(|a, b| a.duration.total_cmp(&b.duration));
+        let longest = self.motions().max_by(|a, b| a.duration.total_cmp(&b.duration));
         let (place, key) = longest.map_or_else(|| (crate::error::Place::File, String::new()), |one| one.place.clone());
         let expected = if cost.memory > memory {
             let fits = cost.duration * memory / cost.memory;
@@ -192,6 +192,8 @@ impl Scenario {
             let memory = 8.0 * samples * (joints * (CHANNELS + work(self.procedure)) + 2.0);
             Ok(Cost { sessions: 1, duration: *duration, samples, memory, steps: joints * duration * rate + looks })
         };
-        self.sessions.iter().map(cost).collect()
+        // A tracked motion is simulated three times.
+        let tracked = self.tracking.iter().flat_map(|plan| [&plan.session; 3]);
+        self.sessions.iter().chain(tracked).map(cost).collect()
     }
 }

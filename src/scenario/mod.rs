@@ -15,19 +15,23 @@ mod cost;
 mod design;
 mod expect;
 mod expect_diagnosis;
+mod expect_tracking;
 mod findings;
 mod first_experiment;
+mod known_gears;
 mod procedure;
 mod ranges;
 mod reach;
 mod read;
 mod read_added_mass;
+mod read_compensation;
 mod read_controller;
 mod read_obstacles;
 mod read_reference;
 mod record;
 mod recorded;
 mod regulator;
+mod tracking;
 mod trial;
 mod truth;
 
@@ -37,12 +41,14 @@ pub use cost::{Cost, Limits, STEPS_A_SECOND};
 pub use design::{Budget, DECIDES, Design, Forecast, Question, TriedExperiment, design};
 pub use expect::{Expectation, Unmet};
 pub use expect_diagnosis::{DiagnosisExpectation, EffectFigure, UnmetDiagnosis};
+pub use expect_tracking::{TRACKING_QUANTITIES, TrackingExpectation, UnmetTracking};
 pub use findings::{Findings, channels, reference_name};
 pub use first_experiment::{FirstExperiment, first_experiment};
-pub use procedure::{Conclusion, Found, Identified, Procedure};
+pub use procedure::{Compensated, Conclusion, Found, Identified, Procedure};
 pub use record::{Keep, Recorder};
 pub use recorded::Recorded;
 pub use regulator::{ControllerSettings, Feedback, Law, Regulator};
+pub use tracking::{JointTracking, Known, Tracking, TrackingFigures, TrackingPlan, TrackingRun};
 pub use trial::{Trial, trial};
 pub use truth::Truth;
 
@@ -102,12 +108,16 @@ pub struct Scenario {
     pub sessions: Vec<Session>,
     /// What is done with them.
     pub procedure: Procedure,
+    /// The motion that is tracked with and without compensation.
+    pub tracking: Option<TrackingPlan>,
     /// Expectations about the identification.
     pub expectations: Vec<Expectation>,
     /// Expectations about the diagnosis.
     pub diagnosis_expectation: DiagnosisExpectation,
     /// Expectations about contacts.
     pub contact_expectations: Vec<ContactExpectation>,
+    /// Expectations about tracking.
+    pub tracking_expectations: Vec<TrackingExpectation>,
     /// Limits of the cost of a run.
     pub limits: Limits,
 }
@@ -122,6 +132,8 @@ pub struct Run {
     pub drawn: Vec<Drawn>,
     /// Contacts, one list per session.
     pub contacts: Vec<Vec<Contact>>,
+    /// Seed of the sensors' noise.
+    pub seed: u64,
 }
 
 impl Run {
@@ -144,6 +156,11 @@ impl Run {
 }
 
 impl Scenario {
+    /// All motions of the machine: the recordings, then the motion that is tracked.
+    fn motions(&self) -> impl Iterator<Item = &Session> {
+        self.sessions.iter().chain(self.tracking.iter().map(|plan| &plan.session))
+    }
+
     /// Refuses a motion that leaves the joints' limits, lets links collide with each other, or starts with a link
     /// inside an obstacle. Contacts with obstacles along the way are intended.
     ///
@@ -152,7 +169,7 @@ impl Scenario {
     pub fn check_motion(&self) -> Result<()> {
         let mut check = MotionCheck::new(&self.model.robot)?;
         let mut targets = vec![Target::default(); self.model.joints.len()];
-        for session in &self.sessions {
+        for session in self.motions() {
             // Piece by piece, each from the end of the one before: a long session needs no more memory than a short
             // one.
             let last = (session.duration / PLAN_INTERVAL).ceil();
@@ -178,7 +195,7 @@ impl Scenario {
 
     fn check_starts(&self) -> Result<()> {
         let mut plant = Plant::new(self.truth.machine(), &self.options)?;
-        for session in &self.sessions {
+        for session in self.motions() {
             plant.place(&session.profile.start());
             if let Some((touch, obstacle)) = plant.touches().find_map(|touch| Some((touch, touch.obstacle?))) {
                 let link = &self.model.robot.bodies[touch.body].name;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Findings, Keep, Run, Scenario};
+use super::{Findings, Keep, Run, Scenario, Tracking};
 use crate::dataset;
 use crate::effects;
 use crate::error::{Error, Result};
@@ -19,6 +19,8 @@ pub enum Procedure {
     Identify,
     /// The nominal machine is compared with the data.
     Diagnose,
+    /// Friction and backlash are identified, and a motion is tracked with and without their compensation.
+    Compensate,
 }
 
 impl Procedure {
@@ -35,6 +37,8 @@ pub enum Found {
     Nothing,
     /// Friction and gaps.
     Identified(Box<Identified>),
+    /// Friction and gaps, and tracking with and without their compensation.
+    Compensated(Box<Compensated>),
     /// What the nominal model gets wrong; then friction and gaps with the cause in the model, or why there are none.
     Diagnosed(Box<Findings>, Result<Box<Identified>>),
 }
@@ -46,6 +50,15 @@ pub struct Identified {
     pub found: Identification,
     /// The model with the identified values.
     pub model: Model,
+}
+
+/// Friction and gaps, and tracking with their compensation.
+#[derive(Debug)]
+pub struct Compensated {
+    /// What was identified.
+    pub identified: Identified,
+    /// How the motion was tracked.
+    pub tracking: Tracking,
 }
 
 /// What a procedure finds, and the expectations that failed.
@@ -70,6 +83,7 @@ impl Scenario {
                 Conclusion { unmet: self.missed(&identified.found), found: Found::Identified(Box::new(identified)) }
             }
             Procedure::Diagnose => self.diagnose(run, show)?,
+            Procedure::Compensate => self.compensate(run, show)?,
         };
         let met = self.contact_expectations.iter().filter_map(|expectation| expectation.check(run));
         conclusion.unmet.extend(met.map(|unmet| unmet.to_string()));
@@ -90,6 +104,20 @@ impl Scenario {
         self.truth.compare(&mut found);
         let model = found.apply(base);
         Ok(Identified { found, model })
+    }
+
+    /// Friction and gaps, and the planned motion tracked with their compensation.
+    fn compensate(&self, run: &Run, show: &mut dyn FnMut(&str, f64)) -> Result<Conclusion> {
+        let identified = self.identify(&self.model, &self.model, run, show)?;
+        let mut unmet = self.missed(&identified.found);
+        let Some(plan) = &self.tracking else {
+            return Ok(Conclusion { unmet, found: Found::Identified(Box::new(identified)) });
+        };
+        show("tracking", 0.0);
+        let tracking = self.track(plan, &identified.model, run.seed)?;
+        let missed = self.tracking_expectations.iter().filter_map(|expectation| expectation.check(&tracking));
+        unmet.extend(missed.map(|missed| missed.to_string()));
+        Ok(Conclusion { unmet, found: Found::Compensated(Box::new(Compensated { identified, tracking })) })
     }
 
     /// The nominal machine compared with what was measured; then friction and gap, with the cause in the model that the

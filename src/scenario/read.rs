@@ -9,7 +9,7 @@
 //! sensors = "model"                            # or "ideal"
 //! unread_shapes = "refused"                    # or "ignored": collisions of links whose meshes cannot be read are not checked
 //! control_period = 0.001                       # [s]
-//! procedure = "identify"                       # "diagnose", "none"
+//! procedure = "identify"                       # "diagnose", "compensate", "none"
 //! seed = 1
 //! [added_mass]                                 # a known mass [kg] at x, y, z [m] of the last body, in the nominal model too
 //! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps, evaluations
@@ -17,6 +17,8 @@
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
 //! # a scenario on recordings has `data` instead of all that follows, see `recorded`
 //! # [session.added_mass]                       # the same in one session of a list [[session]] alone
+//! [compensation]                               # for procedure = "compensate": crossing_time [s] of a gap, and
+//! [compensation.motion]                        # the motion that is tracked, as in [reference]
 //! [[obstacles]]                                # obstacles, see `read_obstacles`
 //! [expect.joint1]                              # largest errors in per cent, see `expect`
 //! # [expect] effects, [[expect.effect]]         # what a diagnosis names, see `expect_diagnosis`
@@ -28,7 +30,10 @@ use std::path::Path;
 use super::contact::CONTACT_QUANTITIES;
 use super::expect::QUANTITIES;
 use super::{ContactExpectation, DiagnosisExpectation, Expectation, Procedure, SCHEMA, Scenario, Session, Truth};
-use super::{Limits, ranges, read_added_mass, read_controller, read_obstacles, read_reference};
+use super::{
+    Limits, TRACKING_QUANTITIES, TrackingExpectation, ranges, read_added_mass, read_compensation, read_controller,
+    read_obstacles, read_reference,
+};
 use crate::error::Result;
 use crate::files;
 use crate::plant::{Engine, Evaluations, Options};
@@ -84,13 +89,19 @@ impl Scenario {
         if root.optional_choice("unread_shapes", &shapes)? == Some(true) {
             model.robot.unread_shapes.clear();
         }
-        let words = [("identify", Procedure::Identify), ("diagnose", Procedure::Diagnose), ("none", Procedure::None)];
+        let words = [
+            ("identify", Procedure::Identify),
+            ("diagnose", Procedure::Diagnose),
+            ("compensate", Procedure::Compensate),
+            ("none", Procedure::None),
+        ];
         let mut options = read_options(root)?;
         options.obstacles = read_obstacles::read(root, &model.robot, options.engine)?;
         let procedure = root.optional_choice("procedure", &words)?.unwrap_or(Procedure::None);
         let expected = read_expectations(root, &model, &options, procedure)?;
         let (sessions, loads): (Vec<Session>, Vec<Option<Load>>) = read_sessions(root, &model)?.into_iter().unzip();
-        model.loads.extend(loads.into_iter().flatten());
+        let (tracking, load) = read_compensation::read(root, &model, procedure, &sessions)?.unzip();
+        model.loads.extend(loads.into_iter().chain(load).flatten());
         let truth = Truth::of(model);
         let nominal = truth.nominal();
         let scenario = Self {
@@ -103,6 +114,8 @@ impl Scenario {
             controller: read_controller::read(&root.table("controller")?, &nominal)?,
             sessions,
             procedure,
+            tracking,
+            tracking_expectations: expected.tracking,
             expectations: expected.joints,
             diagnosis_expectation: expected.diagnosis,
             contact_expectations: expected.contacts,
@@ -190,6 +203,7 @@ struct Expected {
     joints: Vec<Expectation>,
     diagnosis: DiagnosisExpectation,
     contacts: Vec<ContactExpectation>,
+    tracking: Vec<TrackingExpectation>,
 }
 
 fn read_expectations(root: &Table<'_>, model: &Model, options: &Options, procedure: Procedure) -> Result<Expected> {
@@ -215,9 +229,21 @@ fn read_expectations(root: &Table<'_>, model: &Model, options: &Options, procedu
                 expected.joints.push(Expectation { joint: joint.to_owned(), quantity, limit_percent });
             }
         }
+        if procedure == Procedure::Compensate {
+            read_tracking_expectations(&table, joint, &mut expected.tracking)?;
+        }
         table.finish()?;
     }
     Ok(expected)
+}
+
+fn read_tracking_expectations(table: &Table<'_>, joint: &str, expected: &mut Vec<TrackingExpectation>) -> Result<()> {
+    for (quantity, _) in TRACKING_QUANTITIES {
+        if let Some(bound) = table.optional_number(quantity, &Range::non_negative("").up_to(1e6))? {
+            expected.push(TrackingExpectation { joint: joint.to_owned(), quantity, bound });
+        }
+    }
+    Ok(())
 }
 
 fn read_contact_expectations(table: &Table<'_>, options: &Options) -> Result<Vec<ContactExpectation>> {

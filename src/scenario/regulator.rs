@@ -10,8 +10,10 @@
 
 use nalgebra::DMatrix;
 
+use super::known_gears::KnownGears;
 use crate::control::{
-    Controller, EdgeObserver, Independent, Motion, ObserverNoise, Pi, PiGains, SlidingGains, SlidingMode, Target, Terms,
+    Controller, EdgeObserver, Feedforward, Independent, Motion, ObserverNoise, Pi, PiGains, SlidingGains, SlidingMode,
+    Target, Terms,
 };
 use crate::dynamics::Dynamics;
 use crate::effects::Reading;
@@ -66,6 +68,7 @@ pub struct Regulator {
     g: Vec<f64>,
     /// [N·m·s/rad or N·s/m] Damping of joints whose torque at the planned velocity is fed forward.
     damping: Vec<f64>,
+    gears: KnownGears,
     period: f64,
 }
 
@@ -109,6 +112,7 @@ impl Regulator {
             c: DMatrix::zeros(n, n),
             g: zero.clone(),
             damping: zero,
+            gears: KnownGears::none(n),
             period,
         }
     }
@@ -118,8 +122,15 @@ impl Regulator {
         self.damping = damping;
     }
 
+    /// From now on compensates friction and gaps as this model of the same machine has them, and crosses each gap in a time [s] > 0. Joints
+    /// without friction in the model are left alone.
+    pub fn compensate(&mut self, known: &Model, crossing_time: f64) {
+        self.gears = KnownGears::of(known, crossing_time);
+    }
+
     /// Command currents [A] for the present readings and targets.
     pub fn command(&mut self, readings: &[Reading], targets: &[Target]) -> &[f64] {
+        self.gears.advance(targets, &mut self.dynamics, self.period);
         self.observe(readings);
         self.dynamics.mass_matrix(&self.q, &mut self.h);
         self.dynamics.coriolis_matrix(&self.q, &self.v, &mut self.c);
@@ -132,29 +143,33 @@ impl Regulator {
         let terms = Terms { h: &self.h, c: &self.c, g: &self.g };
         self.controller.torque(targets, Motion { q: &self.q, v: &self.v }, &terms, &mut self.tau);
         for (i, drive) in self.drives.iter().enumerate() {
-            let current = (self.tau[i] + self.damping[i] * targets[i].velocity) / drive.torque_per_ampere;
+            let current = (self.tau[i] + self.damping[i] * targets[i].velocity + self.gears.now(i).torque)
+                / drive.torque_per_ampere;
             self.commands[i] = current.clamp(-drive.current_limit, drive.current_limit);
         }
         &self.commands
     }
 
-    /// Position and velocity of every joint.
+    /// Position and velocity of every joint. With a compensation they are those of the link as far as the motor knows them: without the
+    /// motor's lead through the gap. `before` is what the compensations added to the last command.
     fn observe(&mut self, readings: &[Reading]) {
         for (i, reading) in readings.iter().enumerate() {
             let drive = self.drives[i];
+            let (before, Feedforward { shift, shift_velocity, .. }) = (self.gears.before(i), self.gears.now(i));
             (self.q[i], self.v[i]) = match self.feedback[i] {
                 Feedback::Observer(noise) if drive.count > 0.0 => {
                     let observer = self.observers[i]
                         .get_or_insert_with(|| EdgeObserver::new(drive.count, noise, reading.position));
-                    // Gravity is known, so the observer gets only the remaining torque.
-                    let tau = drive.torque_per_ampere * self.commands[i] - self.g[i];
+                    // What is known is not for the observer: gravity, compensated friction, the motor's lead through the gap.
+                    let tau = drive.torque_per_ampere * self.commands[i] - self.g[i] - before.torque;
+                    observer.displace(shift - before.shift);
                     let inertia = self.h[(i, i)];
                     if inertia > 0.0 {
                         observer.update(reading.position, tau, inertia, self.period);
                     }
-                    (observer.position(), observer.velocity())
+                    (observer.position() - shift, observer.velocity())
                 }
-                _ => (reading.position, reading.velocity),
+                _ => (reading.position - shift, reading.velocity - shift_velocity),
             };
         }
     }

@@ -184,6 +184,33 @@ const CASES: &[Case] = &[
         &["from 1e-4"],
     ),
     ("seed = 3", "seed = 3\nmodel = \"joints.turn.gear_ratio = 6\"", "scenario.toml:6: model", &["a list of texts"]),
+    ("seed = 3", "seed = 3\n[compensation]\ncrossing_time = 0.1", "scenario.toml:6: compensation", &["\"compensate\""]),
+    ("seed = 3", "seed = 3\nprocedure = \"compensate\"", "scenario.toml:1: compensation", &["(missing)"]),
+    (
+        "seed = 3",
+        "seed = 3\nprocedure = \"compensate\"\n[compensation]\ncrossing_time = 0",
+        "scenario.toml:8: compensation.crossing_time = 0",
+        &["> 0", "[s]"],
+    ),
+    (
+        "seed = 3",
+        "seed = 3\nprocedure = \"compensate\"\n[compensation]\ncrossing_time = 0.1\n[compensation.motion]\nkind = \"rest\"",
+        "scenario.toml:10: compensation.motion.kind",
+        &["moves at least one joint"],
+    ),
+    (
+        "seed = 3",
+        "seed = 3\nprocedure = \"compensate\"\n[compensation]\ncrossing_time = 0.1\n[compensation.motion]\nkind = \"waypoints\"\n\
+         duration = 1\n[compensation.motion.joints.turn]\npositions = [0.1]\nspeed = 1.0\nacceleration = 5.0",
+        "scenario.toml:11: compensation.motion.duration = 1",
+        &["2 s of rest after the motion"],
+    ),
+    (
+        "seed = 3",
+        "seed = 3\n[expect.turn]\nleast_reduction_percent = 3",
+        "scenario.toml:7: expect.turn.least_reduction_percent",
+        &[],
+    ),
     (
         "seed = 3",
         "seed = 3\n[expect.spin]\nviscous_percent = 3",

@@ -26,7 +26,7 @@ mod window;
 
 use std::borrow::Cow;
 
-pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, ReversalGap};
+pub use result::{BacklashIdentification, EstimatorResult, LeftOut, Reason, ReversalGap, ShownReversal};
 pub use reversal::{Reversal, find_reversals};
 
 use fit::Known;
@@ -98,5 +98,6 @@ fn identify_from(
         paper: paper::filtered(&strokes),
         paper_literal: paper::literal(&strokes),
         link_share: Some(fit.share),
+        shown: paper::typical(&strokes),
     })
 }

@@ -14,7 +14,7 @@
 
 use std::borrow::Cow;
 
-use super::result::{EstimatorResult, LeftOut, Reason, ReversalGap};
+use super::result::{EstimatorResult, LeftOut, Reason, ReversalGap, ShownReversal};
 use super::reversal::{Reversal, Session, find_reversals};
 use crate::identify::signals::Signals;
 use crate::timeseries::Clock;
@@ -25,6 +25,10 @@ const LAST_REVERSALS: usize = 10;
 const WIDTH: f64 = 0.060;
 /// Least fall from the peak before the minimum, and least rise after it, as a part of the steady current's magnitude after the reversal.
 const RISE: f64 = 0.2;
+/// [s] What a figure shows before `t1` and after `t2`.
+const SHOWN_BEFORE: f64 = 0.3;
+/// As above.
+const SHOWN_AFTER: f64 = 0.6;
 
 /// The signals of a joint in one session, and the reversals at which equation 15 is evaluated.
 pub(super) struct Strokes<'a> {
@@ -73,7 +77,7 @@ fn estimate(name: &'static str, strokes: &[Strokes], width: f64, rise: f64) -> E
         for reversal in reversals.iter() {
             let time = signals.time[reversal.turn];
             match one(signals, reversal, &current, rise) {
-                Ok(gap) => values.push(ReversalGap {
+                Ok(Integral { area: gap, .. }) => values.push(ReversalGap {
                     time,
                     velocity: signals.velocity.map_or(f64::NAN, |v| v[reversal.end]),
                     gap,
@@ -88,8 +92,45 @@ fn estimate(name: &'static str, strokes: &[Strokes], width: f64, rise: f64) -> E
     EstimatorResult::of_values(name, unit, last, left_out)
 }
 
+/// The reversal whose value by equation 15 on the filtered current is nearest to the mean of all.
+pub(super) fn typical(strokes: &[Strokes]) -> Option<ShownReversal> {
+    let mean = filtered(strokes).mean.value;
+    let mut nearest: Option<(f64, ShownReversal)> = None;
+    for Strokes { signals, reversals, .. } in strokes {
+        let current = centred_mean(&signals.torque, &signals.clock, 0.5 * WIDTH);
+        for reversal in reversals.iter() {
+            let Ok(integral) = one(signals, reversal, &current, RISE) else { continue };
+            let distance = (integral.area - mean).abs();
+            if nearest.as_ref().is_none_or(|(least, _)| distance < *least) {
+                nearest = shown(signals, &current, &integral).map(|shown| (distance, shown));
+            }
+        }
+    }
+    nearest.map(|(_, shown)| shown)
+}
+
+/// The signals around an integral.
+fn shown(signals: &Signals, current: &[f64], &Integral { t1, t2, area }: &Integral) -> Option<ShownReversal> {
+    let (from, to) = (signals.clock.before(t1, SHOWN_BEFORE), signals.clock.after(t2, SHOWN_AFTER).min(current.len()));
+    Some(ShownReversal {
+        time: signals.time[from..to].to_vec(),
+        velocity: signals.velocity?[from..to].to_vec(),
+        torque: signals.torque[from..to].to_vec(),
+        filtered: current[from..to].to_vec(),
+        ends: [t1 - from, t2 - from],
+        area,
+    })
+}
+
+/// The integral of equation 15: samples at its ends, and its value [rad or m].
+struct Integral {
+    t1: usize,
+    t2: usize,
+    area: f64,
+}
+
 /// Equation 15 at one reversal.
-fn one(signals: &Signals, reversal: &Reversal, current: &[f64], rise: f64) -> Result<f64, Reason> {
+fn one(signals: &Signals, reversal: &Reversal, current: &[f64], rise: f64) -> Result<Integral, Reason> {
     let sign = reversal.sign();
     let velocity = signals.velocity.ok_or(Reason::NoZeroCrossing)?;
     let t1 = (reversal.start..reversal.end)
@@ -104,7 +145,7 @@ fn one(signals: &Signals, reversal: &Reversal, current: &[f64], rise: f64) -> Re
     let t2 = first_minimum(&current[t1..reversal.end], needed).map(|k| t1 + k).ok_or(Reason::NoMinimum)?;
     let area: f64 =
         (t1..t2).map(|k| 0.5 * (velocity[k] + velocity[k + 1]) * (signals.time[k + 1] - signals.time[k])).sum();
-    Ok(sign * area)
+    Ok(Integral { t1, t2, area: sign * area })
 }
 
 /// First local minimum of `|i|`: with `needed` > 0 the lowest value after a fall of that size from the peak and before a rise of

@@ -18,6 +18,26 @@ pub struct BacklashIdentification {
     pub best: EstimatorResult,
     /// [1] Part of the friction that acts on the link, a by-product of `best`; `None` if the data do not determine it.
     pub link_share: Option<Quantity>,
+    /// A typical reversal of `paper`, for a figure; `None` if it has no value.
+    #[serde(skip)]
+    pub shown: Option<ShownReversal>,
+}
+
+/// Signals around one reversal, and what equation 15 integrates there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShownReversal {
+    /// [s] Sample times.
+    pub time: Vec<f64>,
+    /// [rad/s or m/s] measured velocity.
+    pub velocity: Vec<f64>,
+    /// [N·m or N] motor torque, proportional to the measured current.
+    pub torque: Vec<f64>,
+    /// [N·m or N] the same, filtered: the minimum is sought in it.
+    pub filtered: Vec<f64>,
+    /// `t1`, `t2` as indices of these samples.
+    pub ends: [usize; 2],
+    /// `b_i` [rad or m] the area between them.
+    pub area: f64,
 }
 
 impl BacklashIdentification {
