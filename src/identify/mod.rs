@@ -30,7 +30,7 @@ pub use published::{PublishedEstimates, PublishedFriction};
 pub use quantity::Quantity;
 pub use result::{
     ExponentialEstimate, FrictionIdentification, Identification, JointIdentification, LawKind, LinesEstimate,
-    PerDirection,
+    NotIdentified, PerDirection,
 };
 
 use std::borrow::Cow;
@@ -84,18 +84,29 @@ const FEWEST_POINTS: usize = 5;
 /// # Errors
 /// The data hold too few steady windows of every joint.
 pub fn identify(model: &Model, data: &[TimeSeries], options: &Options) -> Result<Identification> {
-    let mut joints = Vec::new();
+    let (mut joints, mut left_out) = (Vec::new(), Vec::new());
     let mut first_error = None;
     for joint in 0..model.joints.len() {
         match identify_joint(model, joint, data, options) {
             Ok(found) => joints.push(found),
-            Err(error) => first_error = first_error.or(Some(error)),
+            Err(error) => {
+                if moves_steadily(model, joint, data, options) {
+                    left_out.push(NotIdentified { joint: model.joints[joint].name.clone(), reason: error.to_string() });
+                }
+                first_error = first_error.or(Some(error));
+            }
         }
     }
     match first_error {
         Some(error) if joints.is_empty() => Err(error),
-        _ => Ok(Identification { joints }),
+        _ => Ok(Identification { joints, left_out }),
     }
+}
+
+/// Whether any session moves a joint at constant velocity, as an experiment on it does.
+fn moves_steadily(model: &Model, joint: usize, data: &[TimeSeries], options: &Options) -> bool {
+    let sessions = signals::of_sessions(model, joint, data).unwrap_or_default();
+    sessions.iter().any(|(_, signals)| !windows::find(signals, options).is_empty())
 }
 
 /// Identifies friction and gap of the joint of this index.

@@ -159,6 +159,17 @@ impl JointIdentification {
 pub struct Identification {
     /// The joints that the data move, in the order of the model.
     pub joints: Vec<JointIdentification>,
+    /// The joints that were moved at constant velocity and could not be identified.
+    pub left_out: Vec<NotIdentified>,
+}
+
+/// A joint that was moved and could not be identified.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct NotIdentified {
+    /// The joint.
+    pub joint: String,
+    /// Why.
+    pub reason: String,
 }
 
 impl Identification {

@@ -32,7 +32,11 @@ pub fn report<'a>(
     let motions = drawn.into_iter().map(|session| Motion::new(&model.robot, session)).collect();
     Report {
         document,
-        json: envelope("lostmotion/identification/1", name, json!({ "joints": content["joints"] })),
+        json: envelope(
+            "lostmotion/identification/1",
+            name,
+            json!({ "joints": content["joints"], "left_out": content["left_out"] }),
+        ),
         motions,
         model: Some(found.apply(model)),
         extra: Vec::new(),
@@ -48,6 +52,7 @@ pub fn document(name: &str, identification: &Identification, truth: Option<&Trut
         warnings: joints
             .iter()
             .flat_map(|joint| joint.notes.iter().map(|note| format!("{}: {note}", joint.joint)))
+            .chain(identification.left_out.iter().map(|one| format!("{}: not identified: {}", one.joint, one.reason)))
             .collect(),
         sections: joints
             .iter()

@@ -240,7 +240,7 @@ fn property_assignments_change_scenario_and_model() {
 #[test]
 fn property_an_expectation_that_nothing_measured_fails() {
     let scenario = Scenario::load(Path::new(&root().join("scenarios/01_identify_scara/scenario.toml")), &[]).unwrap();
-    let nothing = identify::Identification { joints: Vec::new() };
+    let nothing = identify::Identification { joints: Vec::new(), left_out: Vec::new() };
     assert!(!scenario.expectations.is_empty());
     for expectation in &scenario.expectations {
         let unmet = expectation.check(&nothing).expect("not met by nothing");
