@@ -128,7 +128,7 @@ fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Sp
         let profiles = scan(&few, &gaps, spread);
         let number = |is: fn(&Profile) -> bool| profiles.iter().filter(|one| is(one)).count();
         if number(Profile::usable) > most || reach >= largest {
-            return Some((gaps[pooled_best(&profiles)?], share(&profiles)?.0, count));
+            return Some((gaps[pooled_best(&eased(&profiles))?], share(&profiles)?.0, count));
         }
         if number(Profile::is_below) > most {
             return None;
@@ -242,6 +242,17 @@ fn pooled_best(profiles: &[Profile]) -> Option<usize> {
     Some(argmax(&(0..gaps).map(total).collect::<Vec<f64>>()))
 }
 
+/// Profiles of a coarse scan, each score the best of a gap and its neighbours: a reversal may prefer a gap between two that are tried, and
+/// its cost is at the largest already one step away, so that reversals with almost the same gap would not support each other.
+fn eased(profiles: &[Profile]) -> Vec<Profile> {
+    let of_one = |one: &Profile| {
+        let near = |k: usize| one.scores[k.saturating_sub(1)..(k + 2).min(one.scores.len())].iter().copied();
+        let scores = (0..one.scores.len()).map(|k| near(k).fold(f64::NEG_INFINITY, f64::max)).collect();
+        Profile { scores, ..*one }
+    };
+    profiles.iter().map(of_one).collect()
+}
+
 /// Mean and standard error of the link share over the explained reversals.
 fn share(profiles: &[Profile]) -> Option<(f64, f64)> {
     let values: Vec<(f64, f64)> = profiles
@@ -290,6 +301,10 @@ fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static s
             left_out.push(LeftOut { time: site.time, reason });
         }
     }
+    // A gap that most reversals contradict is not that of the machine.
+    if 2 * values.len() < profiles.iter().filter(|one| one.tells()).count() {
+        return None;
+    }
     let pairs: Vec<(f64, f64)> = values.iter().map(|one| (one.gap, one.std_error.powi(2))).collect();
     let (mean, scatter_error) = weighted(&pairs)?;
     let std_error = scatter_error.hypot(SHARED * count);
@@ -307,4 +322,25 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reversal that prefers one of ten gaps and is at its largest cost with all others.
+    fn prefers(gap: usize) -> Profile {
+        let scores: Vec<f64> = (0..10).map(|k| if k == gap { 0.0 } else { -2.0 * LARGEST_COST }).collect();
+        let best = Score { log_likelihood: 0.0, worst: 0.0, share: [0.3, 0.01] };
+        Profile { best, at: [false; 2], mean: 0.0, deviation: 0.0, scores }
+    }
+
+    /// Two reversals one step apart agree; two others, three steps apart, do not. Without the neighbours all four gaps are as good.
+    #[test]
+    fn recover_gap_between_two_that_a_coarse_scan_tries() {
+        let profiles = [2, 3, 6, 9].map(prefers);
+        let best = pooled_best(&eased(&profiles)).expect("a gap");
+        assert!((2..=3).contains(&best), "{best}");
+        assert_eq!(pooled_best(&profiles), Some(9));
+    }
 }
