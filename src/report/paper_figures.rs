@@ -93,7 +93,7 @@ fn friction(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Plot {
     let mut plot = Plot::new(title, format!("velocity [{unit}]"), format!("friction [{effort}]"))
         .in_file(file("friction", &joint.joint))
         .with(Layer::new("measured, equation 11", Mark::Points, Role::Measured, measured.collect()))
-        .with(Layer::new("balance over the motion", Mark::Dots, Role::Before, balanced.collect()))
+        .with(Layer::new("balance over the motion", Mark::Points, Role::Before, balanced.collect()))
         .with(Layer::new("two lines", Mark::Line, Role::After, law(LawKind::TwoLines)))
         .with(Layer::new("exponential law", Mark::Line, Role::Fit, law(LawKind::Exponential)));
     if let Some(truth) = truth {

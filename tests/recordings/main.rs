@@ -30,9 +30,16 @@ const UR10E: [&str; 6] = [
 type Check = (&'static str, &'static [&'static str], fn());
 
 /// Checks that take minutes: `.ci/run` carries them out.
-const LONG: [Check; 1] = [("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load)];
+const LONG: [Check; 2] = [
+    (
+        "property_friction_of_the_ur10e_grows_with_load",
+        &["arms/ur10e/reference_2.csv"],
+        ur10e::friction_grows_with_load,
+    ),
+    ("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load),
+];
 
-const CHECKS: [Check; 8] = [
+const CHECKS: [Check; 7] = [
     ("published_emps_recordings_read_as_they_were_published", &EMPS, emps::read_as_published),
     (
         "published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn",
@@ -54,11 +61,6 @@ const CHECKS: [Check; 8] = [
         "property_nothing_is_named_on_the_clean_practice_set",
         &["practice/none/fast_3.csv"],
         practice::clean_is_left_alone,
-    ),
-    (
-        "property_friction_of_the_ur10e_grows_with_load",
-        &["arms/ur10e/reference_2.csv"],
-        ur10e::friction_grows_with_load,
     ),
     ("recover_gap_of_foreign_recordings", &["practice/none/staircase.csv"], practice::gap_of_foreign_recordings),
 ];
