@@ -7,7 +7,7 @@ use super::regression::Solution;
 use super::term::Term;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
-use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion};
+use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion, Scope};
 
 /// A part of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,10 +55,10 @@ pub struct Problem<'m> {
     pub causes: Vec<Cause>,
     /// Joint and order [1/turn or 1/m] of lines that were removed: their remainder is not a further effect.
     pub taken_out: Vec<(usize, f64)>,
-    /// Causes that were withdrawn, and their joints: they are not tried there again.
-    pub withdrawn: Vec<(Cause, usize)>,
-    /// Joints on which a name stood for something out of the catalogue: no other name is tried there.
-    pub closed: Vec<usize>,
+    /// Causes of the whole machine that were withdrawn: they are not tried again.
+    withdrawn: Vec<Cause>,
+    /// Joints on which a name was withdrawn: its structure is still there, so that the next best name would be its substitute.
+    closed: Vec<usize>,
     /// Deviations of the nominal model within its stated accuracy; `None` where it is exact.
     pub inertial: Option<Inertial>,
     /// Fold of each row.
@@ -177,9 +177,20 @@ impl<'m> Problem<'m> {
         }
     }
 
-    /// Whether a cause may still be tried on a joint.
+    /// Whether a cause may still be tried on a joint; one of the machine acts on all joints, also on those that are closed.
     pub fn is_open(&self, cause: Cause, joint: usize) -> bool {
-        !self.closed.contains(&joint) && !self.withdrawn.contains(&(cause, joint))
+        match cause.about().scope {
+            Scope::Machine => self.closed.is_empty() && !self.withdrawn.contains(&cause),
+            Scope::Joint => !self.closed.contains(&joint),
+        }
+    }
+
+    /// Bars a term that was withdrawn: its joint to all causes, or its cause on all joints if that is one of the machine.
+    pub fn bar(&mut self, term: &Term) {
+        match term.is_machine() {
+            true => self.withdrawn.push(term.effect),
+            false => self.closed.push(term.joints[0]),
+        }
     }
 
     /// The joints whose torque is judged.

@@ -349,9 +349,7 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
         let present =
             |joint: usize| terms.iter().any(|term| term.effect == effect && term.own_joints().contains(&joint));
         match effect.about().scope {
-            Scope::Machine
-                if problem.closed.is_empty() && (0..dof).any(applies) && (effect.several() || !present(judged[0])) =>
-            {
+            Scope::Machine if (0..dof).any(applies) && (effect.several() || !present(judged[0])) => {
                 places.push((effect, judged.clone()))
             }
             Scope::Machine => {}

@@ -66,8 +66,7 @@ pub fn confirm(
             return Some(Confirmed { gains, strength, withdrawn });
         };
         withdrawn.push(Withdrawn { effect: terms[index].effect.label(), joints: names(problem, terms[index]), reason });
-        let cause = terms[index].effect;
-        problem.withdrawn.extend(terms[index].own_joints().iter().map(|joint| (cause, *joint)));
+        problem.bar(terms[index]);
         remove(selection, index);
         if given == 0 {
             selection.settle(problem)?;

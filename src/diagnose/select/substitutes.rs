@@ -27,12 +27,7 @@ pub fn withdraw(problem: &mut Problem, selection: &mut Selection) -> Option<()> 
     let mut withdrawn = false;
     while let Some(index) = (0..selection.taken.len()).find(|index| stands_in(problem, &selection.taken, *index)) {
         let taken = selection.taken.remove(index);
-        for term in taken.terms {
-            problem.withdrawn.extend(term.own_joints().iter().map(|joint| (term.effect, *joint)));
-            if !term.is_machine() {
-                problem.closed.push(term.joints[0]);
-            }
-        }
+        taken.terms.iter().for_each(|term| problem.bar(term));
         selection.settle(problem)?;
         withdrawn = true;
     }
