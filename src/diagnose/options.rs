@@ -1,6 +1,6 @@
 //! The options of a diagnosis, and the thresholds at which an effect is named.
 
-use crate::effects::Catalogue;
+use crate::effects::{About, Catalogue, Kind, Scope};
 
 /// The options of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +64,18 @@ impl Default for Rules {
 }
 
 impl Rules {
+    /// [1] Torque that an effect has to move on a joint, relative to the RMS torque there.
+    pub fn torque_of(&self, about: &About) -> f64 {
+        if about.kind == Kind::Measurement { 0.0 } else { self.least_torque }
+    }
+
+    /// What is within the inaccuracy of the laws. An effect of the whole machine is imitated by the nominal model's deviations, so that a part
+    /// of it decides; what an effect of one joint moves is judged by [`torque_of`](Self::torque_of).
+    pub fn inaccuracy(&self, about: &About) -> Inaccuracy {
+        let torque = if about.scope == Scope::Machine { self.least_torque } else { 0.0 };
+        Inaccuracy { log_scale: self.log_scale, torque }
+    }
+
     /// The rules for an effect that is named beside another one.
     pub fn beside_another(self) -> Self {
         Self { slight: self.further, ..self }
@@ -73,6 +85,20 @@ impl Rules {
     pub fn support(&self, nats: f64, log_scale: f64) -> bool {
         nats > self.nats && log_scale > self.log_scale && (nats > self.slight || log_scale > MODEL_ERROR)
     }
+}
+
+/// What an effect has to exceed on a joint beside free deviations of the nominal model: less is within the inaccuracy of the friction laws.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inaccuracy {
+    /// [1] Fall of the error's logarithm.
+    pub log_scale: f64,
+    /// [1] Torque that the deviations cannot imitate, relative to the RMS torque of the joint.
+    pub torque: f64,
+}
+
+impl Inaccuracy {
+    /// Laws that are exact.
+    pub const NONE: Self = Self { log_scale: 0.0, torque: 0.0 };
 }
 
 /// [1] Inaccuracy of the catalogue's laws, as a logarithm of the error scale. A rival whose error is larger by less than this

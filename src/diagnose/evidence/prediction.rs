@@ -6,7 +6,7 @@ use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{FOLDS, Fitted, Part, Problem};
 use crate::diagnose::fit::regression::Solution;
 use crate::diagnose::fit::term::Term;
-use crate::diagnose::options::Rules;
+use crate::diagnose::options::{Inaccuracy, Rules};
 
 /// Log-likelihood of a model's predictions by joint [nats], as if rows were independent.
 #[derive(Debug, Clone)]
@@ -86,21 +86,24 @@ pub fn predict(problem: &Problem, terms: &[&Term]) -> Option<Prediction> {
 /// The evidence for terms whose prediction `after` belongs to the loose fit `with`, against the prediction `before` of the terms `without`.
 ///
 /// Deviations of the nominal model may imitate a term, which costs the loss of their prior. The fall of the error by the term is therefore
-/// the rise of the error without the term at the same deviations. Evidence from the rows counts where the error falls by more than
-/// `least_fall` (logarithm) even though the deviations are fitted again: a smaller fall is within the inaccuracy of the friction laws.
+/// the rise of the error without the term at the same deviations. Evidence from the rows counts where the error exceeds the `inaccuracy` of
+/// the laws even though the deviations are fitted again: with errors of scale `s₀` without the term and `s` with it, the torque that they
+/// cannot imitate is `√(s₀² − s²)`. Thousands of rows show less than that, but not whose it is.
 pub fn weighed(
     problem: &Problem,
     without: &[&Term],
     with: &Fitted,
     [before, after]: [&Prediction; 2],
-    least_fall: f64,
+    inaccuracy: Inaccuracy,
 ) -> Option<Vec<Evidence>> {
     let mut evidence = after.of_rows(before);
     if with.inertial != Treated::Fixed {
         let held = problem.fit_beside(without, with)?;
         for joint in with.joints.iter().copied() {
             let evidence = &mut evidence[joint];
-            if evidence.log_scale <= least_fall {
+            let alone = (before.scale[joint].powi(2) - after.scale[joint].powi(2)).max(0.0).sqrt();
+            let least = inaccuracy.torque * problem.rms_torque(joint);
+            if evidence.log_scale <= inaccuracy.log_scale || alone <= least {
                 evidence.nats = evidence.nats.min(0.0);
             }
             evidence.log_scale = (held.solution.scale[joint] / with.solution.scale[joint]).ln();

@@ -8,6 +8,7 @@ use super::term::Term;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
 use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion, Scope};
+use crate::timeseries::root_mean_square;
 
 /// A part of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -149,6 +150,12 @@ impl<'m> Problem<'m> {
     /// Rows of a joint in its zone and in a part.
     pub fn rows(&self, joint: usize, part: Part) -> Vec<usize> {
         (0..self.motion.rows()).filter(|row| self.zones[joint][*row] && self.is_in(*row, part)).collect()
+    }
+
+    /// [N·m or N] RMS torque of a joint in its training rows.
+    pub fn rms_torque(&self, joint: usize) -> f64 {
+        let torque = &self.motion.joints[joint].torque;
+        root_mean_square(&self.rows(joint, Part::Train).iter().map(|row| torque[*row]).collect::<Vec<_>>())
     }
 
     /// Rows of a joint for the error figures.

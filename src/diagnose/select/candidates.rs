@@ -3,7 +3,7 @@
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
 use crate::diagnose::fit::cause::Cause;
-use crate::diagnose::options::{MODEL_ERROR, Rules};
+use crate::diagnose::options::{Inaccuracy, MODEL_ERROR, Rules};
 use rayon::prelude::*;
 
 use crate::diagnose::fit::golden::golden_section;
@@ -81,8 +81,8 @@ struct Search<'p, 'm> {
     fitted: &'p Fitted,
     /// Predictions without any candidate, by the joints that are fitted together.
     before: &'p [(Vec<usize>, Prediction)],
-    /// [1] Fall of an error's logarithm below which rows give no evidence beside free deviations.
-    least_fall: f64,
+    /// What is evidence beside free deviations.
+    rules: &'p Rules,
 }
 
 impl Search<'_, '_> {
@@ -92,6 +92,11 @@ impl Search<'_, '_> {
         terms.push(term);
         let joints = self.problem.coupled(&terms, &term.joints);
         self.problem.fit_near(&joints, &terms, Part::Train, self.fitted)
+    }
+
+    /// What evidence for an effect has to exceed.
+    fn inaccuracy(&self, effect: Cause) -> Inaccuracy {
+        self.rules.inaccuracy(effect.about())
     }
 
     /// The prediction without a candidate on these joints.
@@ -232,7 +237,7 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
     let problem = &*problem;
     let places = places(problem, terms);
     let Some(before) = without_any(problem, &own, &loose, &places) else { return Vec::new() };
-    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before, least_fall: rules.log_scale };
+    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before, rules };
     let found: Vec<Option<Candidate>> =
         places.par_iter().map(|(effect, joints)| assess(&search, *effect, joints)).collect();
     let mut gathered: Vec<Candidate> = Vec::new();
@@ -306,7 +311,9 @@ fn together(search: &Search, candidate: &mut Candidate) {
     let Some(fitted) = problem.fit_loosely(&terms, Part::Train) else { return };
     let Some(after) = prediction(problem, &terms, &fitted) else { return };
     let pair = [&search.before[0].1, &after];
-    let Some(mut joint) = weighed(problem, &search.terms, &fitted, pair, search.least_fall) else { return };
+    let Some(mut joint) = weighed(problem, &search.terms, &fitted, pair, search.inaccuracy(candidate.effect())) else {
+        return;
+    };
     count_lines(problem, &terms, &fitted, search.terms.len()..terms.len(), &mut joint);
     for (term, at) in candidate.terms.iter().zip(&fitted.term_at[search.terms.len()..]) {
         let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
@@ -378,7 +385,7 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
     if training_gain > LEAST_GAIN {
         let after = prediction(search.problem, &terms, &fitted)?;
         let pair = [search.before(joints), &after];
-        evidence = weighed(search.problem, &search.terms, &fitted, pair, search.least_fall)?;
+        evidence = weighed(search.problem, &search.terms, &fitted, pair, search.inaccuracy(effect))?;
         count_lines(search.problem, &terms, &fitted, terms.len() - 1..terms.len(), &mut evidence);
         evidence[joints[0]].nats -= (shapes as f64).ln();
         evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::candidates::Candidate;
 use super::selection::{Selection, Taken};
-use crate::diagnose::evidence::probability::calibrated;
+use crate::diagnose::evidence::probability::beside_rivals;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::options::{MODEL_ERROR, Rules};
@@ -76,7 +76,7 @@ pub fn probability<'c>(total: f64, own: usize, rules: &Rules, rivals: impl Itera
         odds(rival.total() - total - extra * (rules.tie * total + unit))
     };
     let of_rivals: f64 = rivals.map(of_rival).sum();
-    calibrated(of_rivals + odds(rules.further - total))
+    beside_rivals(of_rivals, odds(rules.further - total))
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 //!
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
-//! a later fit moves out of its range, the weakest of several effects that gain nothing together, an effect that is no larger than its
-//! standard error, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
+//! a later fit moves out of its range, the weakest of several effects that gain nothing together, one with too little evidence, an effect
+//! that is no larger than its standard error, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
 
 use super::certainty::certainty;
 use super::own_gains;
@@ -12,7 +12,7 @@ use crate::diagnose::fit::estimate;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
-use crate::diagnose::options::Rules;
+use crate::diagnose::options::{Inaccuracy, Rules};
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
 use crate::effects::{About, Catalogue};
 
@@ -60,8 +60,9 @@ pub fn confirm(
             let index = least_of_compensating(problem, selection, &judged, &strength)?;
             Some((index, "together with the other effects named there, no gain on data held out".to_owned()))
         };
+        let weak = || weakest(selection, &judged().collect::<Vec<_>>(), &strength, rules);
         let unsure = || least_sure(problem, selection, &judged().collect::<Vec<_>>(), rules);
-        let found = outside.or(without_gain).or_else(compensating).or_else(unsure);
+        let found = outside.or(without_gain).or_else(compensating).or_else(weak).or_else(unsure);
         let Some((index, reason)) = found else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
@@ -92,6 +93,26 @@ fn least_of_compensating(
         .filter(|group| group.len() > 1)
         .find(|group| own_gains::gain_together(problem, selection, group) == Some(false))
         .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
+}
+
+/// The effect with the least evidence beside the others, where that is too little for a name. It was taken with more: on other joints as well,
+/// or before the others were.
+fn weakest(
+    selection: &Selection,
+    judged: &[usize],
+    strength: &[f64],
+    rules: Option<&Rules>,
+) -> Option<(usize, String)> {
+    let least = rules?.nats;
+    let mut first = 0;
+    let of_effect = selection.taken.iter().map(|taken| {
+        let own = first..first + taken.terms.len();
+        first = own.end;
+        (own.start, strength[own].iter().sum::<f64>())
+    });
+    let weak = of_effect.filter(|(index, nats)| judged.contains(index) && *nats <= least);
+    let (index, nats) = weak.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some((index, format!("its evidence is only {nats:.1} nats")))
 }
 
 /// The least certain term, and why it is withdrawn: its size is below its standard error, or a look-alike explains as much and it is less
@@ -166,7 +187,8 @@ pub fn part(effects: Vec<FoundEffect>, catalogue: &Catalogue) -> Findings {
 fn strength(problem: &Problem, selection: &Selection) -> Vec<f64> {
     let of_taken = |index: usize| {
         let taken = &selection.taken[index];
-        let evidence = evidence_beside(problem, &selection.taken, index, 0.0).unwrap_or_else(|| taken.evidence.clone());
+        let evidence = evidence_beside(problem, &selection.taken, index, Inaccuracy::NONE)
+            .unwrap_or_else(|| taken.evidence.clone());
         let of_term = |term: &Term| term.joints.iter().map(|joint| evidence[*joint].nats).sum::<f64>();
         taken.terms.iter().map(of_term).collect::<Vec<f64>>()
     };

@@ -12,8 +12,8 @@ use crate::diagnose::fit::baseline::JointBaseline;
 use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::term::Term;
-use crate::diagnose::options::Rules;
-use crate::effects::{Kind, SymmetricFriction};
+use crate::diagnose::options::{Inaccuracy, Rules};
+use crate::effects::SymmetricFriction;
 
 /// An effect that was taken.
 #[derive(Clone)]
@@ -31,6 +31,13 @@ impl Taken {
     fn new(best: &Candidate, found: &[Candidate]) -> Self {
         let rivals = found.iter().filter(|other| other.effect() != best.effect()).cloned().collect();
         Self { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals }
+    }
+}
+
+impl Taken {
+    /// What its evidence has to exceed.
+    fn inaccuracy(&self, rules: &Rules) -> Inaccuracy {
+        rules.inaccuracy(self.terms[0].effect.about())
     }
 }
 
@@ -218,7 +225,8 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchan
         found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
         let Some(best) = choose(&found, rules) else { continue };
         let own = found.iter().find(|candidate| candidate.effect() == effect && candidate.is_accepted(rules));
-        let of_taken = || evidence_beside(problem, taken, index, rules.log_scale).map(|evidence| total(&evidence));
+        let of_taken =
+            || evidence_beside(problem, taken, index, taken[index].inaccuracy(rules)).map(|evidence| total(&evidence));
         let better = |nats: Option<f64>| nats.is_none_or(|nats| best.total() > nats);
         if exchange && best.effect() != effect && better(own.map(Candidate::total)) && better(of_taken()) {
             taken[index] = Taken::new(best, &found);
@@ -247,14 +255,19 @@ pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
     problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU).or(fitted)
 }
 
-/// Evidence of one effect beside all others; `least_fall` as in [`weighed`].
-pub fn evidence_beside(problem: &Problem, taken: &[Taken], index: usize, least_fall: f64) -> Option<Vec<Evidence>> {
+/// Evidence of one effect beside all others, beyond the inaccuracy of the laws.
+pub fn evidence_beside(
+    problem: &Problem,
+    taken: &[Taken],
+    index: usize,
+    inaccuracy: Inaccuracy,
+) -> Option<Vec<Evidence>> {
     let all = terms_of(taken);
     let others: Vec<&Term> =
         taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
     let with = problem.fit_loosely(&all, Part::Train)?;
     let pair = [&predict(problem, &others)?, &prediction(problem, &all, &with)?];
-    let mut evidence = weighed(problem, &others, &with, pair, least_fall)?;
+    let mut evidence = weighed(problem, &others, &with, pair, inaccuracy)?;
     let first = taken[..index].iter().map(|taken| taken.terms.len()).sum::<usize>();
     count_lines(problem, &all, &with, first..first + taken[index].terms.len(), &mut evidence);
     Some(evidence)
@@ -298,10 +311,7 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
         let (strong, weak) = (names[largest], names[own]);
         let alike = strong.look_alikes.contains(&weak.name) || weak.look_alikes.contains(&strong.name);
         let part = if alike || strong.name == weak.name { rules.alike_residue } else { rules.residue };
-        let rows = problem.rows(joint, Part::Train);
-        let power: f64 = rows.iter().map(|row| problem.motion.joints[joint].torque[*row].powi(2)).sum();
-        let least = if weak.kind != Kind::Measurement { rules.least_torque } else { 0.0 };
-        (part * moved[largest][joint]).max(least * (power / rows.len().max(1) as f64).sqrt())
+        (part * moved[largest][joint]).max(rules.torque_of(weak) * problem.rms_torque(joint))
     };
     for (own, (taken, moved)) in taken.iter_mut().zip(&moved).enumerate() {
         let enough = |term: &Term| term.joints.iter().any(|joint| moved[*joint] >= asked(*joint, own));
@@ -315,7 +325,7 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
 fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
     while taken.len() > 1 {
         let weakest = (0..taken.len())
-            .filter_map(|index| Some((index, evidence_beside(problem, taken, index, rules.log_scale)?)))
+            .filter_map(|index| Some((index, evidence_beside(problem, taken, index, taken[index].inaccuracy(rules))?)))
             .map(|(index, evidence)| (index, total(&evidence), evidence))
             .min_by(|a, b| a.1.total_cmp(&b.1));
         let Some((index, nats, evidence)) = weakest else { return };

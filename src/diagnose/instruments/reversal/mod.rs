@@ -21,7 +21,7 @@ mod turn_rows;
 #[cfg(test)]
 mod tests;
 
-use crate::diagnose::evidence::probability::calibrated;
+use crate::diagnose::evidence::probability::beside_rivals;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::instruments::{FittedRows, Instrument, Measurement};
 use crate::diagnose::result::{EffectGain, FoundEffect, Measured, Standing};
@@ -84,7 +84,7 @@ fn entry(problem: &Problem, one: &TurnCandidate, all: &[TurnCandidate], rules: &
         (spec.name.to_owned(), Measured::of(estimate, spec.unit_for(joint.kind)))
     });
     let standing = Standing {
-        probability: calibrated(of_rivals + odds(rules.nats - 2.0 * unit - one.total())),
+        probability: beside_rivals(of_rivals, odds(rules.nats - 2.0 * unit - one.total())),
         evidence_nats: one.total(),
         gain: EffectGain::of(one.gain, "torque around reversals"),
     };
