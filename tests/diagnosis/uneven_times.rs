@@ -119,7 +119,18 @@ fn recover_friction_and_gap_at_uneven_times() {
         law(|law| law.viscous.error_percent.unwrap()),
         law(|law| law.breakaway.error_percent.unwrap()),
         law(|law| law.stribeck_velocity.error_percent.unwrap()),
-        worst(&runs, |joint| vec![joint.backlash.as_ref().expect("a gap").best.mean.error_percent.unwrap()]),
+        worst(&runs, |joint| {
+            vec![
+                joint
+                    .backlash
+                    .as_ref()
+                    .unwrap_or_else(|| panic!("{}: {:?}", joint.joint, joint.notes))
+                    .best
+                    .mean
+                    .error_percent
+                    .unwrap(),
+            ]
+        }),
     ];
     println!("worst [%]: curve, F_C, F_V, F_S, v_S, gap: {figures:.3?}");
     // What `accuracy` and `identify_backlash` ask of even recordings.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::ensemble::{Draws, Run, Score, Spread};
 use super::result::{EstimatorResult, LeftOut, NORMAL_95, Reason, ReversalGap, mean_deviation_percent};
-use super::reversal::Session;
+use super::reversal::{FEWEST, Session};
 use super::window::{Site, sites};
 use crate::gearhead::Friction;
 use crate::identify::quantity::Quantity;
@@ -291,9 +291,10 @@ fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static s
     let scatter = median(means().map(|mean| (mean - middle).abs()))?.max(COMMON * count);
     let mut left_out: Vec<LeftOut> =
         carried.iter().map(|site| LeftOut { time: site.time, reason: Reason::CarriedByLoad }).collect();
-    let mut values = Vec::new();
+    let (mut values, mut held) = (Vec::new(), 0);
     for (site, profile) in sites.iter().zip(profiles) {
         if profile.usable() && (profile.mean - middle).abs() <= OUTLIER * scatter {
+            held += usize::from(!site.loose(share.0));
             let std_error = profile.deviation.hypot(FLOOR * count);
             values.push(ReversalGap { time: site.time, velocity: site.velocity, gap: profile.mean, std_error });
         } else {
@@ -308,6 +309,10 @@ fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static s
     let pairs: Vec<(f64, f64)> = values.iter().map(|one| (one.gap, one.std_error.powi(2))).collect();
     let (mean, scatter_error) = weighted(&pairs)?;
     let std_error = scatter_error.hypot(SHARED * count);
+    // Nor is one from links that had left their flanks. Without a gap they cannot, and the link share is arbitrary.
+    if held < FEWEST && mean > NORMAL_95 * std_error {
+        return None;
+    }
     let gap = EstimatorResult {
         name: "likelihood_of_reversals",
         mean: Quantity::new(mean, std_error, NORMAL_95, unit),

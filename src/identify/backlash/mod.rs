@@ -86,7 +86,8 @@ fn identify_from(
     known: Known,
 ) -> Result<BacklashIdentification> {
     let parts: Vec<Cow<TimeSeries>> = data.iter().flat_map(|series| series.uninterrupted()).collect();
-    let sessions: Vec<Session> = parts.iter().filter_map(|series| Session::of(model, joint, series)).collect();
+    let mut sessions: Vec<Session> = parts.iter().filter_map(|series| Session::of(model, joint, series)).collect();
+    reversal::keep_moved(&mut sessions);
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
     let fit =

@@ -7,10 +7,12 @@ use crate::robot::Model;
 use crate::timeseries::{Channel, Clock, TimeSeries};
 
 /// Fewest reversals from which a gap is estimated.
-const FEWEST: usize = 3;
+pub(super) const FEWEST: usize = 3;
 
 /// Largest number of reversals of a session that are used.
 const MOST: usize = 12;
+/// Shortest stroke, as a part of the range of positions.
+const SHORTEST_STROKE: f64 = 0.05;
 /// Part of the steady speed below which a stroke counts as braking.
 const BRAKING: f64 = 0.9;
 /// [s] Stretch over which a speed is taken from the counts.
@@ -73,10 +75,21 @@ impl Reversal {
     }
 }
 
+/// Keeps the sessions in which the joint was moved: elsewhere it gives way to the other joints, and turns as well, which fine encoders show.
+pub(super) fn keep_moved(sessions: &mut Vec<Session>) {
+    let longest = sessions.iter().map(|session| range(session.signals.position)).fold(0.0, f64::max);
+    sessions.retain(|session| range(session.signals.position) >= SHORTEST_STROKE * longest);
+}
+
+/// [rad or m] From the lowest to the highest position.
+fn range(position: &[f64]) -> f64 {
+    let (low, high) = position.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
+    high - low
+}
+
 /// Turns between strokes that are longer than a twentieth of the whole range and ten encoder counts.
 pub fn find_reversals(position: &[f64], count: f64) -> Vec<Reversal> {
-    let (low, high) = position.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
-    let stroke = (0.05 * (high - low)).max(10.0 * count);
+    let stroke = (SHORTEST_STROKE * range(position)).max(10.0 * count);
     let turns = extremes(position, stroke);
     turns
         .windows(3)
@@ -171,6 +184,6 @@ pub(super) fn uninformative(joint: &str) -> Error {
         found: 0,
         unit: "reversals that determine it",
         needed: FEWEST,
-        advice: "reverse where gravity on the joint is nearly zero, and brake gently",
+        advice: "reverse where gravity on the joint is nearly zero, and brake more gently than the link's own friction would",
     }
 }
