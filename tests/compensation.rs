@@ -34,7 +34,7 @@ fn compensation() -> Compensation {
 }
 
 fn moving(velocity: f64, acceleration: f64) -> Target {
-    Target { position: 0.0, velocity, acceleration }
+    Target { position: 0.0, velocity, acceleration, ..Target::default() }
 }
 
 /// After so many calls with one target and one torque of the links.

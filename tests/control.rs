@@ -106,7 +106,8 @@ fn equivalent_the_error_obeys_equation_21() {
         let mut draw = || 4.0 * random.random::<f64>() - 2.0;
         let gains = [0, 1].map(|_| SlidingGains { lambda: 1.0 + draw().abs(), switching: 3.0, boundary: 0.5 });
         let mut controller = SlidingMode::new(gains.to_vec());
-        let target = [0, 1].map(|_| Target { position: draw(), velocity: draw(), acceleration: draw() });
+        let target =
+            [0, 1].map(|_| Target { position: draw(), velocity: draw(), acceleration: draw(), ..Target::default() });
         let (q, v, d, g) = ([draw(), draw()], [draw(), draw()], [draw(), draw()], [draw(), draw()]);
         let (h, c) = (arm.h(&q), arm.c(&q, &v));
         let mut tau = [0.0; 2];
@@ -127,7 +128,7 @@ fn equivalent_the_error_obeys_equation_21() {
 #[test]
 fn analytic_pi_is_proportional_and_integral() {
     let mut pi = Pi::new(vec![PiGains { proportional: 2.0, integral: 5.0 }]);
-    let target = [Target { position: 1.0, velocity: 0.5, acceleration: 9.0 }];
+    let target = [Target { position: 1.0, velocity: 0.5, acceleration: 9.0, ..Target::default() }];
     let zero = DMatrix::zeros(1, 1);
     let mut tau = [0.0];
     pi.torque(&target, Motion { q: &[0.8], v: &[0.9] }, &Terms { h: &zero, c: &zero, g: &[7.0] }, &mut tau);

@@ -13,6 +13,7 @@ mod pi;
 mod profile;
 mod sliding_mode;
 mod staircase;
+mod torque_wave;
 
 pub use compensation::{Compensation, Feedforward, FrictionCurve, KnownGear};
 pub use excitation::{Excitation, JointRange, TooManyMoves};
@@ -22,6 +23,7 @@ pub use pi::{Pi, PiGains};
 pub use profile::{Profile, Target, Track};
 pub use sliding_mode::{SlidingGains, SlidingMode, sat};
 pub use staircase::{Gentle, Staircase, Steps};
+pub use torque_wave::{Shape, TorqueWave};
 
 use nalgebra::DMatrix;
 

@@ -6,6 +6,8 @@
 //!     _____/        \_____
 //! ```
 
+use super::TorqueWave;
+
 /// Target of a joint at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Target {
@@ -15,6 +17,8 @@ pub struct Target {
     pub velocity: f64,
     /// `q̈_d` [rad/s² or m/s²].
     pub acceleration: f64,
+    /// `τ` [N·m or N] that is imposed; `None`: the joint is controlled.
+    pub torque: Option<f64>,
 }
 
 impl Target {
@@ -23,7 +27,7 @@ impl Target {
         Self {
             position: self.position + duration * (self.velocity + 0.5 * duration * self.acceleration),
             velocity: self.velocity + duration * self.acceleration,
-            acceleration: self.acceleration,
+            ..*self
         }
     }
 }
@@ -33,12 +37,14 @@ impl Target {
 pub struct Track {
     /// Start time [s] and motion of every piece; the last entry is the end of the track.
     pieces: Vec<(f64, Target)>,
+    /// Torque that is imposed for a time.
+    imposed: Option<TorqueWave>,
 }
 
 impl Track {
     /// A track that starts at rest at this position [rad or m].
     pub fn at(position: f64) -> Self {
-        Self { pieces: vec![(0.0, Target { position, ..Target::default() })] }
+        Self { pieces: vec![(0.0, Target { position, ..Target::default() })], imposed: None }
     }
 
     /// Appends a piece of constant acceleration [rad/s² or m/s²]. Pieces of zero duration [s] are ignored.
@@ -66,6 +72,13 @@ impl Track {
         self.coast(constant);
         self.accelerate(-towards * deceleration, velocity.abs() / deceleration);
         self.rest();
+    }
+
+    /// Rests for the duration of a wave of torque that is imposed from now on; it replaces one that was imposed before.
+    pub fn impose(&mut self, wave: TorqueWave) {
+        let start = self.duration();
+        self.coast(wave.duration());
+        self.imposed = Some(TorqueWave { start, ..wave });
     }
 
     /// The fastest move to a position within a speed [rad/s or m/s] and an acceleration [rad/s² or m/s²], from rest to
@@ -106,7 +119,7 @@ impl Track {
     pub fn sample(&self, time: f64) -> Target {
         let next = self.pieces.partition_point(|(start, _)| *start <= time);
         let (start, target) = &self.pieces[next.saturating_sub(1)];
-        target.after((time - start).max(0.0))
+        Target { torque: self.imposed.and_then(|wave| wave.at(time)), ..target.after((time - start).max(0.0)) }
     }
 }
 

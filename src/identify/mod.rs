@@ -2,6 +2,8 @@
 
 /// The gap, equation 15 and better estimators.
 pub mod backlash;
+/// Other methods of the literature on the same data.
+pub mod methods;
 /// Measurement points, equation 11.
 pub mod points;
 /// The paper's own estimators, as published.
@@ -25,6 +27,7 @@ mod summary;
 mod windows;
 
 pub use backlash::BacklashIdentification;
+pub use methods::{Method, MethodEstimate};
 pub use points::Point;
 pub use published::{PublishedEstimates, PublishedFriction};
 pub use quantity::Quantity;
@@ -146,8 +149,10 @@ pub fn identify_joint(
         None
     };
     let published = published_estimates(model, joint, data, options)?;
+    let other = |method: &Method| method.estimate(model, joint, data, &friction);
+    let methods = if options.backlash { Method::ALL.iter().filter_map(other).collect() } else { Vec::new() };
     let (joint, kind) = (model.joints[joint].name.clone(), model.joints[joint].kind);
-    Ok(JointIdentification { joint, kind, friction, centrifugal, backlash, published, points, notes })
+    Ok(JointIdentification { joint, kind, friction, centrifugal, backlash, published, methods, points, notes })
 }
 
 /// The measurement points of a joint in all sessions.

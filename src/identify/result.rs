@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::backlash::BacklashIdentification;
+use super::methods::MethodEstimate;
 use super::points::Point;
 use super::published::PublishedEstimates;
 use super::quantity::Quantity;
@@ -141,6 +142,9 @@ pub struct JointIdentification {
     pub backlash: Option<BacklashIdentification>,
     /// What the paper's own estimators make of the same recordings.
     pub published: PublishedEstimates,
+    /// What other methods of the literature make of them; those that find the motion that they need.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub methods: Vec<MethodEstimate>,
     /// The measurement points, one per steady window, in the order of time.
     pub points: Vec<Point>,
     /// What the reader should know: a channel that was missing, a sign that was recovered, windows that were dropped.

@@ -113,6 +113,7 @@ fn section(joint: &JointIdentification, truth: Option<FrictionLaw>, drawn: &[Dra
     section.tables.push(lines(joint));
     section.tables.extend(gap_table(joint));
     section.tables.extend(published_table(joint));
+    section.tables.extend(methods_table(joint));
     let mut figures = paper_figures::of_joint(joint, drawn, truth).into_iter();
     section.plots.extend(figures.next());
     section.plots.push(residual_plot(joint));
@@ -210,6 +211,30 @@ fn published_table(joint: &JointIdentification) -> Option<Table> {
     for (name, gap) in [("gap", &found.backlash), ("gap, filtered", &found.backlash_filtered)] {
         if let Some(gap) = gap {
             row(&mut table, name, &gap.mean);
+        }
+    }
+    Some(table.trimmed())
+}
+
+/// Other methods of the literature, and why one of them gives nothing.
+fn methods_table(joint: &JointIdentification) -> Option<Table> {
+    if joint.methods.is_empty() {
+        return None;
+    }
+    let mut table = Table::new(
+        "Other methods of the literature on the same recordings",
+        &["", "injected", "recovered", "std. error", "error", "95 % interval", "unit", "remark"],
+    );
+    for method in &joint.methods {
+        let name = method.method.replace('_', " ");
+        for (quantity, found) in method.quantities() {
+            row(&mut table, &format!("{name}: {quantity}"), found);
+            if let Some(cell) = table.rows.last_mut().and_then(|row| row.last_mut()) {
+                method.reference.clone_into(cell);
+            }
+        }
+        if let Some(why) = &method.refused {
+            table.row([&name, "", "", "", "", "", "", why.as_str()]);
         }
     }
     Some(table.trimmed())

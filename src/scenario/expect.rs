@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::identify::{Identification, JointIdentification, PerDirection, Quantity};
+use crate::identify::{Identification, JointIdentification, Method, PerDirection, Quantity};
 
 /// Largest allowed error of one quantity of one joint.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +38,7 @@ impl fmt::Display for Unmet {
 type Errors = fn(&JointIdentification) -> Option<[f64; 2]>;
 
 /// Quantities that can be expected, by the name of their key.
-pub const QUANTITIES: [(&str, Errors); 11] = [
+pub const QUANTITIES: [(&str, Errors); 13] = [
     ("curve_percent", |joint| {
         let friction = &joint.friction;
         let errors = match friction.preferred {
@@ -57,11 +57,18 @@ pub const QUANTITIES: [(&str, Errors); 11] = [
     ("b2_percent", |joint| both(&joint.friction.lines, |law| &law.b2)),
     ("backlash_percent", |joint| one(&joint.backlash.as_ref()?.best.mean)),
     ("paper_backlash_percent", |joint| one(&joint.backlash.as_ref()?.paper.mean)),
+    ("switching_backlash_percent", |joint| of_method(joint, Method::SwitchingLeastSquares, "gap")),
+    ("limit_cycle_backlash_percent", |joint| of_method(joint, Method::LimitCycle, "gap")),
 ];
 
 fn both<T>(laws: &PerDirection<T>, of: impl Fn(&T) -> &Quantity) -> Option<[f64; 2]> {
     let [positive, negative] = laws.each();
     Some([of(positive).error_percent?, of(negative).error_percent?])
+}
+
+fn of_method(joint: &JointIdentification, method: Method, quantity: &str) -> Option<[f64; 2]> {
+    let found = joint.methods.iter().find(|one| one.method == method.name())?;
+    one(found.quantities().find(|(name, _)| *name == quantity)?.1)
 }
 
 fn one(quantity: &Quantity) -> Option<[f64; 2]> {

@@ -63,6 +63,14 @@ pub(super) fn positive_gain(unit: &'static str) -> Range {
     Range::positive(unit).up_to(1e12)
 }
 
+/// Torque that is imposed.
+pub(super) fn torque(kind: JointKind) -> Range {
+    Range::positive(kind.effort_unit()).up_to(1e6)
+}
+
+/// Period of a wave: a drive's own loop runs at up to 1 MHz.
+pub(super) const PERIOD: Range = Range::between(1e-5, 1e6, "s");
+
 /// Speed within which a controller is linear, or limit of a speed error.
 pub(super) fn speed_error(kind: JointKind) -> Range {
     Range::positive(speed_unit(kind)).up_to(FASTEST_MOTION)

@@ -1,9 +1,12 @@
 //! The tables `[reference]` and `[[session]]` of a scenario file: the motion of the joints.
 //!
+//! `kind = "torque"` imposes a wave of torque on a joint instead of a motion: `shape` (square, triangle), `amplitude` [N·m or N] at the
+//! joint, `period` [s], `cycles`. The controller holds the other joints.
+//!
 //! Angles and what derives from them may be given in SI (`speed`) or, for turning joints, in degrees (`speed_deg`).
 
 use super::{Session, ranges, read_added_mass};
-use crate::control::{Excitation, Gentle, JointRange, Profile, Staircase, Steps, TooManyMoves};
+use crate::control::{Excitation, Gentle, JointRange, Profile, Shape, Staircase, Steps, TooManyMoves, TorqueWave};
 use crate::error::{Error, Place, Result};
 use crate::robot::{Load, Model};
 use crate::toml_input::{Range, Table};
@@ -27,15 +30,21 @@ enum Kind {
     Fast,
     Waypoints,
     Rest,
+    Torque,
 }
 
 /// Result of reading `[reference]` or one `[[session]]`, with the load of the machine in this session.
 pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Result<(Session, Option<Load>)> {
-    let kinds =
-        [("staircase", Kind::Staircase), ("fast", Kind::Fast), ("waypoints", Kind::Waypoints), ("rest", Kind::Rest)];
+    let kinds = [
+        ("staircase", Kind::Staircase),
+        ("fast", Kind::Fast),
+        ("waypoints", Kind::Waypoints),
+        ("rest", Kind::Rest),
+        ("torque", Kind::Torque),
+    ];
     let kind = table
         .optional_choice("kind", &kinds)?
-        .ok_or_else(|| table.error("kind", "staircase, fast, waypoints or rest"))?;
+        .ok_or_else(|| table.error("kind", "staircase, fast, waypoints, rest or torque"))?;
     let name = table.optional_name("name")?.unwrap_or(default_name).to_owned();
     let rest = table.number_or("rest", &ranges::DURATION, REST)?;
     let start = start(table, model)?;
@@ -49,6 +58,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
     match kind {
         Kind::Staircase => staircase(table, model, &mut profile)?,
         Kind::Waypoints => waypoints(table, model, &mut profile)?,
+        Kind::Torque => torque(table, model, &mut profile)?,
         Kind::Fast | Kind::Rest => {}
     }
     let whole = profile.duration() + TAIL;
@@ -197,6 +207,25 @@ fn waypoints(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<
             track.move_to(position * scale, speed, acceleration);
             track.coast(rest);
         }
+    }
+    Ok(())
+}
+
+/// A wave of torque of every joint of the table; the controller holds the others.
+fn torque(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<()> {
+    for (joint, table) in moving(table, model)? {
+        let shapes = [("square", Shape::Square), ("triangle", Shape::Triangle)];
+        let shape =
+            table.optional_choice("shape", &shapes)?.ok_or_else(|| table.error("shape", "square or triangle"))?;
+        let wave = TorqueWave {
+            shape,
+            amplitude: table.number("amplitude", &ranges::torque(model.joints[joint].kind))?,
+            period: table.number("period", &ranges::PERIOD)?,
+            cycles: table.number("cycles", &Range::positive("").up_to(1e6))?,
+            start: 0.0,
+        };
+        table.finish()?;
+        profile.tracks_mut()[joint].impose(wave);
     }
     Ok(())
 }

@@ -128,7 +128,7 @@ impl Regulator {
         self.gears = KnownGears::of(known, crossing_time);
     }
 
-    /// Command currents [A] for the present readings and targets.
+    /// Command currents [A] for the present readings and targets. A torque that is imposed takes the place of the controller's.
     pub fn command(&mut self, readings: &[Reading], targets: &[Target]) -> &[f64] {
         self.gears.advance(targets, &mut self.dynamics, self.period);
         self.observe(readings);
@@ -143,8 +143,8 @@ impl Regulator {
         let terms = Terms { h: &self.h, c: &self.c, g: &self.g };
         self.controller.torque(targets, Motion { q: &self.q, v: &self.v }, &terms, &mut self.tau);
         for (i, drive) in self.drives.iter().enumerate() {
-            let current = (self.tau[i] + self.damping[i] * targets[i].velocity + self.gears.now(i).torque)
-                / drive.torque_per_ampere;
+            let controlled = self.tau[i] + self.damping[i] * targets[i].velocity + self.gears.now(i).torque;
+            let current = targets[i].torque.unwrap_or(controlled) / drive.torque_per_ampere;
             self.commands[i] = current.clamp(-drive.current_limit, drive.current_limit);
         }
         &self.commands

@@ -31,7 +31,7 @@ pub use reversal::{Reversal, find_reversals};
 
 use fit::Known;
 use paper::Strokes;
-use reversal::Session;
+pub(super) use reversal::{Session, braking};
 
 use super::signals::Signals;
 use crate::error::Result;

@@ -19,7 +19,7 @@ const BRAKING: f64 = 0.9;
 pub(super) const SPEED_SPAN: f64 = 0.060;
 
 /// One recording of a joint with its reversals.
-pub(super) struct Session<'a> {
+pub(in crate::identify) struct Session<'a> {
     /// Index of the joint.
     pub joint: usize,
     /// Unit of its position.
@@ -42,7 +42,10 @@ impl<'a> Session<'a> {
             sign_by_command(&mut signals.torque, recorded.get(Channel::CommandCurrent)?);
             signals.rectified = false;
         }
-        let reversals = gentlest(find_reversals(signals.position, signals.count), signals.position, &signals.clock);
+        // Without a stroke of the reference the motor turns otherwise, as when it is rocked within its gap.
+        let strokes = signals.reference_velocity.as_ref().is_none_or(|v| v.iter().any(|v| *v != 0.0));
+        let turns = if strokes { find_reversals(signals.position, signals.count) } else { Vec::new() };
+        let reversals = gentlest(turns, signals.position, &signals.clock);
         let unit = model.joints[joint].kind.position_unit();
         Some(Self { joint, unit, signals, rigid: RigidBody::new(model, joint, series), reversals })
     }
@@ -111,7 +114,7 @@ pub fn find_reversals(position: &[f64], count: f64) -> Vec<Reversal> {
 }
 
 /// Sample at which the stroke before a reversal begins to brake, less [`SPEED_SPAN`], and the steady speed before it [rad/s or m/s].
-pub(super) fn braking(position: &[f64], reversal: &Reversal, clock: &Clock) -> (usize, f64) {
+pub(in crate::identify) fn braking(position: &[f64], reversal: &Reversal, clock: &Clock) -> (usize, f64) {
     let speed = |from: usize, to: usize| (position[to] - position[from]).abs() / clock.elapsed(from, to);
     let quarter = ((reversal.turn - reversal.start) / 4).max(1);
     let steady = speed(reversal.start, reversal.start + quarter);
