@@ -12,6 +12,7 @@ mod observer;
 mod pi;
 mod profile;
 mod sliding_mode;
+mod speeds;
 mod staircase;
 
 pub use compensation::{Compensation, Feedforward, FrictionCurve, KnownGear};
@@ -21,6 +22,7 @@ pub use observer::{EdgeObserver, ObserverNoise};
 pub use pi::{Pi, PiGains};
 pub use profile::{Profile, Target, Track};
 pub use sliding_mode::{SlidingGains, SlidingMode, sat};
+pub use speeds::{SpeedSequence, SpeedStep};
 pub use staircase::{Gentle, Staircase, Steps};
 
 use nalgebra::DMatrix;

@@ -28,6 +28,7 @@ mod read_compensation;
 mod read_controller;
 mod read_obstacles;
 mod read_reference;
+mod read_speeds;
 mod record;
 mod recorded;
 mod regulator;
