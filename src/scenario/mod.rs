@@ -32,6 +32,7 @@ mod read_speeds;
 mod record;
 mod recorded;
 mod regulator;
+mod rehearsal;
 mod tracking;
 mod trial;
 mod truth;
