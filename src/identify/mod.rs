@@ -24,6 +24,8 @@ pub(crate) mod statistics;
 mod summary;
 mod windows;
 
+pub(crate) use motion::{EDGE, SMALL_MODEL_ERROR};
+
 pub use backlash::BacklashIdentification;
 pub use points::Point;
 pub use published::{PublishedEstimates, PublishedFriction};
