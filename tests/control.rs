@@ -2,7 +2,7 @@
 
 use lostmotion::control::{
     Controller, EdgeObserver, Excitation, JointRange, Motion, ObserverNoise, Pi, PiGains, Profile, SlidingGains,
-    SlidingMode, Staircase, Steps, Target, Terms, Track, sat,
+    SlidingMode, SpeedSequence, SpeedStep, Staircase, Steps, Target, Terms, Track, sat,
 };
 use lostmotion::units::DEG;
 use nalgebra::{DMatrix, DVector};
@@ -267,4 +267,29 @@ fn property_a_joint_at_rest_is_seen_at_rest() {
         assert!((observer.position() - read(0.0)).abs() <= COUNT, "at {} s", f64::from(k) * 1e-3);
     }
     assert!(observer.velocity().abs() < 0.5 * DEG, "{} deg/s", observer.velocity() / DEG);
+}
+
+#[test]
+fn analytic_a_sequence_of_speeds_goes_on_without_a_stop_and_brakes_as_each_step_says() {
+    let step = |velocity, duration, deceleration| SpeedStep { velocity, duration, deceleration };
+    let mut profile = Profile::at_rest(&[0.5, 0.0]);
+    let steps = vec![step(0.1, 2.0, 0.5), step(0.3, 1.0, 0.1), step(-0.2, 1.0, 0.2), step(-0.1, 1.0, 0.5)];
+    SpeedSequence { joint: 0, acceleration: 1.0, steps }.append(&mut profile);
+    let at = |time: f64| profile.tracks()[0].sample(time);
+    // Exact but for the rounding of the sums of times, 1e-15 s each.
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} for {b}");
+    near(at(1.0).velocity, 0.1);
+    // 0.1 s + 2 s, then from 0.1 to 0.3 in 0.2 s without a stop.
+    near(at(2.2).velocity, 0.2);
+    near(at(3.0).velocity, 0.3);
+    // From 3.3 s on it brakes with 0.1 for 3 s, then accelerates in the other direction with 1.
+    near(at(4.8).velocity, 0.15);
+    near(at(6.4).velocity, -0.1);
+    // From -0.2 at 7.5 s to -0.1 with 0.2, held for 1 s, to rest with 0.5.
+    near(at(7.75).velocity, -0.15);
+    near(profile.duration(), 9.2);
+    assert_eq!(profile.tracks()[0].end().velocity, 0.0);
+    let way = 0.005 + 0.2 + 0.04 + 0.3 + 0.45 - 0.02 - 0.2 - 0.075 - 0.1 - 0.01;
+    near(profile.tracks()[0].end().position, 0.5 + way);
+    assert_eq!(profile.tracks()[1].end().position, 0.0);
 }

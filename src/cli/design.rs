@@ -9,20 +9,21 @@ use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::report::files::{envelope, planned};
 use crate::report::{Document, Report, Section, Table};
-use crate::scenario::{Budget, Design as Designed, Question, TriedExperiment, design};
+use crate::robot::Model;
+use crate::scenario::{Budget, Design as Designed, Measurands, Question, TriedExperiment, design, measurement};
 
 use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
 use super::limits::LimitOptions;
-use super::{Outcome, console, input};
+use super::{Outcome, console, input, measured};
 
-/// Design the experiment that separates two causes, or measures one best, as a scenario file
+/// Design the experiment that separates two causes, or measures friction, backlash or one effect best, as a scenario file
 #[derive(Debug, Args)]
 pub struct Design {
-    /// Model with friction: a file, or the name of a robot of the catalogue
+    /// Model, for effects with friction: a file, or the name of a robot of the catalogue
     #[arg(long, value_name = "MODEL")]
     model: PathBuf,
-    /// Two effects of the catalogue with a | between them, or one
+    /// Two effects of the catalogue with a | between them, or one; or friction, backlash, friction,backlash, with the joints after "of" (friction of joint1,joint2)
     #[arg(long, value_name = "\"A|B\"")]
     question: String,
     /// Longest experiment [s]
@@ -38,6 +39,9 @@ impl Design {
     /// Simulates experiments and writes the best one.
     pub fn run(self) -> Result<Outcome> {
         let model = input::model(&self.model)?;
+        if let Some(asked) = Measurands::parse(&self.question, &model)? {
+            return self.measure(&model, &asked);
+        }
         let question = Question::parse(&self.question, &Catalogue::default())?;
         let folder = Folder::reserve(
             self.output.out.as_deref(),
@@ -61,6 +65,37 @@ impl Design {
             motions: Vec::new(),
             model: Some(model.clone()),
             extra: vec![("scenario.toml".to_owned(), found.best.scenario.clone().into())],
+        };
+        console::finish(&report, &folder, &self.output)
+    }
+
+    /// Plans a measurement and writes it, with the references of its recordings.
+    fn measure(self, model: &Model, asked: &Measurands) -> Result<Outcome> {
+        let progress = Progress::start("planning", self.output.quiet);
+        let found = measurement(model, asked, self.budget)?;
+        drop(progress);
+        let references = found.references.iter().map(|(name, _)| name.clone());
+        let names = references.chain(["scenario.toml".to_owned()]);
+        let folder = Folder::reserve(
+            self.output.out.as_deref(),
+            Request {
+                verb: "design",
+                name: "design",
+                files: planned(Some(model), names),
+                inputs: input::files(model, &[], &[]),
+            },
+        )?;
+        let mut json = serde_json::to_value(&found).unwrap_or_default();
+        json["question"] = json!([self.question]);
+        let table = |(name, content): &(String, String)| (name.clone(), content.clone().into());
+        let mut extra = vec![("scenario.toml".to_owned(), found.scenario.clone().into())];
+        extra.extend(found.references.iter().map(table));
+        let report = Report {
+            document: measured::document(model, asked, &found),
+            json: envelope("lostmotion/design/1", &model.name, json),
+            motions: Vec::new(),
+            model: Some(model.clone()),
+            extra,
         };
         console::finish(&report, &folder, &self.output)
     }

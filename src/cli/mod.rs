@@ -23,6 +23,7 @@ mod identity;
 mod input;
 mod limits;
 mod list;
+mod measured;
 mod new;
 mod replay;
 mod run;

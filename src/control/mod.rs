@@ -12,6 +12,7 @@ mod observer;
 mod pi;
 mod profile;
 mod sliding_mode;
+mod speeds;
 mod staircase;
 mod torque_wave;
 
@@ -22,6 +23,7 @@ pub use observer::{EdgeObserver, ObserverNoise};
 pub use pi::{Pi, PiGains};
 pub use profile::{Profile, Target, Track};
 pub use sliding_mode::{SlidingGains, SlidingMode, sat};
+pub use speeds::{SpeedSequence, SpeedStep};
 pub use staircase::{Gentle, Staircase, Steps};
 pub use torque_wave::{Shape, TorqueWave};
 

@@ -64,14 +64,20 @@ impl Track {
         self.accelerate(0.0, duration);
     }
 
+    /// Changes its velocity to another one [rad/s or m/s] with an acceleration [rad/s² or m/s², > 0].
+    pub fn change_velocity(&mut self, velocity: f64, acceleration: f64) {
+        let change = velocity - self.end().velocity;
+        self.accelerate(acceleration.copysign(change), change.abs() / acceleration);
+        let end = self.pieces.len() - 1;
+        self.pieces[end].1.velocity = velocity;
+    }
+
     /// From rest to a velocity [rad/s or m/s] with one acceleration, constant for a time [s], and to rest with a
     /// deceleration [rad/s² or m/s², both > 0].
     pub fn trapezoid(&mut self, velocity: f64, acceleration: f64, constant: f64, deceleration: f64) {
-        let towards = velocity.signum();
-        self.accelerate(towards * acceleration, velocity.abs() / acceleration);
+        self.change_velocity(velocity, acceleration);
         self.coast(constant);
-        self.accelerate(-towards * deceleration, velocity.abs() / deceleration);
-        self.rest();
+        self.change_velocity(0.0, deceleration);
     }
 
     /// Rests for the duration of a wave of torque that is imposed from now on; it replaces one that was imposed before.
@@ -91,12 +97,6 @@ impl Track {
         }
         let end = self.pieces.len() - 1;
         self.pieces[end].1.position = position;
-    }
-
-    /// Sets a velocity that is only rounding error to zero.
-    fn rest(&mut self) {
-        let end = self.pieces.len() - 1;
-        self.pieces[end].1.velocity = 0.0;
     }
 
     /// [s] Duration until rest.

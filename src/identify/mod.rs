@@ -26,6 +26,8 @@ pub(crate) mod statistics;
 mod summary;
 mod windows;
 
+pub(crate) use motion::{EDGE, SMALL_MODEL_ERROR};
+
 pub use backlash::BacklashIdentification;
 pub use methods::{Method, MethodEstimate};
 pub use points::Point;

@@ -27,9 +27,9 @@ const LEAD: f64 = 0.25;
 /// Standard deviation of the error of the model's torque from sample to sample, as a part of the torque.
 const MODEL_ERROR: f64 = 0.05;
 /// The same once the law is nearly right and rotor and link move together.
-const SMALL_MODEL_ERROR: f64 = 0.005;
+pub(crate) const SMALL_MODEL_ERROR: f64 = 0.005;
 /// Standard deviation of an edge's position in counts.
-const EDGE: f64 = 0.005;
+pub(crate) const EDGE: f64 = 0.005;
 /// Part of a count by which a predicted position may leave the count that is read before it is held back.
 const HELD: f64 = 0.1;
 /// Standard deviation of the constant torque that a law may lack, before it is known, as a part of the torque.

@@ -5,7 +5,7 @@
 //!
 //! Angles and what derives from them may be given in SI (`speed`) or, for turning joints, in degrees (`speed_deg`).
 
-use super::{Session, ranges, read_added_mass};
+use super::{Session, ranges, read_added_mass, read_speeds};
 use crate::control::{Excitation, Gentle, JointRange, Profile, Shape, Staircase, Steps, TooManyMoves, TorqueWave};
 use crate::error::{Error, Place, Result};
 use crate::robot::{Load, Model};
@@ -16,7 +16,7 @@ use crate::units::{DEG, JointKind};
 const REST: f64 = 0.5;
 
 /// Largest number of speeds of a staircase.
-const MOST_STEPS: f64 = 10_000.0;
+pub(super) const MOST_STEPS: f64 = 10_000.0;
 
 /// Largest number of positions of a joint.
 const MOST_PLACES: usize = 100_000;
@@ -27,6 +27,7 @@ const TAIL: f64 = 0.5;
 #[derive(Clone, Copy)]
 enum Kind {
     Staircase,
+    Speeds,
     Fast,
     Waypoints,
     Rest,
@@ -37,6 +38,7 @@ enum Kind {
 pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Result<(Session, Option<Load>)> {
     let kinds = [
         ("staircase", Kind::Staircase),
+        ("speeds", Kind::Speeds),
         ("fast", Kind::Fast),
         ("waypoints", Kind::Waypoints),
         ("rest", Kind::Rest),
@@ -44,7 +46,7 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
     ];
     let kind = table
         .optional_choice("kind", &kinds)?
-        .ok_or_else(|| table.error("kind", "staircase, fast, waypoints, rest or torque"))?;
+        .ok_or_else(|| table.error("kind", "staircase, speeds, fast, waypoints, rest or torque"))?;
     let name = table.optional_name("name")?.unwrap_or(default_name).to_owned();
     let rest = table.number_or("rest", &ranges::DURATION, REST)?;
     let start = start(table, model)?;
@@ -57,6 +59,11 @@ pub(super) fn read(table: &Table<'_>, model: &Model, default_name: &str) -> Resu
     }
     match kind {
         Kind::Staircase => staircase(table, model, &mut profile)?,
+        Kind::Speeds => {
+            for (joint, table) in moving(table, model)? {
+                read_speeds::read(&table, joint, model.joints[joint].kind)?.append(&mut profile);
+            }
+        }
         Kind::Waypoints => waypoints(table, model, &mut profile)?,
         Kind::Torque => torque(table, model, &mut profile)?,
         Kind::Fast | Kind::Rest => {}
@@ -231,7 +238,7 @@ fn torque(table: &Table<'_>, model: &Model, profile: &mut Profile) -> Result<()>
 }
 
 /// Ranges of a speed, an acceleration and a distance.
-fn of_motion(kind: JointKind) -> (Range, Range, Range) {
+pub(super) fn of_motion(kind: JointKind) -> (Range, Range, Range) {
     (ranges::speed(kind), ranges::acceleration(kind), ranges::way(kind))
 }
 
@@ -249,7 +256,7 @@ fn angle(table: &Table<'_>, key: &str, kind: JointKind, range: &Range) -> Result
     table.optional_number(key, range)
 }
 
-fn required(table: &Table<'_>, key: &str, kind: JointKind, range: &Range) -> Result<f64> {
+pub(super) fn required(table: &Table<'_>, key: &str, kind: JointKind, range: &Range) -> Result<f64> {
     match angle(table, key, kind, range)? {
         Some(value) => Ok(value),
         None => table.number(key, range),

@@ -43,14 +43,17 @@ impl Question {
         let refused = |expected: String| Error::input("command line".as_ref(), Place::File, "question", text, expected);
         let names: Vec<String> = text.split('|').map(|name| name.trim().to_owned()).collect();
         if names.len() > 2 || names.iter().any(String::is_empty) || (names.len() == 2 && names[0] == names[1]) {
-            return Err(refused("one effect, or two different ones with a | between them".to_owned()));
+            return Err(refused(
+                "one effect, or two different ones with a | between them; or friction, backlash or friction,backlash"
+                    .to_owned(),
+            ));
         }
         for name in &names {
             match catalogue.find(name) {
                 None => {
                     let near = nearest(name, catalogue.iter().map(|effect| effect.name()));
                     let hint = near.map_or_else(String::new, |near| format!(", such as {near}"));
-                    return Err(refused(format!("names of `lostmotion list effects`{hint}")));
+                    return Err(refused(format!("names of `lostmotion list effects`, or friction, backlash{hint}")));
                 }
                 Some(effect) if !effect.can_be_told() => {
                     return Err(refused(format!(

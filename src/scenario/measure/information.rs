@@ -1,0 +1,161 @@
+//! Fisher information of an experiment about friction and gap: what the model says before anything is recorded.
+//!
+//! **Friction.** A window of length `T` at the speed `v` gives the mean friction `F(v)`, equation 6, with the variance
+//!
+//! ```text
+//!   F(v) = F_C + (F_S − F_C) e^{−v/v_S} + F_V v
+//!
+//!   σ²(v, T) = σ_τ² Δt/T  +  J² · 720 σ_x²/(n T⁴)         σ_τ² = (K σ_i)² + (K δ_i)²/12 + (ε F)²
+//!                                                          σ_x² = (v Δt)²/12 + (e δ)²,   n = v T/δ
+//! ```
+//! First term: the mean of `T/Δt` samples of torque, each with the noise `σ_i` and the resolution `δ_i` of the current sensor, and with
+//! what the identification assumes that its model lacks from sample to sample, `ε F`. Second term: torque that accelerates `J` is not
+//! friction. `n` encoder edges, each placed to `σ_x` (anywhere in its sample interval, and the encoder's own error `e` of a count `δ`),
+//! give a constant acceleration with the variance `720 σ_x²/(n T⁴)`: that of the second coefficient of a parabola through `n` equidistant
+//! points. These are the errors that the filter of the torque balance assumes (`identify::motion`); errors of different windows are
+//! independent there, and here. Left out: what windows have in common, ripple and friction that depends on position.
+//!
+//! ```text
+//!   M = Σ_w g_w g_wᵀ/σ_w² + I         g = θ ∂F/∂θ = (F_C (1 − e), F_S e, (F_S − F_C) e v/v_S, F_V v),   e = e^{−v/v_S}
+//! ```
+//! `M⁻¹` is the covariance of the relative errors of the four coefficients; the unit matrix says that each is known within 100 %, so that
+//! an experiment that does not determine one of them has a finite value.
+//!
+//! **Gap.** A reversal gives the gap as the distance between two contacts of the flanks, and the encoder shows either of them within a
+//! count, with the variance `δ²/12`:
+//!
+//! ```text
+//!   σ_b² = (2 · δ²/12)/n
+//! ```
+//! for `n` reversals at different phases of a count. It depends neither on speed nor on deceleration, as long as the link stays on its flank:
+//! simulated reversals from 1 to 3 deg/s scatter by 0.35 to 0.45 counts, and `1/√6` is 0.41.
+//!
+//! **Criterion.** The mean of `ln var` over the coefficients: a per cent gained in one of them counts as a per cent in any other.
+//! Their errors differ by a factor of twenty (0.05 % of `F_S`, 1 % of `v_S`), so that the sum of variances, or the worst, would spend all time on one.
+//! It is averaged over the laws that are possible: both directions, and other `v_S` than the model's, so that the plan does not rely on it.
+
+use nalgebra::{Matrix4, Vector4};
+
+use crate::gearhead::{Exponential, FrictionLaw};
+use crate::identify::{EDGE, SMALL_MODEL_ERROR};
+use crate::robot::JointModel;
+
+/// Factors on `v_S` that are considered where the model has friction: an earlier identification is right within them.
+const KNOWN: [f64; 3] = [0.6, 1.0, 1.6];
+/// The same where the friction is a guess.
+const GUESSED: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+
+/// Sensors and inertia of a joint, as far as they decide the error of a window.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensing {
+    /// Standard deviation of the torque of a sample by the current sensor [N·m or N].
+    pub torque_noise: f64,
+    /// `Δt` [s] between two samples.
+    pub interval: f64,
+    /// `J` [kg·m² or kg] of rotor and link.
+    pub inertia: f64,
+    /// `δ` [rad or m] size of an encoder count; 0 for an exact encoder.
+    pub count: f64,
+}
+
+impl Sensing {
+    /// Of a joint that moves an inertia [kg·m² or kg] and is read every `interval` [s].
+    pub fn of(joint: &JointModel, inertia: f64, interval: f64) -> Self {
+        let noise = joint.current_sensor.map_or(0.0, |sensor| sensor.noise.hypot(sensor.resolution / 12f64.sqrt()));
+        Self { torque_noise: joint.torque_per_ampere() * noise, interval, inertia, count: joint.encoder_step() }
+    }
+
+    /// `σ²(v, T)` [N²·m² or N²] of the mean friction over a window of `time` [s] at a `speed` [rad/s or m/s] with a friction [N·m or N].
+    pub fn variance(&self, speed: f64, time: f64, friction: f64) -> f64 {
+        let of_sample = self.torque_noise.powi(2) + (SMALL_MODEL_ERROR * friction).powi(2);
+        let edge = (speed * self.interval).powi(2) / 12.0 + (EDGE * self.count).powi(2);
+        let edges = if self.count > 0.0 { speed * time / self.count } else { time / self.interval };
+        of_sample * self.interval / time + self.inertia.powi(2) * 720.0 * edge / (edges.max(1.0) * time.powi(4))
+    }
+
+    /// `σ_b` [rad or m] of the gap from `reversals`; 0 for an exact encoder.
+    pub fn gap_error(&self, reversals: usize) -> f64 {
+        self.count / (6.0 * reversals as f64).sqrt()
+    }
+}
+
+/// A window: speed [rad/s or m/s] and length [s].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteadyWindow {
+    /// `v` [rad/s or m/s] > 0.
+    pub speed: f64,
+    /// `T` [s] > 0.
+    pub time: f64,
+}
+
+/// Coefficients of equation 6 in the order of the vectors here.
+const fn coefficients(law: &Exponential) -> [f64; 4] {
+    [law.coulomb, law.breakaway, law.stribeck_velocity, law.viscous]
+}
+
+/// Relative covariance of `(F_C, F_S, v_S, F_V)` from windows in one direction, each `repeats` times.
+pub fn covariance(law: &Exponential, sensing: &Sensing, windows: &[SteadyWindow], repeats: f64) -> Matrix4<f64> {
+    let mut information = Matrix4::identity();
+    let [coulomb, breakaway, stribeck, viscous] = coefficients(law);
+    for window in windows {
+        let v = window.speed;
+        let e = (-v / stribeck).exp();
+        let g = Vector4::new(coulomb * (1.0 - e), breakaway * e, (breakaway - coulomb) * e * v / stribeck, viscous * v);
+        let friction = coulomb + (breakaway - coulomb) * e + viscous * v;
+        information += g * g.transpose() * (repeats / sensing.variance(v, window.time, friction));
+    }
+    // Symmetric and at least the unit matrix: it has an inverse.
+    information.try_inverse().unwrap_or_else(Matrix4::identity)
+}
+
+/// The laws that a plan has to measure well.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Possible {
+    /// As the model has them, or as they are guessed: positive and negative direction.
+    pub nominal: [Exponential; 2],
+    /// With other `v_S` as well.
+    laws: Vec<Exponential>,
+}
+
+impl Possible {
+    /// About the law of a model, or about a guess.
+    pub fn about(law: &FrictionLaw, known: bool) -> Self {
+        let nominal = match law {
+            FrictionLaw::Exponential(law) => *law,
+            // The exponential law whose tangents at rest and at high speed are the two lines.
+            FrictionLaw::TwoLines(lines) => lines.map(|line| Exponential {
+                coulomb: line.a2,
+                breakaway: line.a1,
+                stribeck_velocity: line.switch_velocity(),
+                viscous: line.b2,
+            }),
+        };
+        let factors: &[f64] = if known { &KNOWN } else { &GUESSED };
+        let with =
+            |law: &Exponential, factor: &f64| Exponential { stribeck_velocity: factor * law.stribeck_velocity, ..*law };
+        let laws = nominal.iter().flat_map(|law| factors.iter().map(|factor| with(law, factor))).collect();
+        Self { nominal, laws }
+    }
+
+    /// Mean of `ln var` over coefficients and laws.
+    pub fn criterion(&self, sensing: &Sensing, windows: &[SteadyWindow], repeats: f64) -> f64 {
+        let of = |law: &Exponential| covariance(law, sensing, windows, repeats).diagonal().map(f64::ln).mean();
+        self.laws.iter().map(of).sum::<f64>() / self.laws.len() as f64
+    }
+
+    /// [1] Relative standard errors of `(F_C, F_S, v_S, F_V)` in the positive and the negative direction, under the nominal laws.
+    pub fn errors(&self, sensing: &Sensing, windows: &[SteadyWindow], repeats: f64) -> [[f64; 4]; 2] {
+        self.nominal.map(|law| covariance(&law, sensing, windows, repeats).diagonal().map(f64::sqrt).into())
+    }
+
+    /// [N·m or N] Largest friction at a speed.
+    pub fn largest(&self, speed: f64) -> f64 {
+        let at = |law: &Exponential| law.dry(speed) + law.viscous * speed;
+        at(&self.nominal[0]).max(at(&self.nominal[1]))
+    }
+
+    /// [N·m or N] Smallest Coulomb friction.
+    pub fn smallest_coulomb(&self) -> f64 {
+        self.nominal[0].coulomb.min(self.nominal[1].coulomb)
+    }
+}
