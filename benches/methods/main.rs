@@ -20,9 +20,10 @@ const SEEDS: u64 = 7001;
 /// Counts of an encoder a turn: 500 pulses counted once and in quadrature, and an encoder ten times as fine.
 const COUNTS: [u32; 3] = [500, 2000, 20_000];
 /// Scenarios, the method whose experiment they hold, and the assignments that change the encoders.
-const EXPERIMENTS: [(&str, Method, &[&str]); 2] = [
+const EXPERIMENTS: [(&str, Method, &[&str]); 3] = [
     ("16_gap_by_switching", Method::SwitchingLeastSquares, &["joint1", "joint2"]),
     ("17_gap_by_limit_cycle", Method::LimitCycle, &["joint1", "joint2"]),
+    ("18_lugre_presliding", Method::Lugre, &["joint1"]),
 ];
 
 /// One estimate of one run.

@@ -182,7 +182,7 @@ impl super::Identification {
     pub fn compare(&mut self, truth: &Model) {
         for found in &mut self.joints {
             let Some(joint) = truth.joints.iter().find(|joint| joint.name == found.joint) else { continue };
-            found.methods.iter_mut().for_each(|method| method.compare(joint));
+            found.methods.iter_mut().for_each(|method| method.compare(joint, &truth.effects));
             if let Some(friction) = joint.friction {
                 found.friction.compare(&friction.law);
                 found.centrifugal.compare(0.0);

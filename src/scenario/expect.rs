@@ -38,7 +38,7 @@ impl fmt::Display for Unmet {
 type Errors = fn(&JointIdentification) -> Option<[f64; 2]>;
 
 /// Quantities that can be expected, by the name of their key.
-pub const QUANTITIES: [(&str, Errors); 13] = [
+pub const QUANTITIES: [(&str, Errors); 15] = [
     ("curve_percent", |joint| {
         let friction = &joint.friction;
         let errors = match friction.preferred {
@@ -59,6 +59,8 @@ pub const QUANTITIES: [(&str, Errors); 13] = [
     ("paper_backlash_percent", |joint| one(&joint.backlash.as_ref()?.paper.mean)),
     ("switching_backlash_percent", |joint| of_method(joint, Method::SwitchingLeastSquares, "gap")),
     ("limit_cycle_backlash_percent", |joint| of_method(joint, Method::LimitCycle, "gap")),
+    ("lugre_stiffness_percent", |joint| of_method(joint, Method::Lugre, "stiffness")),
+    ("lugre_damping_percent", |joint| of_method(joint, Method::Lugre, "damping")),
 ];
 
 fn both<T>(laws: &PerDirection<T>, of: impl Fn(&T) -> &Quantity) -> Option<[f64; 2]> {

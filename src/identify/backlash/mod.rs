@@ -32,6 +32,7 @@ pub use reversal::{Reversal, find_reversals};
 use fit::Known;
 use paper::Strokes;
 pub(super) use reversal::{Session, braking};
+pub(super) use window::torque_between;
 
 use super::signals::Signals;
 use crate::error::Result;

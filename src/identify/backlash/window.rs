@@ -124,7 +124,7 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
 
 /// Mean torque between each sample and the next: the current starts from its reading and follows its new command with the time
 /// constant `T_i`, so that with `a = Δt/T_i` the mean is `u i_k + (1 − u) i_{k+1}`, `u = 1/a − e^{−a}/(1 − e^{−a})`.
-fn torque_between(torque: &[f64], steps: &[f64], time_constant: f64) -> Vec<f64> {
+pub(in crate::identify) fn torque_between(torque: &[f64], steps: &[f64], time_constant: f64) -> Vec<f64> {
     let mean = |(pair, step): (&[f64], &f64)| {
         let a = step / time_constant;
         let weight = if a < 1e-3 { 0.5 } else { 1.0 / a - 1.0 / a.exp_m1() };

@@ -26,8 +26,9 @@ use crate::timeseries::TimeSeries;
 const FEWEST: usize = 6;
 /// [1] Least torque of the wave, as a part of the joint's friction at rest: with less a motor whose friction is half of the joint's does
 /// not move.
-const LEAST: f64 = 0.5;
-/// [1] Part of the samples of a half period, and the deviation from the wave's torque that they may have: a square wave after its edges.
+pub(super) const LEAST: f64 = 0.5;
+/// [1] Part of the samples of a half period, and the deviation from the wave's torque that they may have: a square wave after its edges. A half period
+/// may be shorter than the longest by the second as well.
 const SQUARE: (f64, f64) = (0.9, 0.25);
 /// [1] Part of a half period, at its end, in which the motor has to rest.
 const AT_REST: f64 = 0.2;
@@ -137,17 +138,25 @@ fn wave(signals: &Signals, least: f64) -> Option<(f64, Vec<Half>)> {
         }
     }
     let interval = |pair: &[(usize, bool)]| Half { start: pair[0].0, end: pair[1].0, positive: pair[0].1 };
-    let halves: Vec<Half> = switches.windows(2).map(interval).collect();
-    let lengths = median(halves.iter().map(|half| (half.end - half.start) as f64).collect());
-    let even = |half: &Half| ((half.end - half.start) as f64 / lengths - 1.0).abs() < SQUARE.1;
     let square = |half: &Half| {
         let part = &signals.torque[half.start..half.end];
         let near = part.iter().filter(|tau| (tau.abs() / level - 1.0).abs() < SQUARE.1).count();
         near as f64 >= SQUARE.0 * part.len() as f64
     };
-    let number = halves.len();
-    let halves: Vec<Half> = halves.into_iter().filter(|half| even(half) && square(half)).collect();
-    (halves.len() >= FEWEST && 2 * halves.len() >= number).then_some((level, halves))
+    let halves: Vec<Half> = switches.windows(2).map(interval).filter(square).collect();
+    let length = |half: &Half| half.end - half.start;
+    // A controller that takes over after the wave may switch faster.
+    let longest = halves.iter().map(length).max()?;
+    let even = |half: &Half| length(half) as f64 > (1.0 - SQUARE.1) * longest as f64;
+    let halves: Vec<Half> = halves.into_iter().filter(even).collect();
+    let whole = 2 * halves.iter().map(length).sum::<usize>() >= signals.torque.len();
+    (halves.len() >= FEWEST && whole).then_some((level, halves))
+}
+
+/// The half periods of a square wave of torque of a level within these [N·m or N], first sample and the one after the last.
+pub(super) fn half_periods(signals: &Signals, levels: std::ops::Range<f64>) -> Option<Vec<[usize; 2]>> {
+    let (level, halves) = wave(signals, levels.start)?;
+    levels.contains(&level).then(|| halves.iter().map(|half| [half.start, half.end]).collect())
 }
 
 /// Where the motor rests at the end of a half period [rad or m]; `None` where it moves.
