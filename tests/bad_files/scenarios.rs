@@ -3,6 +3,9 @@
 use super::all_refused;
 use super::files::{Case, Files};
 
+/// The head of the session that moves by places, up to the joint's first key.
+const PLACES: &str = "kind = \"waypoints\"\nrest = 0.1\nstart.turn_deg = 0.0\n[session.joints.turn]\n";
+
 const CASES: &[Case] = &[
     ("scenario/1", "scenario/7", "scenario.toml:1: schema", &["lostmotion/scenario/1"]),
     ("robot = \"model.toml\"", "robot = \"gone.toml\"", "scenario.toml:3: robot = \"gone.toml\"", &["exists"]),
@@ -36,6 +39,24 @@ const CASES: &[Case] = &[
         "kind = \"waypoint\"",
         "scenario.toml:13: session[1].kind = \"waypoint\"",
         &["\"waypoints\""],
+    ),
+    (
+        "kind = \"waypoints\"",
+        "kind = \"torque\"",
+        "scenario.toml:16: session[1].joints.turn.shape",
+        &["square or triangle"],
+    ),
+    (
+        PLACES,
+        "kind = \"torque\"\nrest = 0.1\nstart.turn_deg = 0.0\n[session.joints.turn]\nshape = \"square\"\namplitude = -1.0\n",
+        "scenario.toml:18: session[1].joints.turn.amplitude = -1.0",
+        &["[N·m]"],
+    ),
+    (
+        PLACES,
+        "kind = \"torque\"\nrest = 0.1\nstart.turn_deg = 0.0\n[session.joints.turn]\nshape = \"square\"\namplitude = 1.0\nperiod = 0\n",
+        "scenario.toml:19: session[1].joints.turn.period = 0",
+        &["from 1e-5 to 1e6 [s]"],
     ),
     ("rest = 0.1", "rest = 1e12", "scenario.toml:14: session[1].rest = 1e12", &["from 0 to 1e7 [s]"]),
     ("start.turn_deg = 0.0", "start.turn_deg = 1e300", "scenario.toml:15: session[1].start.turn_deg", &["degrees"]),
