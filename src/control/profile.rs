@@ -75,9 +75,11 @@ impl Track {
     /// From rest to a velocity [rad/s or m/s] with one acceleration, constant for a time [s], and to rest with a
     /// deceleration [rad/s² or m/s², both > 0].
     pub fn trapezoid(&mut self, velocity: f64, acceleration: f64, constant: f64, deceleration: f64) {
-        self.change_velocity(velocity, acceleration);
+        let towards = velocity.signum();
+        self.accelerate(towards * acceleration, velocity.abs() / acceleration);
         self.coast(constant);
-        self.change_velocity(0.0, deceleration);
+        self.accelerate(-towards * deceleration, velocity.abs() / deceleration);
+        self.rest();
     }
 
     /// Rests for the duration of a wave of torque that is imposed from now on; it replaces one that was imposed before.
@@ -97,6 +99,12 @@ impl Track {
         }
         let end = self.pieces.len() - 1;
         self.pieces[end].1.position = position;
+    }
+
+    /// Sets a velocity that is only rounding error to zero.
+    fn rest(&mut self) {
+        let end = self.pieces.len() - 1;
+        self.pieces[end].1.velocity = 0.0;
     }
 
     /// [s] Duration until rest.
