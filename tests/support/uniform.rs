@@ -13,7 +13,8 @@ const STEADY: f64 = 0.8;
 const INCREMENT: &str = "increment_deg = 0.5";
 const STEADY_TIMES: [&str; 2] = ["steady_time = 1.2 ", "steady_time = 0.8\n"];
 
-/// A staircase of both joints.
+/// A staircase of both joints; not every user prints its length and number of speeds.
+#[allow(dead_code)]
 pub struct Staircase {
     /// Scenario 01 with it.
     pub scenario: Scenario,

@@ -21,10 +21,16 @@ use crate::scenario::trial::gains;
 pub const REST: f64 = 0.5;
 /// Most reversals of a joint: eight recordings.
 const MOST_REVERSALS: usize = 96;
+/// Numbers of reversals up to here are tried all, beyond it multiples of six.
+const EVERY: usize = 36;
 /// Fewest reversals of a joint: the gap needs three, and one may be lost.
 const FEWEST_REVERSALS: usize = 4;
 /// [1/s] Acceleration per fastest speed: that of scenario 01.
 const ACCELERATION: f64 = 1.2;
+/// [rad/s or m/s] Slowest top speed: a joint that has no room for it cannot be measured.
+const SLOWEST: f64 = 1e-4;
+/// Factor from a top speed that needs too much room to the next one that is tried.
+const SLOWER: f64 = 0.8;
 /// Time of the sweeps per time of the shortest ones, where only the gap is asked for: its estimate needs a good law.
 const ALLOWANCE: f64 = 1.3;
 
@@ -61,8 +67,7 @@ impl Setup {
         let law = joint.friction.map_or(FrictionLaw::Exponential([flat; 2]), |friction| friction.law);
         let possible = Possible::about(&law, known);
         let limit = model.robot.bodies[index].joint.limits.velocity;
-        let fastest = top_speed(joint.kind).min(SPEED_SHARE * limit);
-        let acceleration = (ACCELERATION * fastest).min(reach.acceleration);
+        let mut fastest = top_speed(joint.kind).min(SPEED_SHARE * limit);
         let link = inertia_at_best(model, reaches, index, possible.smallest_coulomb());
         let inertia = link + joint.reflected_inertia();
         // The tuned controller is written if the friction of every joint is known.
@@ -73,17 +78,18 @@ impl Setup {
             Regulation::with(gains(machine, reaches, index, CONTROL_PERIOD), &possible)
         };
         let lag = regulation.lag;
-        let motion = Reversing { lag, inertia, acceleration, fastest };
+        let sensing = Sensing::of(joint, inertia, CONTROL_PERIOD);
         let [_, room] = room(model, reach, index);
-        Self {
-            index,
-            sensing: Sensing::of(joint, inertia, CONTROL_PERIOD),
-            bounds: Bounds { fastest, acceleration, room, lag },
-            strokes: Strokes::of(joint, &possible, &motion),
-            possible,
-            regulation,
-            known,
+        let bounds = |fastest: f64| {
+            let acceleration = (ACCELERATION * fastest).min(reach.acceleration);
+            Bounds { fastest, acceleration, room, lag }
+        };
+        while fastest >= SLOWEST && !sweep::fits(&sensing, &bounds(fastest)) {
+            fastest *= SLOWER;
         }
+        let bounds = bounds(fastest);
+        let motion = Reversing { lag, inertia, acceleration: bounds.acceleration, fastest };
+        Self { index, sensing, bounds, strokes: Strokes::of(joint, &possible, &motion), possible, regulation, known }
     }
 
     /// The best course within `seconds`; `None` if the time is too short.
@@ -93,7 +99,7 @@ impl Setup {
             return Some(Course { sweep: sweeps(seconds)?, reversals: 0 });
         }
         if !asked.friction {
-            let least = ALLOWANCE * (self.shortest(asked) - self.reversing(FEWEST_REVERSALS));
+            let least = ALLOWANCE * (sweep::shortest(&self.sensing, &self.bounds) + 2.0 * REST);
             let reversals = self.most_reversals(seconds - least)?;
             return Some(Course { sweep: sweeps(seconds - self.reversing(reversals))?, reversals });
         }
@@ -104,7 +110,8 @@ impl Setup {
             let sum = sweep.criterion - (reversals as f64).ln();
             Some((Course { sweep, reversals }, sum))
         };
-        let all = (FEWEST_REVERSALS..=most).filter_map(course);
+        let numbers = (FEWEST_REVERSALS..=most).filter(|number| *number <= EVERY || number.is_multiple_of(6));
+        let all = numbers.filter_map(course);
         all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(course, _)| course)
     }
 
@@ -118,9 +125,14 @@ impl Setup {
         }
     }
 
+    /// Whether the shortest sweeps have room.
+    pub fn has_room(&self) -> bool {
+        self.bounds.fastest >= SLOWEST && sweep::fits(&self.sensing, &self.bounds)
+    }
+
     /// [s] Of the recordings with so many reversals.
     fn reversing(&self, reversals: usize) -> f64 {
-        recordings(reversals).into_iter().map(|one| 2.0 * REST + (one + 1) as f64 * self.strokes.time()).sum()
+        recordings(reversals).into_iter().map(|one| 2.0 * REST + self.strokes.time(one)).sum()
     }
 
     /// The largest number of reversals within `seconds`; `None` if there are too few.

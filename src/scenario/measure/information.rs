@@ -159,3 +159,62 @@ impl Possible {
         self.nominal[0].coulomb.min(self.nominal[1].coulomb)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, Matrix4, Vector4};
+
+    use super::*;
+
+    const LAW: Exponential = Exponential { coulomb: 0.27, breakaway: 0.46, stribeck_velocity: 0.026, viscous: 0.6 };
+    const SENSING: Sensing = Sensing { torque_noise: 3.7e-3, interval: 1e-3, inertia: 2.0, count: 5.8e-4 };
+
+    /// `(I + g gᵀ/σ²)⁻¹ = I − g gᵀ/(σ² + |g|²)` (J. Sherman, W. Morrison 1950), with `g` from differences of the law itself.
+    #[test]
+    fn analytic_information_of_a_single_window() {
+        let window = SteadyWindow { speed: 0.05, time: 2.0 };
+        let friction = |p: [f64; 4]| {
+            let law = Exponential { coulomb: p[0], breakaway: p[1], stribeck_velocity: p[2], viscous: p[3] };
+            law.dry(window.speed) + law.viscous * window.speed
+        };
+        let theta = coefficients(&LAW);
+        let g = Vector4::from_fn(|k, _| {
+            let changed = |sign: f64| std::array::from_fn(|i| theta[i] * if i == k { 1.0 + sign * 1e-5 } else { 1.0 });
+            (friction(changed(1.0)) - friction(changed(-1.0))) / 2e-5
+        });
+        let sigma_2 = SENSING.variance(window.speed, window.time, friction(theta));
+        let expected = Matrix4::identity() - g * g.transpose() / (sigma_2 + g.norm_squared());
+        let found = covariance(&LAW, &SENSING, &[window], 1.0);
+        // Central differences of a smooth function over 1e-5 are good to 1e-10 of its curvature, of the order of one; g²/σ² is 1e8, which the
+        // inversion loses of its sixteen digits.
+        assert!((found - expected).norm() < 1e-6, "{found} for {expected}");
+    }
+
+    #[test]
+    fn analytic_error_of_an_acceleration_is_that_of_a_parabola_through_the_edges() {
+        let exact = Sensing { torque_noise: 0.0, ..SENSING };
+        let (speed, time) = (0.1, 2.0);
+        let variance = exact.variance(speed, time, 0.0);
+        let edges = (speed * time / exact.count).round() as usize;
+        let t = |k: usize| time * k as f64 / (edges - 1) as f64;
+        let x = DMatrix::from_fn(edges, 3, |k, j| [1.0, t(k), 0.5 * t(k) * t(k)][j]);
+        let edge = (speed * exact.interval).powi(2) / 12.0 + (EDGE * exact.count).powi(2);
+        let fitted = (x.transpose() * &x).try_inverse().expect("three columns")[(2, 2)] * edge * exact.inertia.powi(2);
+        // 720/n is the limit of many points; with n = 345 the next term is 3/n.
+        assert!((variance / fitted - 1.0).abs() < 0.02, "{variance:e} for {fitted:e}");
+    }
+
+    #[test]
+    fn property_more_time_and_more_windows_tell_more() {
+        let possible = Possible::about(&FrictionLaw::Exponential([LAW; 2]), true);
+        let windows = |time: f64| [0.01, 0.03, 0.08, 0.17].map(|speed| SteadyWindow { speed, time });
+        let [short, long] = [1.0, 2.0].map(|time| possible.criterion(&SENSING, &windows(time), 1.0));
+        assert!(long < short, "{long} after {short}");
+        assert!(possible.criterion(&SENSING, &windows(1.0)[1..], 1.0) > short);
+        // Where the white noise of the torque decides, twice the time halves the variances: ln 2.
+        let quiet = Sensing { inertia: 0.0, ..SENSING };
+        let [short, long] = [10.0, 20.0].map(|time| possible.criterion(&quiet, &windows(time), 1.0));
+        // The prior of 100 % takes 1e-4 of a coefficient that is known to 1 %.
+        assert!((short - long - 2f64.ln()).abs() < 1e-3, "{}", short - long);
+    }
+}

@@ -103,6 +103,10 @@ pub fn measurement(model: &Model, asked: &Measurands, seconds: f64) -> Result<Me
     let reaches = reaches(model);
     let machine = with_friction(model, &reaches);
     let setups: Vec<Setup> = (0..model.joints.len()).map(|index| Setup::of(model, &machine, &reaches, index)).collect();
+    if let Some(stuck) = asked.joints.iter().find(|&&index| !setups[index].has_room()) {
+        let key = format!("joint {}: limits lower and upper", model.joints[*stuck].name);
+        return Err(Error::input(&model.urdf, Place::File, key, "", "room for six speeds in one direction"));
+    }
     let number = asked.joints.len() as f64;
     let mut parts = Vec::new();
     for &index in &asked.joints {

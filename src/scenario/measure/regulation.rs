@@ -1,7 +1,7 @@
 //! The controller with which a measurement is rehearsed, and the lag that its plan reckons with.
 //!
 //! ```text
-//!   K_S/Φ = 5/s · J      λ = 3.5/s      K_S = 1.3 F      limit of the velocity error 0.4 F_S/(K_S/Φ)
+//!   K_S/Φ = max(5/s · J, 2 F_S/(0.22 s λ v_N))      λ = 3.5/s      K_S = 1.3 F      limit of the velocity error 0.4 F_S/(K_S/Φ)
 //!   lag at a reversal l = 2 F_S/(λ K_S/Φ)      
 //! ```
 //! These are the rules behind the gains of scenario 01 (4.8 and 6.6/s, 3.5 and 4/s, 1.3 and 1.3, 0.43 and 0.31), whose README says why they are
@@ -17,6 +17,8 @@ use crate::toml_input::written_key;
 
 /// [1/s] `K_S/Φ` per inertia.
 const DAMPING: f64 = 5.0;
+/// [s] Longest time in which the fastest speed `v_N` takes up the lag: joints with much friction for their inertia need a higher gain.
+const LAG_TIME: f64 = 0.22;
 /// [1/s] `λ`.
 const LAMBDA: f64 = 3.5;
 /// [1] `K_S` per friction.
@@ -42,7 +44,7 @@ impl Regulation {
     /// For a joint with known friction, that moves an inertia [kg·m² or kg] at up to a speed [rad/s or m/s].
     pub fn tuned(possible: &Possible, inertia: f64, fastest: f64) -> Self {
         let at_rest = possible.largest(0.0);
-        let gain = DAMPING * inertia;
+        let gain = (DAMPING * inertia).max(2.0 * at_rest / (LAG_TIME * LAMBDA * fastest));
         let switching = SWITCHING * at_rest.max(possible.largest(fastest));
         let gains = SlidingGains { lambda: LAMBDA, switching, boundary: switching / gain };
         Self { limit: LIMIT * at_rest / gain, disturbance: DISTURBANCE * at_rest, ..Self::with(gains, possible) }

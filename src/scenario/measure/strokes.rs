@@ -1,8 +1,8 @@
 //! Strokes to and fro, at whose reversals the gap is measured.
 //!
 //! ```text
-//!   q̇_d   /\      /\          way 3 L,  L = max(l, 2 b)          a = 0.9 s F_C/I
-//!     ___/  \    /  \         top speed √(3 L a), time 2 √(3 L/a)
+//!   q̇_d   /\      /\          way 3 L,  L = max(l, 2 b)          a = s F_C/I
+//!     ___/  \    /  \         up with a, down with 0.95 a, 0.5 a, 0.8 a, 0.65 a in turn
 //!            \  /    \
 //!             \/
 //! ```
@@ -11,6 +11,8 @@
 //! inertia `I`: so the link stays on the flank that drives it, and the rotor crosses the whole gap. In simulated strokes of scenario 01's
 //! arm with ways of 2.8 l all reversals are of use, and with 1.6 l those of joint 2 are wrong by 5 %.
 //! No stretch has a constant speed: windows so soon after a reversal would make the friction worse that the same recordings give.
+//! Reversals of one kind share an error of up to 0.2 counts, which depends on their deceleration (joint 2 of that arm: +3 % of the gap at
+//! 0.4 a, −2 % at 0.9 a); so the plan has four kinds.
 //! Every pair of strokes ends 2.618 counts further on: multiples of the golden ratio spread the phases of a count evenly for any number.
 
 use super::information::Possible;
@@ -19,8 +21,8 @@ use crate::robot::JointModel;
 
 /// Share of the friction on the link's side, where the model gives none: small, as a bearing's.
 const LEAST_SHARE: f64 = 0.1;
-/// Part of the deceleration that the link's own friction gives.
-const GENTLER: f64 = 0.9;
+/// Decelerations of the pairs of strokes in turn, as parts of what the link's own friction gives.
+const GENTLER: [f64; 4] = [0.95, 0.5, 0.8, 0.65];
 /// Gaps that are expected where the model gives none, in encoder counts.
 const EXPECTED: f64 = 10.0;
 /// Reversals of one recording that an identification uses.
@@ -35,8 +37,10 @@ const LEAST_WAY: f64 = 15.0;
 /// The strokes of a joint, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Strokes {
-    /// [rad/s or m/s] Top speed.
-    pub speed: f64,
+    /// [rad or m] Way of a stroke.
+    way: f64,
+    /// [rad/s or m/s] Fastest.
+    fastest: f64,
     /// `a` [rad/s² or m/s²]
     pub acceleration: f64,
     /// [rad or m] By which a pair ends beyond its start.
@@ -67,26 +71,35 @@ impl Strokes {
         let count = joint.encoder_step();
         let long = motion.lag.max(2.0 * expected_gap(joint)).max(LEAST_WAY / WAY * count);
         let share = joint.friction.map_or(LEAST_SHARE, |friction| friction.link_share).max(LEAST_SHARE);
-        let gentle = GENTLER * share * possible.smallest_coulomb() / motion.inertia;
+        let gentle = share * possible.smallest_coulomb() / motion.inertia;
         let acceleration = gentle.min(motion.acceleration);
-        Self { speed: (WAY * long * acceleration).sqrt().min(motion.fastest), acceleration, advance: ADVANCE * count }
+        Self { way: WAY * long, fastest: motion.fastest, acceleration, advance: ADVANCE * count }
     }
 
-    /// [s] Of one stroke.
-    pub fn time(&self) -> f64 {
-        2.0 * self.speed / self.acceleration + 0.5 * self.advance / self.speed
+    /// Deceleration [rad/s² or m/s²] and top speed [rad/s or m/s] of the stroke of this number.
+    fn braking(&self, stroke: usize) -> (f64, f64) {
+        let deceleration = GENTLER[stroke / 2 % GENTLER.len()] * self.acceleration;
+        let speed = (2.0 * self.way / (1.0 / self.acceleration + 1.0 / deceleration)).sqrt();
+        (deceleration, speed.min(self.fastest))
     }
 
-    /// [rad or m] Way of one stroke.
+    /// [s] Of a recording with so many reversals.
+    pub fn time(&self, reversals: usize) -> f64 {
+        let ramps = |step: &SpeedStep| step.velocity.abs() * (1.0 / self.acceleration + 1.0 / step.deceleration);
+        self.steps(reversals, 1.0).iter().map(|step| step.duration + ramps(step)).sum()
+    }
+
+    /// [rad or m] Longest way of a stroke.
     pub fn way(&self) -> f64 {
-        self.speed * self.speed / self.acceleration + self.advance
+        self.way + self.advance
     }
 
     /// The steps with this number of reversals, the first in a direction of +1 or −1.
     pub fn steps(&self, reversals: usize, direction: f64) -> Vec<SpeedStep> {
         let step = |k: usize| {
             let (sign, further) = if k.is_multiple_of(2) { (direction, self.advance) } else { (-direction, 0.0) };
-            SpeedStep { velocity: sign * self.speed, duration: further / self.speed, deceleration: self.acceleration }
+            let (deceleration, speed) = self.braking(k);
+            SpeedStep { velocity: sign * speed, duration: further / speed, deceleration }
         };
         (0..=reversals).map(step).collect()
     }

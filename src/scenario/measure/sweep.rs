@@ -35,6 +35,8 @@ const LEAST_WAY: f64 = 10.0;
 pub const LAG: f64 = 1.3;
 /// Most sweeps in each direction.
 const MOST_SWEEPS: usize = 24;
+/// Part of the room that the shortest sweep may fill.
+const FILLED: f64 = 0.7;
 /// Pieces of time that are exchanged, as parts of the time that can be exchanged.
 const PIECES: [f64; 3] = [0.05, 0.015, 0.005];
 /// Least gain in the criterion for which an exchange is made.
@@ -119,15 +121,22 @@ fn of_number(possible: &Possible, sensing: &Sensing, bounds: &Bounds, seconds: f
     best
 }
 
+/// Speeds and durations of the shortest sweep.
+fn least(sensing: &Sensing, bounds: &Bounds) -> impl Iterator<Item = (f64, f64)> {
+    let speeds = spread(&grid(bounds.fastest), SPEEDS[SPEEDS.len() - 1]);
+    let step = |(k, v): (usize, f64)| (v, settling(bounds, k, v) + least_window(sensing, v));
+    speeds.into_iter().enumerate().map(step)
+}
+
 /// [s] The shortest sweeps, there and back.
 pub fn shortest(sensing: &Sensing, bounds: &Bounds) -> f64 {
-    let least = |fastest: f64| {
-        let speeds = spread(&grid(fastest), SPEEDS[SPEEDS.len() - 1]);
-        let windows = speeds.iter().enumerate().map(|(k, &v)| settling(bounds, k, v) + least_window(sensing, v));
-        2.0 * (windows.sum::<f64>() + ramps(bounds, fastest))
-    };
-    // The slowest speed takes longest: the sweep that leaves out the slow half of the grid is the shortest that is planned.
-    least(bounds.fastest)
+    let steady: f64 = least(sensing, bounds).map(|(_, duration)| duration).sum();
+    2.0 * (steady + ramps(bounds, bounds.fastest))
+}
+
+/// Whether the shortest sweep fits the room with a margin, such that there is a choice of speeds and dwells.
+pub fn fits(sensing: &Sensing, bounds: &Bounds) -> bool {
+    way(bounds, least(sensing, bounds)) <= FILLED * bounds.room
 }
 
 /// [s] After a change of speed before the motion counts as steady.
