@@ -16,10 +16,13 @@
 //! independent there, and here. Left out: what windows have in common, ripple and friction that depends on position.
 //!
 //! ```text
-//!   M = Σ_w g_w g_wᵀ/σ_w² + I         g = θ ∂F/∂θ = (F_C (1 − e), F_S e, (F_S − F_C) e v/v_S, F_V v),   e = e^{−v/v_S}
+//!   M = Σ_w g_w g_wᵀ/σ_w² + I         g = θ ∂F/∂θ = (F_C (1 − e), F_S e, (F_S − F_C) e v/v_S, F_V v, F_C (v/v_N)²),   e = e^{−v/v_S}
 //! ```
-//! `M⁻¹` is the covariance of the relative errors of the four coefficients; the unit matrix says that each is known within 100 %, so that
-//! an experiment that does not determine one of them has a finite value.
+//! `M⁻¹` is the covariance of the relative errors of the four coefficients, and of `C_ii v²` of equation 11 in units of `F_C` at the fastest
+//! speed `v_N`; the unit matrix says that each is known within 100 %, so that an experiment that does not determine one of them has a
+//! finite value. `C_ii` is zero for a joint that moves alone, but the identification keeps it where its estimate differs from zero, by chance
+//! in one of some fifty runs. Then the other coefficients have the errors that they have beside a free `C_ii`: with only two fast speeds `F_V`
+//! would be lost. So a plan is judged by the mean of both cases, `C_ii` zero and free.
 //!
 //! **Gap.** A reversal gives the gap as the distance between two contacts of the flanks, and the encoder shows either of them within a
 //! count, with the variance `δ²/12`:
@@ -34,7 +37,7 @@
 //! Their errors differ by a factor of twenty (0.05 % of `F_S`, 1 % of `v_S`), so that the sum of variances, or the worst, would spend all time on one.
 //! It is averaged over the laws that are possible: both directions, and other `v_S` than the model's, so that the plan does not rely on it.
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{Matrix5, Vector4, Vector5};
 
 use crate::gearhead::{Exponential, FrictionLaw};
 use crate::identify::{EDGE, SMALL_MODEL_ERROR};
@@ -93,19 +96,34 @@ const fn coefficients(law: &Exponential) -> [f64; 4] {
     [law.coulomb, law.breakaway, law.stribeck_velocity, law.viscous]
 }
 
-/// Relative covariance of `(F_C, F_S, v_S, F_V)` from windows in one direction, each `repeats` times.
-pub fn covariance(law: &Exponential, sensing: &Sensing, windows: &[SteadyWindow], repeats: f64) -> Matrix4<f64> {
-    let mut information = Matrix4::identity();
+/// Relative covariance of `(F_C, F_S, v_S, F_V, C_ii)` from windows in one direction, each `repeats` times. If `C_ii` is not free, its variance is
+/// that of its prior, and it affects no other.
+pub fn covariance(
+    law: &Exponential,
+    sensing: &Sensing,
+    windows: &[SteadyWindow],
+    repeats: f64,
+    free_centrifugal: bool,
+) -> Matrix5<f64> {
+    let mut information = Matrix5::identity();
     let [coulomb, breakaway, stribeck, viscous] = coefficients(law);
+    let fastest = windows.iter().map(|window| window.speed).fold(f64::MIN_POSITIVE, f64::max);
     for window in windows {
         let v = window.speed;
         let e = (-v / stribeck).exp();
-        let g = Vector4::new(coulomb * (1.0 - e), breakaway * e, (breakaway - coulomb) * e * v / stribeck, viscous * v);
+        let centrifugal = if free_centrifugal { coulomb * (v / fastest).powi(2) } else { 0.0 };
+        let of_fall = (breakaway - coulomb) * e * v / stribeck;
+        let g = Vector5::new(coulomb * (1.0 - e), breakaway * e, of_fall, viscous * v, centrifugal);
         let friction = coulomb + (breakaway - coulomb) * e + viscous * v;
         information += g * g.transpose() * (repeats / sensing.variance(v, window.time, friction));
     }
-    // Symmetric and at least the unit matrix: it has an inverse.
-    information.try_inverse().unwrap_or_else(Matrix4::identity)
+    // Symmetric and at least the unit matrix: it has a Cholesky factor.
+    information.cholesky().map_or_else(Matrix5::identity, |factor| factor.inverse())
+}
+
+/// Variances of the four coefficients of equation 6.
+fn variances(covariance: &Matrix5<f64>) -> Vector4<f64> {
+    covariance.diagonal().fixed_rows::<4>(0).into_owned()
 }
 
 /// The laws that a plan has to measure well.
@@ -137,15 +155,18 @@ impl Possible {
         Self { nominal, laws }
     }
 
-    /// Mean of `ln var` over coefficients and laws.
+    /// Mean of `ln var` over coefficients and laws, `C_ii` zero and free.
     pub fn criterion(&self, sensing: &Sensing, windows: &[SteadyWindow], repeats: f64) -> f64 {
-        let of = |law: &Exponential| covariance(law, sensing, windows, repeats).diagonal().map(f64::ln).mean();
-        self.laws.iter().map(of).sum::<f64>() / self.laws.len() as f64
+        let of =
+            |law: &Exponential, free| variances(&covariance(law, sensing, windows, repeats, free)).map(f64::ln).mean();
+        let sum: f64 = self.laws.iter().map(|law| 0.5 * (of(law, false) + of(law, true))).sum();
+        sum / self.laws.len() as f64
     }
 
     /// [1] Relative standard errors of `(F_C, F_S, v_S, F_V)` in the positive and the negative direction, under the nominal laws.
     pub fn errors(&self, sensing: &Sensing, windows: &[SteadyWindow], repeats: f64) -> [[f64; 4]; 2] {
-        self.nominal.map(|law| covariance(&law, sensing, windows, repeats).diagonal().map(f64::sqrt).into())
+        let of = |law| variances(&covariance(&law, sensing, windows, repeats, false)).map(f64::sqrt).into();
+        self.nominal.map(of)
     }
 
     /// [N·m or N] Largest friction at a speed.
@@ -162,7 +183,7 @@ impl Possible {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{DMatrix, Matrix4, Vector4};
+    use nalgebra::{DMatrix, Matrix5, Vector5};
 
     use super::*;
 
@@ -178,13 +199,16 @@ mod tests {
             law.dry(window.speed) + law.viscous * window.speed
         };
         let theta = coefficients(&LAW);
-        let g = Vector4::from_fn(|k, _| {
+        let g = Vector5::from_fn(|k, _| {
+            if k == 4 {
+                return LAW.coulomb;
+            }
             let changed = |sign: f64| std::array::from_fn(|i| theta[i] * if i == k { 1.0 + sign * 1e-5 } else { 1.0 });
             (friction(changed(1.0)) - friction(changed(-1.0))) / 2e-5
         });
         let sigma_2 = SENSING.variance(window.speed, window.time, friction(theta));
-        let expected = Matrix4::identity() - g * g.transpose() / (sigma_2 + g.norm_squared());
-        let found = covariance(&LAW, &SENSING, &[window], 1.0);
+        let expected = Matrix5::identity() - g * g.transpose() / (sigma_2 + g.norm_squared());
+        let found = covariance(&LAW, &SENSING, &[window], 1.0, true);
         // Central differences of a smooth function over 1e-5 are good to 1e-10 of its curvature, of the order of one; g²/σ² is 1e8, which the
         // inversion loses of its sixteen digits.
         assert!((found - expected).norm() < 1e-6, "{found} for {expected}");
@@ -207,7 +231,8 @@ mod tests {
     #[test]
     fn property_more_time_and_more_windows_tell_more() {
         let possible = Possible::about(&FrictionLaw::Exponential([LAW; 2]), true);
-        let windows = |time: f64| [0.01, 0.03, 0.08, 0.17].map(|speed| SteadyWindow { speed, time });
+        // More speeds than the five quantities, so that none rests on its prior.
+        let windows = |time: f64| [0.003, 0.01, 0.03, 0.08, 0.12, 0.17].map(|speed| SteadyWindow { speed, time });
         let [short, long] = [1.0, 2.0].map(|time| possible.criterion(&SENSING, &windows(time), 1.0));
         assert!(long < short, "{long} after {short}");
         assert!(possible.criterion(&SENSING, &windows(1.0)[1..], 1.0) > short);
