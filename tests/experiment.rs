@@ -92,8 +92,8 @@ fn recover_friction_better_than_a_uniform_staircase_of_the_same_length_does() {
     let base = uniform::scenario_01().unwrap();
     let with_friction = model("scara");
     let plan = planned(&with_friction, "friction of joint1,joint2", 120.0);
-    let sessions = Scenario::of_model(&plan.scenario, Path::new("scenario.toml"), &with_friction).unwrap().sessions;
-    let mut scenario = Scenario { sessions, ..base };
+    let written = Scenario::of_model(&plan.scenario, Path::new("scenario.toml"), &with_friction).unwrap();
+    let mut scenario = Scenario { sessions: written.sessions, controller: written.controller, ..base };
     scenario.options.engine = Engine::Reduced;
     let [planned, uniform] = [curve_error(&scenario), curve_error(&uniform.scenario)];
     // The ratio is 2 to 4 over a hundred runs (docs/experiment.md).

@@ -13,6 +13,9 @@ const SLOPE_WINDOW: f64 = 0.4;
 const STEADY: f64 = 0.12;
 /// Part of the remaining distance, and number of counts, by which the motion may be ahead of, or behind, a motion at the final speed.
 const UNSETTLED: (f64, f64) = (0.1, 3.0);
+/// [s] Of the remaining distance counts at most that of the last second, the length of a step of the paper's staircase: a joint that stuck for half a
+/// second at the start of a long window is not steady because the window is long.
+const REMAINING: f64 = 1.0;
 /// Fewest counts of a window: fewer do not determine a velocity.
 const FEWEST_COUNTS: f64 = 8.0;
 
@@ -60,7 +63,8 @@ fn settled(signals: &Signals, window: Window) -> Window {
     let time = |from: usize| signals.clock.elapsed(from, end);
     let speed = if third < end { (x[end] - x[third]) / time(third) } else { 0.0 };
     let behind = |k: usize| (x[end] - x[k] - speed * time(k)).abs();
-    let allowed = |k: usize| (UNSETTLED.0 * (x[end] - x[k]).abs()).max(UNSETTLED.1 * signals.count);
+    let remaining = |k: usize| (x[end] - x[k]).abs().min(speed.abs() * REMAINING);
+    let allowed = |k: usize| (UNSETTLED.0 * remaining(k)).max(UNSETTLED.1 * signals.count);
     let last_bad = (start..third).rev().find(|&k| behind(k) > allowed(k));
     Window { start: last_bad.map_or(start, |k| signals.edge_after(k + 1)), end }
 }

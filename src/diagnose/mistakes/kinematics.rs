@@ -16,6 +16,9 @@ use crate::timeseries::{Channel, TimeSeries};
 const STRETCHES: usize = 200;
 /// Least number of samples in an interval.
 const SHORTEST: usize = 10;
+/// [counts] Range of a joint in a session below which its ratio is not judged: a velocity from counts is outdated where the joint stops between two of
+/// them, and its integral is too large by up to three counts at every stop.
+const FEWEST_COUNTS: f64 = 50.0;
 /// Correlation of `Δq` and `∫ v dt` below which their ratio is not judged: they share 64 % of their squares.
 const CORRELATED: f64 = 0.8;
 /// A ratio above this factor, or below its inverse, is not caused by a filter.
@@ -82,6 +85,13 @@ fn correlation([qq, qv, vv]: [f64; 3]) -> f64 {
     if qq > 0.0 && vv > 0.0 { qv / (qq * vv).sqrt() } else { 0.0 }
 }
 
+/// Range of a position in its smallest changes from sample to sample; zero for a joint at rest.
+fn counts(q: &[f64]) -> f64 {
+    let changes = q.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|change| *change > 0.0);
+    let [lowest, highest] = [f64::min, f64::max].map(|of| q.iter().copied().reduce(of).unwrap_or(0.0));
+    (highest - lowest) / changes.fold(f64::INFINITY, f64::min)
+}
+
 /// Ratio of a joint over all sessions, for one velocity channel; `None` where the channels are not correlated.
 pub fn ratio(model: &Model, joint: usize, sessions: &[&TimeSeries], channel: Channel) -> Option<Ratio> {
     let name = &model.joints[joint].name;
@@ -121,10 +131,10 @@ struct Stretches<'a> {
 }
 
 impl<'a> Stretches<'a> {
-    /// `None` where the session is too short.
+    /// `None` where the session is too short, or hardly moves the joint.
     fn new(time: &'a [f64], q: &'a [f64], v: &[f64]) -> Option<Self> {
         let length = (time.len() / STRETCHES).max(SHORTEST);
-        if time.len() < 4 * length {
+        if time.len() < 4 * length || counts(q) < FEWEST_COUNTS {
             return None;
         }
         let mut integral = vec![0.0; time.len()];
