@@ -85,7 +85,8 @@ pub enum Error {
     /// No friction law fits the measured friction of a joint.
     #[error(
         "friction of {joint}: no law fits the {windows} steady windows, where friction may even seem to drive the joint; \
-             compare gravity, base tilt, torque constant and signs with the model"
+             compare gravity, base tilt, torque constant and signs with the model, and let every speed be held for longer than the way \
+             through the gap"
     )]
     NoFrictionLaw {
         /// Name of the joint.

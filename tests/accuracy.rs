@@ -133,8 +133,10 @@ fn row(runs: &[Identification], joint: usize, name: &str, of: impl Fn(&JointIden
     let scatter = (percent.iter().map(|error| (error - bias).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
     let worst = percent.iter().fold(0.0_f64, |worst, error| worst.max(error.abs()));
     let held = all.iter().filter(|one| one.covers_truth() == Some(true)).count();
+    let stated = |one: &Quantity| Some(((one.value - one.truth?) / one.std_error).powi(2));
+    let of_stated = (all.iter().filter_map(stated).sum::<f64>() / n).sqrt();
     println!(
-        "| joint{} | {name} | {bias:.3} | {scatter:.3} | {worst:.3} | {:.0} |",
+        "| joint{} | {name} | {bias:.3} | {scatter:.3} | {worst:.3} | {of_stated:.2} | {:.1} |",
         joint + 1,
         100.0 * held as f64 / n
     );
@@ -146,7 +148,10 @@ fn row(runs: &[Identification], joint: usize, name: &str, of: impl Fn(&JointIden
 fn property_intervals_hold_the_truth_in_many_runs() {
     let count: u64 = std::env::var("LOSTMOTION_COVERAGE").map_or(100, |count| count.parse().expect("a number of runs"));
     let seeds = 2001..2001 + count;
-    println!("| joint | coefficient | bias % | scatter % | worst % | interval held % |\n|---|---|---|---|---|---|");
+    println!(
+        "| joint | coefficient | bias % | scatter % | worst % | RMS error per standard error | interval held % |\n|{}",
+        "---|".repeat(7)
+    );
     let exponential = runs("model.toml", seeds.clone(), Evaluations::AsNeeded);
     let lines = runs("model_two_lines.toml", seeds, Evaluations::AsNeeded);
     for joint in 0..2 {

@@ -55,9 +55,9 @@ fn recover_gap_of_scara() {
         assert!(!found.consistent_with_zero());
         // Most of the twelve gentlest reversals must be used: an estimate from a few that happen to fit would be worth little.
         assert!(found.best.values.len() >= 9, "{:?}", found.best.left_out);
-        // Friction splits 70 : 30; the by-product is good to a fifth.
+        // Friction splits 70 : 30. A by-product: over eight seeds its RMS error is 0.035 on joint 2, 0.02 on joint 1; 2.3 times that.
         let share = found.link_share.expect("a share").value;
-        assert!((share - 0.3).abs() < 0.06, "{share}");
+        assert!((share - 0.3).abs() < 0.08, "{share}");
         // What the literal rule is known for: noise makes a minimum at once.
         assert!(error_percent(&found.paper_literal, truth) < -70.0);
     }

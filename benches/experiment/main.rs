@@ -81,7 +81,7 @@ fn runs(scenario: &Scenario, number: u64) -> Runs {
     [0, 1].map(|joint| found.iter().map(|run| run[joint]).collect())
 }
 
-/// The scenario with the sessions and the controller of a plan; the model that it is planned with knows the friction, or does not.
+/// The scenario with the sessions of a plan, and its controller; the model that it is planned with knows the friction, or does not.
 fn planned(scenario: &Scenario, question: &str, known: bool, budget: f64) -> Result<Scenario, String> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/scara/model.toml");
     let with_friction = Model::load(&file).map_err(|why| why.to_string())?;
@@ -91,7 +91,9 @@ fn planned(scenario: &Scenario, question: &str, known: bool, budget: f64) -> Res
     let asked = asked.map_err(|why| why.to_string())?.ok_or("a question about friction or backlash")?;
     let plan = measurement(model, &asked, budget).map_err(|why| why.to_string())?;
     let read = Scenario::of_model(&plan.scenario, Path::new("scenario.toml"), model).map_err(|why| why.to_string())?;
-    Ok(Scenario { sessions: read.sessions, controller: read.controller, ..scenario.clone() })
+    // A machine whose friction is not known has a controller all the same: the careful one of the plan would lag by half a radian.
+    let controller = if known { read.controller } else { scenario.controller.clone() };
+    Ok(Scenario { sessions: read.sessions, controller, ..scenario.clone() })
 }
 
 /// Root mean square of a quantity over the runs that have it.

@@ -53,6 +53,11 @@ impl<'a> RigidBody<'a> {
         }
     }
 
+    /// The joint that is seen from.
+    pub const fn joint_model(&self) -> &JointModel {
+        &self.joints[self.joint]
+    }
+
     /// Motor positions on the joint side at a sample [rad or m].
     pub fn posture(&self, sample: usize) -> Vec<f64> {
         self.positions.iter().map(|position| position.map_or(0.0, |x| x[sample])).collect()
