@@ -19,9 +19,13 @@ const MISSES: usize = 16;
 
 /// Runs of the staircase with a friction law on rapier, each identified from what the sensors said, and compared with the truth.
 fn runs(robot: &str, seeds: std::ops::Range<u64>, evaluations: Evaluations) -> Vec<Identification> {
-    let set = [format!("robot=../../robots/scara/{robot}")];
+    runs_with(&[format!("robot=../../robots/scara/{robot}")], seeds, evaluations)
+}
+
+/// The same with values of the scenario and its model changed.
+fn runs_with(set: &[String], seeds: std::ops::Range<u64>, evaluations: Evaluations) -> Vec<Identification> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/01_identify_scara/scenario.toml");
-    let mut scenario = Scenario::load(&path, &set).unwrap();
+    let mut scenario = Scenario::load(&path, set).unwrap();
     (scenario.options.engine, scenario.options.evaluations) = (Engine::Rapier, evaluations);
     let options = Options { backlash: false, ..Options::default() };
     seeds
@@ -99,6 +103,18 @@ fn hold_exponential_law(runs: &[Identification]) {
     assert!(breakaway <= 0.6, "F_S, promised 5 %: {breakaway} %");
     assert!(stribeck <= 2.5, "v_S, promised 5 %: {stribeck} %");
     assert!(missed <= MISSES, "{missed} of 160 intervals leave the truth out");
+}
+
+/// The wind-up of gears ten times softer than the paper's: 1.5 and 1.5 mrad under breakaway friction, more while the arm swings.
+#[test]
+fn recover_friction_behind_soft_gears() {
+    let soft =
+        [("joint1", 300), ("joint2", 200)].map(|(joint, k)| format!("model.joints.{joint}.gear_stiffness={k}.0"));
+    for run in &runs_with(&soft, 1001..1003, Evaluations::AsNeeded) {
+        let of_arm = run.joints[0].friction.exponential.each().map(|law| law.viscous.error_percent.unwrap().abs());
+        // RMS over six seeds 1.4 %; 18 % where rotor and link are taken for one mass that the encoder shows.
+        assert!(of_arm.iter().all(|error| *error < 6.0), "{of_arm:?}");
+    }
 }
 
 #[test]
