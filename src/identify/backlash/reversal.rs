@@ -79,9 +79,13 @@ impl Reversal {
 }
 
 /// Keeps the sessions in which the joint was moved: elsewhere it gives way to the other joints, and turns as well, which fine encoders show.
+/// The reference tells, where it was recorded; else the range of the positions.
 pub(super) fn keep_moved(sessions: &mut Vec<Session>) {
     let longest = sessions.iter().map(|session| range(session.signals.position)).fold(0.0, f64::max);
-    sessions.retain(|session| range(session.signals.position) >= SHORTEST_STROKE * longest);
+    sessions.retain(|session| match &session.signals.reference_velocity {
+        Some(reference) => reference.iter().any(|velocity| *velocity != 0.0),
+        None => range(session.signals.position) >= SHORTEST_STROKE * longest,
+    });
 }
 
 /// [rad or m] From the lowest to the highest position.
