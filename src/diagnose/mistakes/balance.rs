@@ -88,7 +88,8 @@ impl Balance {
 /// With `τ = s (I + G) + κ L + friction + …`, least squares give `s` and leave the squares `u`, and `u₀` without `I + G`. If the whole residual
 /// were proportional to the part of the torque that only `I + G` explains, `s` would be off by the share `√(u/(u₀ − u))`; it is off by less. So
 /// noise, an effect, or a rigid body that is small beside friction widen the bounds. `κ` is free, because the links do not follow the motor in
-/// a gap.
+/// a gap. A centre of mass that is off by millimetres changes the weight on a wrist's joint by its own size: the torque of such a first moment,
+/// relative to what only `I + G` explains, widens the bounds too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Size {
     /// Least `s`: a payload carries what it can.
@@ -235,11 +236,13 @@ impl Normal {
     }
 
     /// Size of the rigid body's torque; `None` where the rigid body explains nothing, or where there is too little motion.
-    pub fn size(&self, bounds: &[[f64; 2]; COLUMNS]) -> Option<Size> {
+    /// `moment`: what the first moment of the bodies that the joint carries may be off by [kg·m].
+    pub fn size(&self, bounds: &[[f64; 2]; COLUMNS], moment: f64) -> Option<Size> {
         if self.is_short() {
             return None;
         }
         let tied = self.tied();
+        let off = self.of_moment(moment);
         let mut free = *bounds;
         free[1] = [0.0, 0.0];
         free[FULL] = [0.0, f64::INFINITY];
@@ -250,13 +253,21 @@ impl Normal {
             bounds[0] = [0.0, f64::INFINITY];
             let x = tied.minimum(&bounds);
             let left = tied.left(&x);
-            (left_without > left).then(|| [x[0], (left / (left_without - left)).sqrt()])
+            // `u₀ − u` is `s²` times the squares of what only `I + G` explains.
+            (left_without > left).then(|| [x[0], (left.sqrt() + x[0] * off) / (left_without - left).sqrt()])
         };
         let [with, spread] = of(&free)?;
         free[4..FULL].fill([0.0, 0.0]);
         let [without, other] = of(&free)?;
         let [least, largest] = [with * (1.0 - spread), without * (1.0 + other)];
         Some(Size { least, largest, estimates: [with, without] })
+    }
+
+    /// `√Σ τ²` of a first moment along each axis of the last body [N·m or N]: opposite points of the payload differ by it.
+    fn of_moment(&self, moment: f64) -> f64 {
+        let along = |k: usize| self.a[k][k] - 2.0 * self.a[k][k + 1] + self.a[k + 1][k + 1];
+        let squares: f64 = [4, 6, 8].into_iter().map(along).sum();
+        moment / (2.0 * AWAY) * squares.max(0.0).sqrt()
     }
 
     /// Whether there is too little motion.

@@ -12,6 +12,9 @@ use super::rows::Rows;
 use super::search::{ratios, torque_scales};
 use crate::robot::{Masses, Model};
 
+/// Standard deviations by which centres of mass may be off: a mistake is told where no likely centre explains the torque.
+const CENTRES_OFF: f64 = 3.0;
+
 /// The joint whose torque has an impossible size, if there is one; that with the largest factor.
 pub fn best(model: &Model, rows: &[Rows]) -> Option<Culprit> {
     if model.masses == Masses::Estimated {
@@ -21,12 +24,18 @@ pub fn best(model: &Model, rows: &[Rows]) -> Option<Culprit> {
     let bounds = balance::bounds(model);
     let normals = Columns::new(model, rows).normals(rows, &moves);
     let of_joint = |joint: usize| {
-        let size = normals[joint].size(&bounds)?;
+        let size = normals[joint].size(&bounds, doubtful_moment(model, joint))?;
         Some((joint, size, size.impossible()?))
     };
     let off = |found: &(usize, Size, f64)| found.2.max(1e-9).ln().abs();
     let worst = (0..normals.len()).filter_map(of_joint).max_by(|a, b| off(a).total_cmp(&off(b)))?;
     Some(culprit(model, rows, worst))
+}
+
+/// First moment that the centres of mass beyond a joint may be off by together [kg·m].
+fn doubtful_moment(model: &Model, joint: usize) -> f64 {
+    let squares: f64 = model.robot.bodies[joint..].iter().map(|body| body.inertia.mass.powi(2)).sum();
+    CENTRES_OFF * model.accuracy.centres * squares.sqrt()
 }
 
 fn culprit(model: &Model, rows: &[Rows], (joint, size, estimate): (usize, Size, f64)) -> Culprit {
