@@ -200,3 +200,31 @@ fn regress_a_comparison_reads_no_commands() {
     assert!(without.contains("viscous"), "{without}");
     assert_eq!(without, compared(&commanded(&healthy.train), &commanded(&now)));
 }
+
+/// Below the frequencies at which lines are measured on the unsmoothed torque, a control loop answers a disturbance itself, so none is named. It is not
+/// passed over either: frequency and amplitude are reported, at any phase that a session starts with.
+#[test]
+fn regress_a_slow_oscillation_is_not_nothing() {
+    let healthy = Data::of(&arm(true), &arm(true), 4300);
+    let (frequency, amplitude) = (1.7, 0.12);
+    let shaken = |(number, session): (usize, &TimeSeries)| {
+        let phase = 1.9 * number as f64;
+        altered(session, 0, Channel::Current, &|time, current| {
+            current + amplitude * (TAU * frequency * time + phase).sin()
+        })
+    };
+    let with = |sessions: &[TimeSeries]| sessions.iter().enumerate().map(shaken).collect();
+    let data = Data { train: with(&healthy.train), held_out: with(&healthy.held_out) };
+    let found = data.diagnosed();
+    assert_eq!((found.verdict, found.effects.len()), (Verdict::Unexplained, 0), "{:?}", found.effects);
+    let [one] = &found.unexplained[..] else { panic!("{:?}", found.unexplained) };
+    assert_eq!(one.joint, "joint1");
+    assert!(one.pattern.starts_with("at 1.70 Hz, whatever the motion"), "{}", one.pattern);
+    // The wave on the joint's side; a tenth is left for what friction takes over of it.
+    let expected = amplitude * arm(true).joints[0].torque_per_ampere();
+    let told: f64 =
+        one.pattern.rsplit(", ").next().and_then(|end| end.split(' ').next()?.parse().ok()).expect("an amplitude");
+    assert!((told / expected - 1.0).abs() < 0.1, "{told} for {expected}");
+    let found = healthy.diagnosed();
+    assert!(found.unexplained.is_empty(), "{:?}", found.unexplained);
+}

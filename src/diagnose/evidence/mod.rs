@@ -6,9 +6,10 @@
 //! - `prewhitened`: rows after a filter that makes their errors white
 //! - `probability`: calibrated probability of a named effect
 //! - `separability`: how well a recording separates an effect from all others
-//! - `patterns`: shapes without physics; `pattern_search`: the best of them for a residual
+//! - `patterns`: shapes without physics; `oscillation`: one in time; `pattern_search`: the best of them for a residual
 
 pub mod local_level;
+mod oscillation;
 pub mod pattern_search;
 pub mod patterns;
 pub mod prediction;

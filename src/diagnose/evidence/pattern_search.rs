@@ -3,6 +3,8 @@
 use crate::diagnose::fit::cause::Cause;
 use rayon::prelude::*;
 
+use super::oscillation;
+use super::oscillation::Oscillation;
 use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::Score;
@@ -31,10 +33,16 @@ pub fn likeliest(
 ) -> Option<TriedPattern> {
     let mut trials = smooth_trials(problem, joint);
     trials.extend(periodic_trials(problem, terms, fitted, joint));
-    for column in trials.iter_mut().flat_map(|trial| trial.term.columns.iter_mut().flatten()) {
-        let cells = column.iter_mut().zip(&problem.motion.session);
-        cells.filter(|(_, session)| !within(**session)).for_each(|(value, _)| *value = 0.0);
+    trials.extend(oscillation_trial(problem, fitted, joint));
+    let rows = problem.rows(joint, Part::Train);
+    for columns in trials.iter_mut().flat_map(|trial| &mut trial.term.columns) {
+        for column in columns.iter_mut() {
+            let cells = column.iter_mut().zip(&problem.motion.session);
+            cells.filter(|(_, session)| !within(**session)).for_each(|(value, _)| *value = 0.0);
+        }
+        columns.retain(|column| rows.iter().any(|row| column[*row] != 0.0));
     }
+    trials.retain(|trial| trial.term.coefficients() > 0);
     let gain = |trial: TriedPattern| {
         let terms = with_term(terms, &trial.term);
         let fitted = problem.fit_near(&problem.coupled(&terms, &[joint]), &terms, Part::Train, fitted)?;
@@ -64,6 +72,18 @@ fn smooth_trials(problem: &Problem, joint: usize) -> Vec<TriedPattern> {
         words,
     };
     columns.into_iter().enumerate().map(trial).collect()
+}
+
+/// The strongest oscillation in time.
+fn oscillation_trial(problem: &Problem, fitted: &Fitted, joint: usize) -> Option<TriedPattern> {
+    let (frequency, tried) = oscillation::strongest(problem, fitted, joint)?;
+    Some(TriedPattern {
+        term: Term::new(&problem.motion, &Oscillation, &[joint], vec![frequency]),
+        tried,
+        words: format!(
+            "at {frequency:.2} Hz, whatever the motion, as a torque from outside or a control loop that oscillates"
+        ),
+    })
 }
 
 /// The harmonics of each kind with the best scores.

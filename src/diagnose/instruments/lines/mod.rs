@@ -7,7 +7,8 @@
 //! data. A torque that depends on an angle changes its frequency with speed, and a limit cycle of the loop changes its amplitude.
 //! The line is then subtracted from the recorded torque, so that all later stages see a machine without it.
 //! At uneven times all sums are taken at the true times; nothing is interpolated, because that would make lines of its own.
-//! Left out: joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own.
+//! Left out: joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own; lines below [`LOWEST`], which are
+//! reported as a pattern without a cause (`evidence/oscillation`).
 //! Reference: P. D. Welch (1967), The use of fast Fourier transform for the estimation of power spectra; S. M. Kay (1993), Fundamentals
 //! of Statistical Signal Processing I, sec. 3.11 (bounds of amplitude, phase and frequency).
 
