@@ -219,11 +219,6 @@ pub trait Diagnosable: Effect {
     /// motor must add to the baseline. For an effect of the whole machine the coefficients are the same on every joint.
     fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>>;
 
-    /// The columns of its change between two recordings. They share their baseline, friction included, so that a change of it is not fitted.
-    fn columns_of_change(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
-        self.columns(motion, joint, shape)
-    }
-
     /// A better shape, where the coefficients that were fitted with this one give it.
     fn improved(&self, _motion: &Motion, _shape: &[f64], _coefficients: &[f64]) -> Option<Vec<f64>> {
         None

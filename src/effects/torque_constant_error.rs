@@ -3,7 +3,7 @@
 //! `K_t → K_t (1 + a)` of the machine, with its back-EMF. The sensor still reads amperes, and a conversion to torque
 //! with the nominal constant scales everything by `1/(1 + a)`: friction, inertia, gravity. The part that the nominal model fixes then has
 //! an error of `c · τ_fixed`, `c = 1/(1 + a) − 1`. Friction that is fitted contains its part of the error, and has to be multiplied by `1 + a` in
-//! the model with the true constant. Between two recordings that share one friction, all torque of the second is scaled, friction included.
+//! the model with the true constant.
 //! Left out: saturation of the iron, which reduces `K_t` at high current.
 //! Reference: M. Gautier, S. Briot (2014), Global identification of joint drive gains and dynamic parameters of robots.
 
@@ -70,12 +70,6 @@ impl Diagnosable for TorqueConstantError {
             let law = m.friction;
             let falling = if given { law.dry(m.v[row]) - law.coulomb } else { 0.0 };
             m.rigid[row] + falling * m.direction[row]
-        })]
-    }
-
-    fn columns_of_change(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        vec![motion.column(joint, |m, row| {
-            m.rigid[row] + m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row]
         })]
     }
 

@@ -228,27 +228,3 @@ fn regress_a_slow_oscillation_is_not_nothing() {
     let found = healthy.diagnosed();
     assert!(found.unexplained.is_empty(), "{:?}", found.unexplained);
 }
-
-/// A motor that gets stronger needs less current for its friction too: not less friction, and not friction that falls with the load.
-#[test]
-fn regress_a_torque_constant_that_changed_scales_friction_too() {
-    let healthy = Data::of(&arm(true), &arm(true), 4400);
-    let again = Data::of(&arm(true), &arm(true), 4500);
-    let error = 0.1;
-    for joint in 0..2 {
-        let stronger =
-            |session: &TimeSeries| altered(session, joint, Channel::Current, &|_, current| current / (1.0 + error));
-        let now: Vec<TimeSeries> = again.train.iter().map(stronger).collect();
-        let found =
-            compare(&arm(true), &healthy.train, &now, &[], &Options::default(), &mut |_, _| {}).expect("a comparison");
-        assert!(found.changes.as_ref().is_none_or(Vec::is_empty), "{:?}", found.changes);
-        let [one] = &found.effects[..] else { panic!("{:?}", found.effects) };
-        assert_eq!(
-            (one.effect.as_str(), &one.joints[..]),
-            ("torque_constant_error", &[format!("joint{}", joint + 1)][..])
-        );
-        let told = &one.parameters["error"];
-        // Three standard errors: one in 370 by chance.
-        assert!((told.value - error).abs() < 3.0 * told.std_error, "{told:?}");
-    }
-}

@@ -75,13 +75,9 @@ impl Cause {
     pub fn columns_at(&self, motion: &Motion, joints: &[usize], place: usize, shape: &[f64]) -> Vec<Vec<f64>> {
         let (first, axis) = (joints[0], joints[place]);
         let coupling = motion.model.robot.coupling.as_ref().filter(|_| self.is_on_link());
-        let of_joint = |joint: usize| match self.within {
-            None => self.effect.columns(motion, joint, shape),
-            Some(_) => self.effect.columns_of_change(motion, joint, shape),
-        };
-        let Some(coupling) = coupling else { return of_joint(axis) };
+        let Some(coupling) = coupling else { return self.effect.columns(motion, axis, shape) };
         let share = coupling.joint_per_axis(first, axis);
-        let mut columns = of_joint(first);
+        let mut columns = self.effect.columns(motion, first, shape);
         columns.iter_mut().flatten().for_each(|value| *value *= share);
         columns
     }
