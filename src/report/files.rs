@@ -140,12 +140,30 @@ fn urdf_name(model: &Model) -> String {
     if is_fit_name(&name) { name } else { "robot.urdf".to_owned() }
 }
 
-/// The model, with a copy of its URDF unless that names meshes by relative paths, so that the folder can be moved.
+/// The model, with a copy of its URDF, so that the folder can be moved. A URDF on disk with meshes stays where these are found.
 fn model_files(model: &Model) -> Vec<File<'static>> {
-    let whole = model.urdf.canonicalize().unwrap_or_else(|_| model.urdf.clone());
-    if model.urdf_text.contains("<mesh") {
-        return vec![("model.toml".to_owned(), model.to_toml(&whole).into())];
+    if model.urdf_text.contains("<mesh")
+        && let Ok(urdf) = model.urdf.canonicalize()
+    {
+        return vec![("model.toml".to_owned(), model.to_toml(&urdf).into())];
     }
     let urdf = urdf_name(model);
     vec![("model.toml".to_owned(), model.to_toml(Path::new(&urdf)).into()), (urdf, model.urdf_text.clone().into())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Its text exists only in memory, so that a model file without it could not be read again.
+    #[test]
+    fn property_a_urdf_that_is_not_on_disk_is_written_whatever_meshes_it_names() {
+        let (model, urdf) =
+            (include_str!("../../robots/elbow/model.toml"), include_str!("../../robots/elbow/elbow.urdf"));
+        let model = Model::from_texts(model, urdf, Path::new("elbow/model.toml")).expect("the elbow");
+        let text = "<robot><mesh filename=\"file:///arm.stl\"/></robot>".to_owned();
+        let names: Vec<String> =
+            model_files(&Model { urdf_text: text, ..model }).into_iter().map(|(name, _)| name).collect();
+        assert_eq!(names, ["model.toml", "elbow.urdf"]);
+    }
 }

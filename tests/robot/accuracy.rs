@@ -208,3 +208,28 @@ fn equivalent_a_joint_that_is_held_leaves_its_mass_to_the_body_before_it() {
     reads_back(&moved);
     assert_eq!(moved.urdf_text.matches("<mass").count(), 2, "{}", moved.urdf_text);
 }
+
+/// The arm as vendors publish it: a mesh of a package, and one beside the URDF.
+#[test]
+fn regress_meshes_are_found_from_the_folder_of_a_deviating_model() {
+    let place = tempfile::tempdir().expect("a folder");
+    let (urdf, meshes) = (place.path().join("arm/urdf"), place.path().join("arm/meshes"));
+    [&urdf, &meshes].into_iter().for_each(|folder| std::fs::create_dir_all(folder).expect("a folder"));
+    let tetrahedron = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    [meshes.join("a&b.obj"), urdf.join("beside.obj")]
+        .iter()
+        .for_each(|file| std::fs::write(file, tetrahedron).expect("a mesh"));
+    let shape = |name: &str| {
+        format!("<collision><geometry><mesh filename=\"{name}\" scale=\"2 2 2\"/></geometry></collision></link>")
+    };
+    let text = URDF.replacen("</link>", &shape("package://arm/meshes/a&amp;b.obj"), 1);
+    let (first, last) = text.rsplit_once("</link>").expect("a link");
+    let text = format!("{first}{}{last}", shape("beside.obj"));
+    std::fs::write(urdf.join("elbow.urdf"), text).expect("the URDF");
+    std::fs::write(urdf.join("model.toml"), MODEL).expect("the model");
+    let exact = Model::load(&urdf.join("model.toml")).expect("the elbow with meshes");
+    let nominal = Model { accuracy: Accuracy::default(), ..exact };
+    let moved = nominal.deviating(&drawn(&nominal, 5));
+    assert!(nominal.robot.bodies.iter().any(|body| !body.shapes.is_empty()), "meshes are read");
+    reads_back(&moved);
+}

@@ -1,4 +1,4 @@
-//! Writes new inertias into the text of a URDF; all else stays unchanged.
+//! Writes new inertias into the text of a URDF, for a file of its own: paths of meshes become absolute, all else stays unchanged.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use super::Urdf;
 use super::description::kind_of;
+use super::mesh_paths;
 use super::scan::Element;
 use crate::robot::tree::{Inertia, Robot};
 
@@ -14,7 +15,7 @@ impl Urdf<'_> {
     /// to it lose theirs.
     pub(in crate::robot) fn with_inertias(&self, text: &str, robot: &Robot, changed: &[usize]) -> String {
         let bodies: BTreeMap<&str, usize> = changed.iter().map(|body| (&*robot.bodies[*body].name, *body)).collect();
-        let mut edits: Vec<(Range<usize>, String)> = Vec::new();
+        let mut edits = mesh_paths::edits(self.file, text, self.text.elements());
         for link in self.text.owners("link") {
             let Some(name) = link.attribute("name") else { continue };
             let Some(body) = self.carrier(name, robot).and_then(|carrier| bodies.get(carrier)) else { continue };

@@ -92,7 +92,8 @@ fn open(text: &UrdfText<'_>, element: &Element<'_>, out: &mut String) {
     tag(element.name, words.chain(numbers), out);
 }
 
-fn tag<'n>(name: &str, attributes: impl Iterator<Item = (&'n str, String)>, out: &mut String) {
+/// Writes an opening tag.
+pub(super) fn tag<'n>(name: &str, attributes: impl Iterator<Item = (&'n str, String)>, out: &mut String) {
     let _ = write!(out, "<{name}");
     for (name, value) in attributes {
         let value = value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");

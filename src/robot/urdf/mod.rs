@@ -11,6 +11,7 @@ mod inertials;
 mod masses;
 mod mend;
 mod mesh;
+mod mesh_paths;
 mod scan;
 mod text;
 mod transmissions;
