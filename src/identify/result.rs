@@ -187,13 +187,13 @@ impl Identification {
     pub fn apply(&self, model: &Model) -> Model {
         let mut model = model.clone();
         for found in &self.joints {
-            let Some(joint) = model.joints.iter_mut().find(|joint| joint.name == found.joint) else { continue };
+            let Some(index) = model.joints.iter().position(|joint| joint.name == found.joint) else { continue };
             let measured = found.backlash.as_ref().and_then(|backlash| backlash.link_share.as_ref());
             let measured = measured.map_or(0.0, |share| share.value.clamp(0.0, 1.0));
-            let link_share = joint.friction.map_or(measured, |friction| friction.link_share);
-            joint.friction = Some(Friction { law: found.friction.preferred_law(), link_share });
+            let link_share = model.joints[index].friction.map_or(measured, |friction| friction.link_share);
+            model.set_friction(index, Friction { law: found.friction.preferred_law(), link_share });
             if let Some(backlash) = &found.backlash {
-                joint.backlash = Some(backlash.best.mean.value.max(0.0));
+                model.joints[index].backlash = Some(backlash.best.mean.value.max(0.0));
             }
         }
         model

@@ -59,6 +59,16 @@ impl Model {
         self.robot.coupling.iter().flat_map(|coupling| coupling.rows().map(|(axis, _)| axis))
     }
 
+    /// Gives a joint its friction, which is the whole friction of the joint: the damping and friction of its URDF no longer act. Those of coupled
+    /// joints stay, since they act on other axes as well.
+    pub fn set_friction(&mut self, joint: usize, friction: Friction) {
+        self.joints[joint].friction = Some(friction);
+        if self.robot.coupling.is_none() {
+            let link = &mut self.robot.bodies[joint].joint;
+            (link.damping, link.friction) = (0.0, 0.0);
+        }
+    }
+
     /// The load of the machine in the recording of this name, as a tree in which nothing else has mass; `None` if there
     /// is no load.
     pub fn load_in(&self, name: &str) -> Option<Robot> {

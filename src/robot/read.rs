@@ -13,7 +13,7 @@ use super::urdf::{Built, Urdf};
 use super::{format, ranges};
 use crate::error::Result;
 use crate::files;
-use crate::gearhead::FrictionLaw;
+use crate::gearhead::{Friction, FrictionLaw};
 use crate::toml_input::{Document, Table, nearest, read_text};
 
 /// Largest number of effects: several on every joint of a large machine.
@@ -89,7 +89,7 @@ impl Model {
         let Built { mut robot, held, remarks } = urdf.tree(&table.keys().collect::<BTreeSet<_>>())?;
         robot.gravity = gravity.map_or(STANDARD_GRAVITY, Into::into);
         robot.coupling = Coupling::read(&root, &robot.bodies)?;
-        let mut joints = Vec::new();
+        let mut joints: Vec<JointModel> = Vec::new();
         for body in &robot.bodies {
             let table = table.table(&body.joint.name)?;
             joints.push(read_joint(&table, body)?);
@@ -102,7 +102,8 @@ impl Model {
         }
         let loads = root.tables("loads")?.iter().map(read_load).collect::<Result<_>>()?;
         root.finish()?;
-        Ok(Self {
+        let stated: Vec<Option<Friction>> = joints.iter().map(|joint| joint.friction).collect();
+        let mut model = Self {
             name,
             source: document.file().to_owned(),
             urdf: urdf_file.to_owned(),
@@ -116,7 +117,11 @@ impl Model {
             effects,
             loads,
             places: document.places(),
-        })
+        };
+        for (joint, friction) in stated.into_iter().enumerate() {
+            friction.into_iter().for_each(|friction| model.set_friction(joint, friction));
+        }
+        Ok(model)
     }
 }
 

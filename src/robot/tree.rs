@@ -57,9 +57,9 @@ pub struct Joint {
     pub axis: Unit<Vector3<f64>>,
     /// Limits.
     pub limits: Limits,
-    /// [N·m·s/rad or N·s/m] URDF `dynamics damping`, on the link side, ≥ 0.
+    /// [N·m·s/rad or N·s/m] URDF `dynamics damping`, on the link side, ≥ 0; 0 where the model file states the friction of the joint.
     pub damping: f64,
-    /// [N·m or N] URDF `dynamics friction`, on the link side, ≥ 0.
+    /// [N·m or N] URDF `dynamics friction`, on the link side, ≥ 0; 0 where the model file states the friction of the joint.
     pub friction: f64,
 }
 

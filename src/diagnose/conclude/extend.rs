@@ -31,7 +31,8 @@ pub struct Identified<'f> {
 pub fn with_baseline(model: &Model, identified: &Identified) -> Model {
     let Identified { judged, factors, friction, rotors, gaps, shares } = *identified;
     let mut model = model.clone();
-    for (index, joint) in model.joints.iter_mut().enumerate().filter(|(index, _)| judged.contains(index)) {
+    for index in (0..model.joints.len()).filter(|index| judged.contains(index)) {
+        let joint = &mut model.joints[index];
         let law = friction[index];
         let side = Exponential {
             coulomb: law.coulomb.max(0.0),
@@ -43,9 +44,9 @@ pub fn with_baseline(model: &Model, identified: &Identified) -> Model {
         let given = joint.friction.is_some();
         let mut law = FrictionLaw::Exponential([side; 2]);
         scale(&mut law, factors[index], given);
-        joint.friction = Some(Friction { law, link_share });
         joint.backlash = joint.backlash.or(gaps[index]);
         joint.rotor_inertia = joint.rotor_inertia.or(rotors[index].map(|inertia| inertia * factors[index]));
+        model.set_friction(index, Friction { law, link_share });
     }
     model
 }

@@ -112,7 +112,7 @@ impl TurnRows<'_, '_> {
         }
         let mut model = self.problem.motion.model.clone();
         model.joints[self.joint].backlash = Some(gear.gap);
-        model.joints[self.joint].friction = Some(Friction { link_share: gear.share, ..self.path.friction.on_motor() });
+        model.set_friction(self.joint, Friction { link_share: gear.share, ..self.path.friction.on_motor() });
         let mut actions = Vec::new();
         for one in planted {
             let names = one.effect.about().parameters.iter().map(|spec| spec.name.to_owned());
