@@ -42,7 +42,7 @@ impl New {
             }
         }
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let experiment = self.staircase.then(|| first_experiment(model, &name)).transpose()?;
+        let experiment = self.staircase.then(|| first_experiment(&first, &name)).transpose()?;
         first.save(&file)?;
         let mut written = String::new();
         if let Some(experiment) = experiment {

@@ -1,4 +1,4 @@
-//! A first model of a robot file that can be simulated.
+//! A first model of a robot file that can be simulated. Its rotors and gears are guesses, which the model file has as comments.
 //!
 //! ```text
 //!   M(0) = L D Lᵀ                         D_i: inertia of joint i while the joints before it are free
@@ -125,7 +125,7 @@ fn complete(first: &mut First) {
         let stiffness = (OMEGA * OMEGA * inertia).max(under_load);
         let squared = joint.gear_ratio * joint.gear_ratio;
         joint.rotor_inertia.get_or_insert_with(|| {
-            placeholders.mark(&name, "rotor_inertia");
+            placeholders.guess(&name, "rotor_inertia");
             let at_joint = (ROTOR_SHARE * inertia).max(under_load / (OMEGA * OMEGA));
             two_digits((at_joint / squared).clamp(LEAST_ROTOR, MOST_ROTOR))
         });
@@ -133,24 +133,17 @@ fn complete(first: &mut First) {
         let stiffness = two_digits(stiffness.min(OMEGA_MAX * OMEGA_MAX / a).clamp(LEAST_STIFFNESS, MOST_STIFFNESS));
         joint.gear_stiffness = Some(stiffness);
         joint.gear_damping = Some(two_digits(2.0 * ZETA * (stiffness / a).sqrt()));
-        placeholders.mark(&name, "gear_stiffness");
-        placeholders.mark(&name, "gear_damping");
+        placeholders.guess(&name, "gear_stiffness");
+        placeholders.guess(&name, "gear_damping");
     }
     state_accuracy(first);
 }
 
-/// States how well placeholders are known, so that no diagnosis takes their errors for a cause.
+/// States how well placeholders are known, so that no diagnosis takes their errors for a cause. Guesses are left out of the model file.
 fn state_accuracy(First { model, placeholders }: &mut First) {
-    let accuracy = &mut model.accuracy;
-    for (key, of, value) in [
-        ("motor.torque_constant", "torque_constants", &mut accuracy.torque_constants),
-        ("rotor_inertia", "rotor_inertias", &mut accuracy.rotor_inertias),
-        ("gear_stiffness", "stiffness", &mut accuracy.stiffness),
-    ] {
-        if model.joints.iter().any(|joint| placeholders.marks(&joint.name, key)) {
-            *value = GUESSED;
-            placeholders.mark_accuracy(of);
-        }
+    if model.joints.iter().any(|joint| placeholders.marks(&joint.name, "motor.torque_constant")) {
+        model.accuracy.torque_constants = GUESSED;
+        placeholders.mark_accuracy("torque_constants");
     }
 }
 

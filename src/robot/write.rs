@@ -99,7 +99,7 @@ impl Model {
 }
 
 impl First {
-    /// As [`Model::save`], with a mark at every value that is a placeholder.
+    /// As [`Model::save`], with a mark at every value that is a placeholder, and with guesses as comments.
     ///
     /// # Errors
     /// As [`Model::save`].
@@ -153,11 +153,12 @@ fn named_from(folder: &Path, file: PathBuf) -> PathBuf {
 }
 
 fn line(out: &mut Text<'_>, key: &str, value: &str, comment: &str) {
-    let comment = out.placeholders.comment(&out.section, key, comment);
+    let (before, comment) = out.placeholders.around(&out.section, key, comment);
+    let key = written_key(key);
     // Writing to a String cannot fail.
     let _ = match comment.as_str() {
-        "" => writeln!(out.out, "{} = {value}", written_key(key)),
-        _ => writeln!(out.out, "{} = {value}  # {comment}", written_key(key)),
+        "" => writeln!(out.out, "{before}{key} = {value}"),
+        _ => writeln!(out.out, "{before}{key} = {value}  # {comment}"),
     };
 }
 

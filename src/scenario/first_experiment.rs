@@ -15,10 +15,10 @@ use std::path::Path;
 use super::Scenario;
 use super::reach::{Reach, reaches, starts};
 use super::rehearsal::{
-    CONTROL_PERIOD, SPEED_SHARE, check_effort, references, top_speed, write_controller, write_friction,
+    CONTROL_PERIOD, SPEED_SHARE, check_effort, references, top_speed, write_assumed, write_controller,
 };
 use crate::error::{Error, Place, Result};
-use crate::robot::{Model, two_digits};
+use crate::robot::{First, Model, two_digits};
 use crate::toml_input::{written_key, written_number, written_text};
 
 /// Number of speeds of a joint.
@@ -62,16 +62,17 @@ pub struct FirstExperiment {
     pub duration: f64,
 }
 
-/// Plans the first experiment of a model. `model_file` is the path of the model file from the scenario's folder.
+/// Plans the first experiment of a first model. `model_file` is the path of the model file from the scenario's folder.
 ///
 /// # Errors
 /// Every plan that was tried leaves the limits of a joint or lets links collide; the error gives the fault of the last one.
-pub fn first_experiment(model: &Model, model_file: &str) -> Result<FirstExperiment> {
+pub fn first_experiment(first: &First, model_file: &str) -> Result<FirstExperiment> {
+    let model = &first.model;
     let reaches = reaches(model);
     let mut refused = None;
     for start in starts(&reaches) {
         for part in ROOMS {
-            let scenario = text(model, &reaches, &start, part, model_file);
+            let scenario = text(first, &reaches, &start, part, model_file);
             let plan = Scenario::of_model(&scenario, Path::new("first_experiment.toml"), model)?;
             match plan.check_motion().and_then(|()| check_effort(model, &plan.sessions[0])) {
                 Ok(()) => {
@@ -109,7 +110,13 @@ fn stairs(model: &Model, reach: &Reach, index: usize, start: f64, part: f64) -> 
 }
 
 /// The scenario file.
-fn text(model: &Model, reaches: &[Reach], start: &[f64], part: f64, model_file: &str) -> String {
+fn text(
+    First { model, placeholders }: &First,
+    reaches: &[Reach],
+    start: &[f64],
+    part: f64,
+    model_file: &str,
+) -> String {
     let mut text = format!(
         "# A first experiment, written by `lostmotion new`: one joint after the other at constant speeds, the others at rest.\n\
          # `lostmotion run` rehearses it; first_experiment.csv has its references for the machine's own controller.\n\
@@ -121,7 +128,7 @@ fn text(model: &Model, reaches: &[Reach], start: &[f64], part: f64, model_file: 
     if !model.robot.unread_shapes.is_empty() {
         text += "unread_shapes = \"ignored\"           # collisions of links whose meshes were not read are not checked: see `lostmotion check`\n";
     }
-    write_friction(&mut text, model, reaches);
+    write_assumed(&mut text, model, reaches, placeholders);
     text += "\n[[session]]\nname = \"staircase\"\nkind = \"staircase\"\nrest = 1.0                          # [s]\n";
     for (joint, position) in model.joints.iter().zip(start) {
         let _ = writeln!(text, "start.{} = {}", written_key(&joint.name), written_number(*position));

@@ -10,7 +10,7 @@ use crate::control::Target;
 use crate::dynamics::Dynamics;
 use crate::error::{Error, Place, Result};
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
-use crate::robot::{JointModel, Model, two_digits};
+use crate::robot::{JointModel, Model, Placeholders, two_digits};
 use crate::toml_input::{written_key, written_number};
 use crate::units::JointKind;
 
@@ -40,28 +40,30 @@ pub(super) fn top_speed(kind: JointKind) -> f64 {
     }
 }
 
-/// Friction of the rehearsal, as assignments to the model. Their keys are split at dots: joints with special characters in their names
-/// get no friction.
-pub(super) fn write_friction(text: &mut String, model: &Model, reaches: &[Reach]) {
+/// Friction of the rehearsal, and rotors and gears that are guesses, as assignments to the model. Their keys are split at dots: joints with
+/// special characters in their names get none.
+pub(super) fn write_assumed(text: &mut String, model: &Model, reaches: &[Reach], placeholders: &Placeholders) {
     let plain = |joint: &JointModel| {
         joint.friction.is_none() && joint.name.chars().all(|c| c.is_alphanumeric() || "_-".contains(c))
     };
-    *text += "model = [                           # friction for the rehearsal only\n";
+    *text += "model = [                           # for the rehearsal only\n";
     for (index, joint) in model.joints.iter().enumerate().filter(|(_, joint)| plain(joint)) {
         let Exponential { coulomb, breakaway, stribeck_velocity, viscous } = rehearsed(model, &reaches[index], index);
-        let values = [
-            ("coulomb", coulomb),
-            ("breakaway", breakaway),
-            ("stribeck_velocity", stribeck_velocity),
-            ("viscous", viscous),
+        let friction = [
+            ("friction.coulomb", coulomb),
+            ("friction.breakaway", breakaway),
+            ("friction.stribeck_velocity", stribeck_velocity),
+            ("friction.viscous", viscous),
         ];
-        for (key, value) in values {
-            let _ = writeln!(
-                text,
-                "  \"joints.{}.friction.{key} = {}\",  # placeholder",
-                joint.name,
-                written_number(value)
-            );
+        let gear = [
+            ("rotor_inertia", joint.rotor_inertia),
+            ("gear_stiffness", joint.gear_stiffness),
+            ("gear_damping", joint.gear_damping),
+        ];
+        let guessed = gear.into_iter().filter(|(key, _)| placeholders.is_guess(&joint.name, key));
+        let guessed = guessed.filter_map(|(key, value)| Some((key, value?)));
+        for (key, value) in guessed.chain(friction) {
+            let _ = writeln!(text, "  \"joints.{}.{key} = {}\",  # placeholder", joint.name, written_number(value));
         }
     }
     *text += "]\n";
@@ -90,7 +92,9 @@ pub(super) fn with_friction(model: &Model, reaches: &[Reach]) -> Model {
     for (index, reach) in reaches.iter().enumerate() {
         let law = rehearsed(&model, reach, index);
         let own = Friction { law: FrictionLaw::Exponential([law; 2]), link_share: 0.0 };
-        model.joints[index].friction.get_or_insert(own);
+        if model.joints[index].friction.is_none() {
+            model.set_friction(index, own);
+        }
     }
     model
 }

@@ -72,7 +72,7 @@ fn equivalent_armature_damping_and_friction_are_those_of_mujoco() {
         let [armature, damping, friction] = ["armature", "damping", "friction"].map(|key| numbers(&expected[key]));
         for (i, (joint, body)) in first.model.joints.iter().zip(&first.model.robot.bodies).enumerate() {
             assert_eq!((body.joint.damping, body.joint.friction), (damping[i], friction[i]), "{name}, {}", joint.name);
-            let guessed = first.placeholders.marks(&joint.name, "rotor_inertia");
+            let guessed = first.placeholders.is_guess(&joint.name, "rotor_inertia");
             assert_eq!(guessed, armature[i] == 0.0, "{name}, {}", joint.name);
             // One division and one multiplication by N².
             assert!(guessed || (joint.reflected_inertia() - armature[i]).abs() < 1e-15, "{name}, {}", joint.name);

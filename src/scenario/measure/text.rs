@@ -8,9 +8,9 @@ use super::regulation;
 use super::strokes::recordings;
 use crate::control::SpeedStep;
 use crate::files::is_fit_name;
-use crate::robot::Model;
+use crate::robot::{Model, Placeholders};
 use crate::scenario::reach::Reach;
-use crate::scenario::rehearsal::{CONTROL_PERIOD, write_controller, write_friction};
+use crate::scenario::rehearsal::{CONTROL_PERIOD, write_assumed, write_controller};
 use crate::toml_input::{written_key, written_number, written_text};
 
 /// A joint, what is done with it and where.
@@ -29,7 +29,7 @@ pub fn scenario(model: &Model, reaches: &[Reach], setups: &[Setup], parts: &[Par
     }
     let known = model.joints.iter().all(|joint| joint.friction.is_some());
     if !known {
-        write_friction(&mut text, model, reaches);
+        write_assumed(&mut text, model, reaches, &Placeholders::default());
     }
     for (index, course, posture) in parts {
         write_joint(&mut text, model, &setups[*index], *index, course, posture);
