@@ -1,8 +1,8 @@
-//! The normal and Student's t distribution. The only module that names statrs.
+//! The normal, Student's t and the chi-squared distribution. The only module that names statrs.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 
 /// `z`: 97.5 % quantile of the standard normal distribution.
@@ -35,9 +35,25 @@ pub fn student_two_sided(t: f64, freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or_else(|_| 2.0 * normal_upper_tail(t.abs()), tail).min(1.0)
 }
 
+/// Probability that a chi-squared variable with `f` degrees of freedom exceeds `x`; an `f` below one counts as one, a negative `x` or a NaN as zero.
+pub fn chi_squared_upper_tail(x: f64, freedom: f64) -> f64 {
+    ChiSquared::new(freedom.max(1.0)).map_or(1.0, |chi_squared| chi_squared.sf(x.max(0.0)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// With two degrees of freedom it is `e^(−x/2)`.
+    #[test]
+    fn analytic_tail_of_chi_squared_with_two_degrees_of_freedom() {
+        for x in [0.0, 0.3, 5.0, 60.0] {
+            let tail = chi_squared_upper_tail(x, 2.0);
+            // A series of the incomplete gamma function, to ten digits or more.
+            assert!((tail / (-0.5 * x).exp() - 1.0).abs() < 1e-9, "{x}: {tail}");
+        }
+        assert_eq!([f64::NAN, -1.0].map(|x| chi_squared_upper_tail(x, 3.0)), [1.0; 2]);
+    }
 
     #[test]
     fn published_quantiles_of_students_t() {

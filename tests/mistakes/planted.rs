@@ -20,7 +20,7 @@ const fn planted(name: &'static str, told: &'static [&'static str], of_joint: bo
 }
 
 /// Everything that is planted.
-pub const MISTAKES: [Planted; 43] = [
+pub const MISTAKES: [Planted; 44] = [
     planted("current turned", &["sign_of_current", "sign_of_torque", "sign_of_joint"], true),
     planted("position and velocity turned", &["sign_of_joint", "sign_of_current", "sign_of_torque"], true),
     planted("position turned", &["sign_of_joint"], true),
@@ -44,6 +44,7 @@ pub const MISTAKES: [Planted; 43] = [
     planted("gear ratio of another stage", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
     planted("gear ratio inverse", &["gear_ratio", "torque_scale", "torque_recorded_as_current"], true),
     planted("motor angle", &["motor_angle_for_joint_angle", "gear_ratio", "degrees_for_radians"], true),
+    planted("all motor angles", &["motor_angle_for_joint_angle", "gear_ratio", "degrees_for_radians"], false),
     planted("time in ms", &["time_unit"], false),
     planted("time in µs", &["time_unit"], false),
     planted("time in ns", &["time_unit"], false),
@@ -138,6 +139,9 @@ pub fn plant(name: &str, model: &Model, sessions: &[TimeSeries], joint: usize) -
         "gear ratio of another stage" => model.joints[joint].gear_ratio *= if n > 20.0 { 0.1 } else { 3.0 },
         "gear ratio inverse" if n > 1.5 => model.joints[joint].gear_ratio = 1.0 / n,
         "motor angle" if n > 1.5 => scaled(&mut sessions, joint, &both, n),
+        "all motor angles" if dof > 1 && model.joints.iter().all(|joint| joint.gear_ratio > 1.5) => {
+            (0..dof).for_each(|joint| scaled(&mut sessions, joint, &both, model.joints[joint].gear_ratio));
+        }
         "time in ms" => stretch(&mut sessions, 1e3),
         "time in µs" => stretch(&mut sessions, 1e6),
         "time in ns" => stretch(&mut sessions, 1e9),

@@ -13,8 +13,9 @@
 //! - `judge`: comparison with chance and with natural variation; `spread`: natural variation between sessions
 //! - `robust`: standard errors for correlated errors
 //! - `inertia`: changes of rotor inertias; `gap`: changes of gaps; `delays`: changes of a late current
-//! - `outcome`: the report, and the models in the reference and now
+//! - `consequences`: changes that follow from a new effect; `outcome`: the report, and the models in the reference and now
 
+mod consequences;
 mod delays;
 mod gap;
 mod inertia;
@@ -119,6 +120,7 @@ fn compare_as_measured(
 
     let both = Both { model, sessions: &sessions, division, sides: &sides, earlier };
     let mut parts = report(both, &mut problem, changes, options, progress)?;
+    consequences::withdraw(&mut parts, &problem, &mut found);
     outcome::complete(&mut parts, &problem, found, &gaps);
     Ok(parts.assembled())
 }
@@ -271,7 +273,8 @@ fn report(
         friction: problem.motion.joints.iter().map(|joint| joint.friction).collect(),
         rotors: problem.rotors(&fitted),
     };
-    let mut selection = Selection { taken, first_round: changes.first_round, fitted, nominal, as_recorded: unchanged };
+    let (first_round, replaced) = (changes.first_round, Vec::new());
+    let mut selection = Selection { taken, first_round, fitted, nominal, as_recorded: unchanged, replaced };
     let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();
     let confirmed =
         confirm::confirm(problem, &mut selection, given, &is_effect, None).ok_or_else(|| nothing_moves(model))?;

@@ -3,6 +3,7 @@
 //! Takes a confirmed selection, runs the instruments that need a fit, and gives the parts of a diagnosis.
 //! - `gaps`: gaps that the model file does not give
 //! - `link_load`: whether an effect prevents the measurement of a gap
+//! - `implausible`: a nominal model that would have to be less accurate than it states
 //! - `unexplained`: structure that no effect explains; `undecided`: effects that could explain it, with too little evidence
 //! - `extend`: the baseline model and the extended model
 //! - `records`: candidates and method for the report
@@ -10,6 +11,7 @@
 /// The models that come with a diagnosis.
 pub mod extend;
 mod gaps;
+mod implausible;
 mod link_load;
 mod records;
 mod undecided;
@@ -105,6 +107,7 @@ pub fn conclude(
     };
     unexplained.append(&mut findings.unexplained);
     unexplained.extend(unexplained::shapeless(problem, &residuals, &fit, &unexplained));
+    unexplained.extend(implausible::deviations(problem));
     undecided::add(problem, selection, &options.rules, &mut unexplained);
     findings.unexplained = unexplained;
     let [baseline_model, extended_model] =

@@ -38,7 +38,7 @@ pub fn records(
         } else if !rules.support(total, log_scale) {
             format!("evidence {total:.1} nats, {:.1} % of the error: too little for a name", 100.0 * log_scale)
         } else {
-            format!("evidence {total:.0} nats alone, superfluous beside the named effects")
+            format!("evidence {total:.0} nats alone, superfluous beside what was taken before it")
         };
         CandidateRecord {
             effect: candidate.effect().name().to_owned(),

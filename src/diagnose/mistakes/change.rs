@@ -25,6 +25,8 @@ pub enum Change {
     AllTorques(Quantity),
     /// Position and velocity of a joint, or of all joints, have to be multiplied by a factor.
     MotionScale(Option<usize>, f64),
+    /// Positions and velocities of all joints are those of the motors, times a factor: one joint alone does not fit beside the others.
+    MotorMotions(f64),
     /// Time has to be multiplied by a factor.
     TimeScale(f64),
     /// Gravity points in the opposite direction.
@@ -140,6 +142,11 @@ impl Change {
                 }
             }
             Self::MotionScale(which, factor) => scale_motion(&mut rows, &joints(which), [factor; 4]),
+            Self::MotorMotions(factor) => {
+                for (index, joint) in model.joints.iter().enumerate() {
+                    scale_motion(&mut rows, &[index], [factor / joint.gear_ratio; 4]);
+                }
+            }
             Self::TimeScale(factor) => {
                 let (rate, curvature) = (1.0 / factor, 1.0 / (factor * factor));
                 scale_motion(&mut rows, &joints(None), [1.0, rate, curvature, curvature]);

@@ -28,6 +28,7 @@ fn named(model: &Model, rows: &[Rows], change: Change) -> (&'static str, Vec<usi
         Change::TorqueScale(which, factor) => (scale(model, which, factor, from_current), of(which), Some(factor)),
         Change::AllTorques(quantity) => (another(quantity), everyone(), None),
         Change::MotionScale(which, factor) => (motion(factor), of(which), Some(factor)),
+        Change::MotorMotions(_) => ("motor_angle_for_joint_angle", everyone(), None),
         Change::TimeScale(factor) => ("time_base", everyone(), Some(factor)),
         Change::Gravity => ("gravity_upside_down", everyone(), Some(-1.0)),
         Change::Ratio(joint, factor) => ("gear_ratio", vec![joint], Some(factor)),
@@ -158,6 +159,7 @@ fn remedy(model: &Model, rows: &[Rows], change: Change, names: &[String]) -> Str
         Change::Ratio(joint, _) => format!("`gear_ratio = {}` instead of {} in the model file", figure(model.joints[joint].gear_ratio * factor), figure(model.joints[joint].gear_ratio)),
         Change::TimeScale(_) => format!("multiply the column `time` by {}: its unit or the sample rate is not what the file says", figure(factor)),
         Change::MotionScale(..) if mistake == "motor_angle_for_joint_angle" => position_remedy("motor"),
+        Change::MotorMotions(factor) => position_remedy("motor") + if factor == DEG { "; and they are in degrees" } else { "" },
         Change::MotionScale(..) if mistake == "degrees_for_radians" => "positions are in degrees: `unit = \"deg\"` for `position` and `unit = \"deg/s\"` for `velocity` in the manifest".to_owned(),
         Change::MotionScale(..) => format!("`scale = {}` for `position` and `velocity` in the manifest: they are in another unit than stated", figure(factor)),
         Change::TorqueScale(..) | Change::AllTorques(_) => match mistake {

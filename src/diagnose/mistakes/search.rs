@@ -97,6 +97,10 @@ fn brought_back(model: &Model, change: Change, limits: &Limits<'_>) -> f64 {
         Change::MotionScale(which, factor) => {
             limits.outside.iter().filter(|one| one_of(which, one.joint) && one.explained_by(factor)).count()
         }
+        Change::MotorMotions(factor) => {
+            let ratio = |joint: usize| model.joints[joint].gear_ratio;
+            limits.outside.iter().filter(|one| one.explained_by(factor / ratio(one.joint))).count()
+        }
         Change::TorqueScale(which, factor) => torque(which, factor),
         Change::AllTorques(quantity) => {
             let factor = |joint: usize| quantity.factor(&model.joints[joint]);
@@ -212,6 +216,7 @@ fn changes(model: &Model, rows: &[Rows], suspicious: &[usize], before: &[Option<
         changes.extend(LAGS.map(|lag| Change::TorqueLag(None, lag)));
         changes.extend([-1.0, 1e-3, 1e3].map(|factor| Change::TorqueScale(None, factor)));
         changes.extend([DEG, 1.0 / DEG].map(|factor| Change::MotionScale(None, factor)));
+        changes.extend([1.0, DEG].map(Change::MotorMotions));
         let from_current = rows.iter().all(|session| session.from_current);
         changes.extend(Quantity::instead_of(from_current).map(Change::AllTorques));
     }

@@ -30,7 +30,7 @@ pub fn certainty(
 }
 
 /// [standard errors] The size of an effect: of all its coefficients together, or of a parameter without which it would be another effect.
-fn least_size(about: &About, parameters: &BTreeMap<String, Measured>, all: f64) -> f64 {
+pub fn least_size(about: &About, parameters: &BTreeMap<String, Measured>, all: f64) -> f64 {
     let sizes = about.parameters.iter().filter(|spec| spec.is_size).filter_map(|spec| parameters.get(spec.name));
     sizes.map(|one| (one.value / one.std_error).abs()).fold(all, f64::min)
 }

@@ -3,9 +3,9 @@
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
 //! a later fit moves out of its range, the weakest of several effects that gain nothing together, one with too little evidence, an effect
-//! that is no larger than its standard error, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
+//! whose size has a 95 % interval that contains zero, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
 
-use super::certainty::certainty;
+use super::certainty::{certainty, least_size};
 use super::own_gains;
 use super::selection::{Selection, Taken, evidence_beside, resettle};
 use crate::diagnose::fit::estimate;
@@ -14,6 +14,7 @@ use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::options::{Inaccuracy, Rules};
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
+use crate::distributions::NORMAL_975;
 use crate::effects::{About, Catalogue};
 
 /// [1] Probability below which a name is more likely wrong than right.
@@ -115,7 +116,7 @@ fn weakest(
     Some((index, format!("its evidence is only {nats:.1} nats")))
 }
 
-/// The least certain term, and why it is withdrawn: its size is below its standard error, or a look-alike explains as much and it is less
+/// The least certain term, and why it is withdrawn: the interval of its size contains zero, or a look-alike explains as much and it is less
 /// probable than [`LIKELY`].
 fn least_sure(
     problem: &Problem,
@@ -128,20 +129,23 @@ fn least_sure(
     }
     let (terms, fitted) = (selection.terms(), &selection.fitted);
     let uncertainty = Uncertainty::new(problem, &terms, fitted)?;
-    let size = |index: &usize| {
-        let at = fitted.term_at[*index];
-        uncertainty.size_in_errors(at..at + terms[*index].coefficients(), &fitted.solution.coefficients)
+    let parameters = |index: usize| estimate::parameters(problem, terms[index], index, fitted, &uncertainty);
+    let size = |index: usize| {
+        let at = fitted.term_at[index];
+        let own = at..at + terms[index].coefficients();
+        let all = uncertainty.size_in_errors(own, &fitted.solution.coefficients);
+        least_size(terms[index].effect.about(), &parameters(index), all)
     };
-    let sizes = judged.iter().map(|index| (*index, size(index)));
-    if let Some((index, _)) = sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size < 1.0) {
-        return Some((index, "its standard error is as large as its size".to_owned()));
+    let sizes = judged.iter().map(|index| (*index, size(*index)));
+    if let Some((index, size)) = sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size < NORMAL_975) {
+        let words = format!("its size is only {size:.1} standard errors, so that its 95 % interval contains zero");
+        return Some((index, words));
     }
     let taken: Vec<&Taken> =
         selection.taken.iter().flat_map(|taken| std::iter::repeat_n(taken, taken.terms.len())).collect();
     let certain = |index: &usize| {
-        let parameters = estimate::parameters(problem, terms[*index], *index, fitted, &uncertainty);
         let place = (terms[*index], *index);
-        let (mut rivals, p) = certainty(taken[*index], place, &parameters, selection, &uncertainty, rules?);
+        let (mut rivals, p) = certainty(taken[*index], place, &parameters(*index), selection, &uncertainty, rules?);
         rivals.retain(|rival| look_alike(&problem.catalogue, terms[*index].effect.about(), rival));
         Some((rivals, p))
     };
@@ -229,7 +233,8 @@ fn outside(about: &About, value: &dyn Fn(&str) -> Option<f64>) -> Option<String>
     })
 }
 
-fn names(problem: &Problem, term: &Term) -> Vec<String> {
+/// Names of the joints that a term acts on.
+pub(super) fn names(problem: &Problem, term: &Term) -> Vec<String> {
     term.own_joints().iter().map(|joint| problem.motion.model.joints[*joint].name.clone()).collect()
 }
 

@@ -22,7 +22,7 @@ pub fn name(
         let mut confirmed = confirm(problem, selection, 0, &|_| true, Some(of_names))?;
         let none_is_new = confirmed.withdrawn.is_empty();
         withdrawn.append(&mut confirmed.withdrawn);
-        confirmed.withdrawn.clone_from(&withdrawn);
+        confirmed.withdrawn = [withdrawn.clone(), selection.replaced.clone()].concat();
         if none_is_new || !select_further(problem, selection, of_selection)? {
             return Some(confirmed);
         }

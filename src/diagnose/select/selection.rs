@@ -13,6 +13,7 @@ use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::options::{Inaccuracy, Rules};
+use crate::diagnose::result::Withdrawn;
 use crate::effects::SymmetricFriction;
 
 /// An effect that was taken.
@@ -57,6 +58,8 @@ pub struct Selection {
     /// Residuals of the nominal model on the original recordings: those of [`nominal`](Self::nominal), unless the recordings were corrected
     /// before the selection.
     pub as_recorded: Vec<Vec<f64>>,
+    /// Effects in whose place a shape without physics was found, see [`substitutes`](super::substitutes).
+    pub replaced: Vec<Withdrawn>,
 }
 
 /// The nominal model with its free parameters fitted by plain least squares, which gives its smallest RMS error.
@@ -146,7 +149,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     let fitted = settled(problem, &mut taken, &mut nominal)?;
     problem.count_independent(&fitted);
     let as_recorded = nominal.residuals.clone();
-    Some(Selection { taken, first_round, fitted, nominal, as_recorded })
+    Some(Selection { taken, first_round, fitted, nominal, as_recorded, replaced: Vec::new() })
 }
 
 /// Takes further effects beside those of a selection, where room is left; returns whether any was taken.
