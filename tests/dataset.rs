@@ -92,6 +92,14 @@ fn property_missing_samples_and_dead_channels_are_said() {
     says(&session.notes[1].to_string(), &["shoulder.position", "constant at 1"]);
 }
 
+/// Every tenth step is twice as long: nothing is missing here and there, and times are taken as they are.
+#[test]
+fn property_uneven_sampling_is_no_defect() {
+    let rows = (0..200).map(|k| format!("{},{}\n", 0.01 * f64::from(k + k / 10), 0.1 * f64::from(k)));
+    let text = format!("time,shoulder.position\n{}", rows.collect::<String>());
+    assert_eq!(load_text("a.csv", &text).expect("usable").notes, Vec::new());
+}
+
 #[test]
 fn property_a_manifest_gives_names_units_and_scale() {
     let folder = tempfile::tempdir().expect("a temporary folder");
