@@ -300,6 +300,9 @@ fn equivalent_coarse_accuracy_within_a_hundredth_of_a_degree() {
         }
         plant.counts().evaluations
     };
+    // Intervals that are longer than any lull.
+    let mut plant = Plant::new(&scara(), &Options { step: 0.05, ..Options::coarse() }).unwrap();
+    plant.advance(&[0.0, 0.0], 1.0).unwrap();
     let seldom = evaluations(Evaluations::AsNeeded);
     assert!(seldom < 100, "{seldom} evaluations in a second at rest");
     assert!(evaluations(Evaluations::EveryInterval) >= 1000);

@@ -117,7 +117,7 @@ impl Lull {
     ) {
         let interval = time - start;
         let calm = self.allowed > 0.0 && surprise <= CALM_SHARE * self.allowed && events == self.events;
-        self.length = if calm { (2.0 * self.length).clamp(interval, LONGEST_INTERVAL) } else { interval };
+        self.length = if calm { (2.0 * self.length).min(LONGEST_INTERVAL).max(interval) } else { interval };
         (self.end, self.events) = (time + self.length, events);
         self.velocities.iter_mut().zip(velocities).for_each(|(before, velocity)| *before = velocity);
     }
