@@ -272,6 +272,42 @@ fn equivalent_hammering_teeth_with_dormand_prince() {
     exactness::says("with hammering teeth within", &[of_books]);
 }
 
+/// [rad] A hundredth of a degree, what coarse accuracy promises.
+const COARSE: f64 = 1.7e-4;
+
+/// Coarse accuracy is within a hundredth of a degree wherever the motion does not hammer, closes its books, and evaluates the links a tenth as often
+/// while the arm is slow; where rapier is to be asked every millisecond, it is.
+#[test]
+fn equivalent_coarse_accuracy_within_a_hundredth_of_a_degree() {
+    for (name, motion, seconds) in [("fast", fast as Motion, 4.0), ("slow", slow, 4.0), ("staircase", staircase, 80.0)]
+    {
+        let truth = truth(motion, seconds, TOLERANCE);
+        for engine in [Engine::Rapier, Engine::Reduced] {
+            let options = Options { engine, ideal_sensors: true, ..Options::coarse() };
+            let (trace, events) = simulated(motion, seconds, &options);
+            let error = difference(&trace, &truth);
+            println!("coarse, {name} {engine:?}: {:.1e} deg, {events:?}", error.to_degrees());
+            assert!(error < COARSE, "{name} {engine:?}: {error:e} rad");
+            assert!(events.unbooked.abs() < 1e-2, "{name} {engine:?}: {:e} of the work", events.unbooked);
+        }
+    }
+    let evaluations = |evaluations| {
+        let options = Options { evaluations, ideal_sensors: true, ..Options::coarse() };
+        let mut plant = Plant::new(&scara(), &options).unwrap();
+        // At rest nothing happens.
+        for _ in 0..1000 {
+            plant.advance(&[0.0, 0.0], 1e-3).unwrap();
+        }
+        plant.counts().evaluations
+    };
+    // Intervals that are longer than any lull.
+    let mut plant = Plant::new(&scara(), &Options { step: 0.05, ..Options::coarse() }).unwrap();
+    plant.advance(&[0.0, 0.0], 1.0).unwrap();
+    let seldom = evaluations(Evaluations::AsNeeded);
+    assert!(seldom < 100, "{seldom} evaluations in a second at rest");
+    assert!(evaluations(Evaluations::EveryInterval) >= 1000);
+}
+
 /// Runge-Kutta 4 between located events is of fourth order. Between evaluations the engine's answer is extrapolated as long as
 /// that counts as right: smaller steps then lead down to what such a surprise may do, 1e-8 rad, and no further.
 #[test]

@@ -30,7 +30,7 @@ fn motion(t: f64) -> ([f64; 2], [f64; 2]) {
 /// Largest difference [N·m, or kg·m²] from the engine along two seconds of motion, and how often the engine was asked.
 fn followed(engine: impl RigidBody + 'static, own: &Robot, mut truth: impl RigidBody) -> (f64, usize) {
     let asked = Arc::new(AtomicUsize::new(0));
-    let mut links = Links::carried(Box::new(Counted(engine, asked.clone())), Dynamics::new(own));
+    let mut links = Links::carried(Box::new(Counted(engine, asked.clone())), Dynamics::new(own), 0.02);
     let (mut mass, mut h) = ([DMatrix::zeros(2, 2), DMatrix::zeros(2, 2)], [[0.0; 2]; 2]);
     let mut worst = 0.0_f64;
     let (q, v) = motion(0.0);

@@ -1,10 +1,11 @@
 //! How far the identification reaches: errors of friction and gap against sensors, gears and gaps, the tables of `docs/limits.md`.
 //!
-//! `cargo bench --bench limits -- [--seeds N]`
+//! `cargo bench --bench limits -- [--seeds N | --draw]`; `--draw` draws the table that the page has as the pictures in `docs/figures`.
 //!
 //! Seeds from 7001 of the staircase of scenario 01, one property of the machine at a time changed on both joints.
 
 mod bound;
+mod picture;
 mod settings;
 
 use std::path::{Path, PathBuf};
@@ -155,18 +156,29 @@ fn table(seeds: u64) -> Result<(), String> {
     Ok(())
 }
 
+/// Writes the table of the page as pictures.
+fn pictures() -> Result<(), String> {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let page = std::fs::read_to_string(docs.join("limits.md")).map_err(|why| why.to_string())?;
+    let rows = picture::rows(&page);
+    let write =
+        |name: &str, svg: String| std::fs::write(docs.join("figures").join(name), svg).map_err(|why| why.to_string());
+    write("limits_errors.svg", picture::of_errors(&rows))?;
+    write("limits_bound.svg", picture::of_bounds(&rows))
+}
+
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let seeds = match &words[..] {
         [] => Some(8),
-        [flag, count] if flag == "--seeds" => count.parse().ok().filter(|count| *count > 0),
-        _ => None,
+        [flag] if flag == "--draw" => None,
+        [flag, count] if flag == "--seeds" && count.parse::<u64>().is_ok_and(|count| count > 0) => count.parse().ok(),
+        _ => {
+            eprintln!("error: expected --draw or [--seeds N], N > 0");
+            return ExitCode::from(2);
+        }
     };
-    let Some(seeds) = seeds else {
-        eprintln!("error: expected [--seeds N], N > 0");
-        return ExitCode::from(2);
-    };
-    match table(seeds) {
+    match seeds.map_or_else(pictures, table) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             eprintln!("error: {why}");

@@ -126,9 +126,9 @@ def all_settings(rows):
 def at_equal_error(rows, names):
     """The fastest way to an error; `names` tells which of MuJoCo's settings it was."""
     ways = [
-        lambda name: name == ("lostmotion", "rapier/sensors"),
-        lambda name: name == ("lostmotion", "rapier-each-ms/sensors"),
-        lambda name: name == ("lostmotion", "reduced/sensors"),
+        lambda name: name in {("lostmotion", "rapier/sensors"), ("lostmotion", "rapier-coarse/sensors")},
+        lambda name: name in {("lostmotion", "rapier-each-ms/sensors"), ("lostmotion", "rapier-each-ms-coarse/sensors")},
+        lambda name: name in {("lostmotion", "reduced/sensors"), ("lostmotion", "reduced-coarse/sensors")},
         lambda name: name[0] == "mujoco",
     ]
     lines = ["| motion | error [deg] | on rapier | rapier asked every ms | reduced engine | MuJoCo | rapier, reduced : MuJoCo |", "|---|---|---|---|---|---|---|"]

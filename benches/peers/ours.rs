@@ -54,9 +54,8 @@ fn read_reference(path: &Path) -> Result<Vec<[f64; 6]>, Box<dyn Error>> {
         .collect()
 }
 
-/// A run under control by what the sensors say: the largest error of an angle [rad].
-fn run(options: &Options, truth: &[[f64; 6]]) -> Result<f64, Box<dyn Error>> {
-    let mut plant = Plant::new(&scara(), options)?;
+/// A run of a machine from rest under control by what the sensors say: the largest error of an angle [rad].
+fn run(plant: &mut Plant, truth: &[[f64; 6]]) -> Result<f64, Box<dyn Error>> {
     let mut control = Loop::default();
     let mut worst = 0.0_f64;
     for &[w1, w2, theta1, q1, theta2, q2] in truth {
@@ -72,11 +71,13 @@ fn run(options: &Options, truth: &[[f64; 6]]) -> Result<f64, Box<dyn Error>> {
 
 /// A row of the table.
 fn measure(name: &str, options: &Options, truth: &[[f64; 6]], motion: &str) -> Result<(), Box<dyn Error>> {
-    let error = run(&Options { ideal_sensors: true, ..options.clone() }, truth)?;
+    let error = run(&mut Plant::new(&scara(), &Options { ideal_sensors: true, ..options.clone() })?, truth)?;
     print!("lostmotion {name} {} {motion} {error:e}", options.substeps);
     for _ in 0..TIMED {
+        // Neither side counts the reading and building of its model.
+        let mut plant = Plant::new(&scara(), options)?;
         let start = clock();
-        run(options, truth)?;
+        run(&mut plant, truth)?;
         print!(" {:.6}", (clock() - start) as f64 * 1e-6);
     }
     println!();
@@ -96,6 +97,16 @@ fn measure_all(truth: &[[f64; 6]], motion: &str) -> Result<(), Box<dyn Error>> {
             measure(&format!("{name}/ideal"), &Options { ideal_sensors: true, ..options }, truth, motion)?;
         }
     }
+    let ways = [
+        ("rapier-coarse", Engine::Rapier, Evaluations::AsNeeded),
+        ("rapier-each-ms-coarse", Engine::Rapier, Evaluations::EveryInterval),
+        ("reduced-coarse", Engine::Reduced, Evaluations::AsNeeded),
+    ];
+    for (name, engine, evaluations) in ways {
+        let options = Options { engine, evaluations, ..Options::coarse() };
+        measure(&format!("{name}/sensors"), &options, truth, motion)?;
+        measure(&format!("{name}/ideal"), &Options { ideal_sensors: true, ..options }, truth, motion)?;
+    }
     Ok(())
 }
 
@@ -106,7 +117,10 @@ fn batch(threads: usize, truth: &[[f64; 6]]) -> Result<f64, Box<dyn Error>> {
     let errors: Vec<f64> = pool.install(|| {
         (0..BATCH)
             .into_par_iter()
-            .map(|seed| run(&Options { seed: seed as u64, ..Options::default() }, truth).unwrap_or(f64::NAN))
+            .map(|seed| {
+                let plant = Plant::new(&scara(), &Options { seed: seed as u64, ..Options::default() });
+                plant.map_err(Into::into).and_then(|mut plant| run(&mut plant, truth)).unwrap_or(f64::NAN)
+            })
             .collect()
     });
     if errors.iter().any(|error| error.is_nan()) {

@@ -45,6 +45,8 @@ pub struct Dynamics {
     /// [m/s²] `g` seen from the base.
     gravity: Vector3<f64>,
     frames: Vec<Frame>,
+    /// Position of each joint that its frame belongs to; NaN at first.
+    placed: Vec<f64>,
     motions: Vec<Motion>,
     wrenches: Vec<Wrench>,
     composites: Vec<Moments>,
@@ -121,6 +123,7 @@ impl Dynamics {
         Self {
             gravity: robot.gravity,
             frames: vec![Frame { r: Matrix3::identity(), p: zero }; n],
+            placed: vec![f64::NAN; n],
             motions: vec![Motion { omega: zero, alpha: zero, acceleration: zero }; n],
             wrenches: vec![Wrench { torque: zero, force: zero }; n],
             composites: links.iter().map(|link| link.moments).collect(),
@@ -144,8 +147,12 @@ impl Dynamics {
 
     /// Computes the pose of every body in its parent.
     fn place(&mut self, q: &[f64]) {
-        for ((frame, link), &q) in self.frames.iter_mut().zip(&self.links).zip(q) {
-            *frame = link.frame(q);
+        let frames = self.frames.iter_mut().zip(&mut self.placed);
+        for (((frame, placed), link), &q) in frames.zip(&self.links).zip(q) {
+            // A joint at rest, or the next algorithm at the same posture.
+            if *placed != q {
+                (*frame, *placed) = (link.frame(q), q);
+            }
         }
     }
 }

@@ -44,6 +44,7 @@ use balance::{Balance, Balanced};
 use fit::Observation;
 use motion::Track;
 use published::AveragePoint;
+use rayon::prelude::*;
 use rigid_body::RigidBody;
 use statistics::median;
 use summary::Laws;
@@ -91,8 +92,11 @@ const FEWEST_POINTS: usize = 5;
 pub fn identify(model: &Model, data: &[TimeSeries], options: &Options) -> Result<Identification> {
     let (mut joints, mut left_out) = (Vec::new(), Vec::new());
     let mut first_error = None;
-    for joint in 0..model.joints.len() {
-        match identify_joint(model, joint, data, options) {
+    // One joint's serial parts run beside another joint's.
+    let all: Vec<_> =
+        (0..model.joints.len()).into_par_iter().map(|joint| identify_joint(model, joint, data, options)).collect();
+    for (joint, found) in all.into_iter().enumerate() {
+        match found {
             Ok(found) => joints.push(found),
             Err(error) => {
                 if moves_steadily(model, joint, data, options) {

@@ -111,7 +111,8 @@ pub fn friction(kind: JointKind, points: &[AveragePoint]) -> Option<PublishedFri
         }
     }
     let fit = best?;
-    let (lines, centrifugal) = (summary::lines_of(kind, &fit, 1.0), summary::centrifugal_of(kind, &fit, 1.0));
+    let errors = fit.scattered();
+    let (lines, centrifugal) = (summary::lines_of(kind, &fit, &errors), summary::centrifugal_of(kind, &fit, &errors));
     Some(PublishedFriction { lines, centrifugal })
 }
 

@@ -1,5 +1,7 @@
 //! Converts fitted coefficients to the quantities of the report, with units, standard errors and intervals.
 
+use nalgebra::DMatrix;
+
 use super::fit::LawFit;
 use super::law::{CENTRIFUGAL, PER_DIRECTION};
 use super::least_squares::Fit;
@@ -27,10 +29,10 @@ pub struct Laws {
 pub fn friction(kind: JointKind, points: &[Point], laws: &Laws) -> (FrictionIdentification, Quantity) {
     let Laws { lines, exponential, preferred, with_centrifugal } = laws;
     let preferred = *preferred;
-    let centrifugal = centrifugal_of(kind, &with_centrifugal.fit, COMMON_ERRORS);
+    let centrifugal = centrifugal_of(kind, &with_centrifugal.fit, &with_centrifugal.fit.robust());
     let found = FrictionIdentification {
         preferred,
-        lines: lines_of(kind, &lines.fit, COMMON_ERRORS),
+        lines: lines_of(kind, &lines.fit, &lines.fit.robust()),
         exponential: PerDirection {
             positive: exponential_of(kind, exponential, 0),
             negative: exponential_of(kind, exponential, 1),
@@ -46,7 +48,7 @@ const REAL: f64 = 3.3;
 
 /// Whether `C_ii` differs from zero.
 pub fn centrifugal_is_real(fit: &LawFit) -> bool {
-    let Quantity { value, std_error, .. } = quantity(&fit.fit, CENTRIFUGAL, String::new(), COMMON_ERRORS);
+    let Quantity { value, std_error, .. } = quantity(&fit.fit, &fit.fit.robust(), CENTRIFUGAL, String::new());
     value.abs() > REAL * std_error
 }
 
@@ -58,45 +60,38 @@ fn fastest_and_slowest(points: &[Point]) -> [f64; 2] {
     })
 }
 
-/// Factor on the standard errors that follow from the residuals. Weights that fall for windows that stand out take 5 % of it (P. J. Huber 1981,
-/// section 6.7, for the limit of two standard deviations), and what repeated runs of one experiment have in common, such as the windows whose
-/// start has lost contact, shows in few of the residuals. A calibration: over 150 runs of the paper's staircase the root mean square error of the
-/// 32 coefficients of both laws is 0.8 to 1.7 times the standard error without the factor, 1.22 on average
-/// (`LOSTMOTION_COVERAGE=150 cargo test --release --test accuracy intervals -- --ignored --nocapture`).
-const COMMON_ERRORS: f64 = 1.4;
-
-/// One coefficient; `factor` on the standard error that follows from the residuals.
-fn quantity(fit: &Fit, index: usize, unit: String, factor: f64) -> Quantity {
+/// One coefficient; `errors` is the covariance of all of them.
+fn quantity(fit: &Fit, errors: &DMatrix<f64>, index: usize, unit: String) -> Quantity {
     let t = student_975(fit.degrees_of_freedom as f64);
-    Quantity::new(fit.parameters[index], factor * fit.std_error(index), t, unit)
+    Quantity::new(fit.parameters[index], errors[(index, index)].sqrt(), t, unit)
 }
 
 /// `C_ii`.
-pub fn centrifugal_of(kind: JointKind, fit: &Fit, factor: f64) -> Quantity {
-    quantity(fit, CENTRIFUGAL, format!("{}·s²/{}²", kind.effort_unit(), kind.position_unit()), factor)
+pub fn centrifugal_of(kind: JointKind, fit: &Fit, errors: &DMatrix<f64>) -> Quantity {
+    quantity(fit, errors, CENTRIFUGAL, format!("{}·s²/{}²", kind.effort_unit(), kind.position_unit()))
 }
 
 /// Equation 9 in both directions.
-pub fn lines_of(kind: JointKind, fit: &Fit, factor: f64) -> PerDirection<LinesEstimate> {
-    PerDirection { positive: lines_along(kind, fit, 0, factor), negative: lines_along(kind, fit, 1, factor) }
+pub fn lines_of(kind: JointKind, fit: &Fit, errors: &DMatrix<f64>) -> PerDirection<LinesEstimate> {
+    PerDirection { positive: lines_along(kind, fit, errors, 0), negative: lines_along(kind, fit, errors, 1) }
 }
 
 /// Equation 9 in the direction of index `k`.
-fn lines_along(kind: JointKind, fit: &Fit, k: usize, factor: f64) -> LinesEstimate {
+fn lines_along(kind: JointKind, fit: &Fit, errors: &DMatrix<f64>, k: usize) -> LinesEstimate {
     let (effort, position) = (kind.effort_unit(), kind.position_unit());
-    let at = |index: usize, unit: String| quantity(fit, k * PER_DIRECTION + index, unit, factor);
+    let at = |index: usize, unit: String| quantity(fit, errors, k * PER_DIRECTION + index, unit);
     LinesEstimate {
         a1: at(0, effort.into()),
         b1: at(1, format!("{effort}·s/{position}")),
         a2: at(2, effort.into()),
         b2: at(3, format!("{effort}·s/{position}")),
-        switch_velocity: switch_velocity(fit, k, format!("{position}/s"), factor),
+        switch_velocity: switch_velocity(fit, errors, k, format!("{position}/s")),
         curve_error_percent: None,
     }
 }
 
 /// Equation 8 and its standard error to first order in the coefficients' errors.
-fn switch_velocity(fit: &Fit, k: usize, unit: String, factor: f64) -> Quantity {
+fn switch_velocity(fit: &Fit, errors: &DMatrix<f64>, k: usize, unit: String) -> Quantity {
     let at = k * PER_DIRECTION;
     let p = &fit.parameters[at..at + PER_DIRECTION];
     let slope = p[3] - p[1];
@@ -105,17 +100,17 @@ fn switch_velocity(fit: &Fit, k: usize, unit: String, factor: f64) -> Quantity {
     let mut variance = 0.0;
     for i in 0..PER_DIRECTION {
         for j in 0..PER_DIRECTION {
-            variance += gradient[i] * gradient[j] * fit.covariance[(at + i, at + j)];
+            variance += gradient[i] * gradient[j] * errors[(at + i, at + j)];
         }
     }
-    let std_error = factor * (variance * fit.inflation()).sqrt();
-    Quantity::new(value, std_error, student_975(fit.degrees_of_freedom as f64), unit)
+    Quantity::new(value, variance.sqrt(), student_975(fit.degrees_of_freedom as f64), unit)
 }
 
 /// Equation 6 in the direction of index `k`.
 fn exponential_of(kind: JointKind, fit: &LawFit, k: usize) -> ExponentialEstimate {
     let (effort, position) = (kind.effort_unit(), kind.position_unit());
-    let at = |index: usize, unit: String| quantity(&fit.fit, k * PER_DIRECTION + index, unit, COMMON_ERRORS);
+    let errors = fit.fit.robust();
+    let at = |index: usize, unit: String| quantity(&fit.fit, &errors, k * PER_DIRECTION + index, unit);
     ExponentialEstimate {
         coulomb: at(0, effort.into()),
         breakaway: at(1, effort.into()),

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::accuracy::Lull;
 use super::contact::{Barrier, Barriers, Cause};
 use super::coupled::Coupled;
 use super::integrator::Integrator;
@@ -10,7 +11,7 @@ use super::links::Links;
 use super::machine::Machine;
 use super::mode::Mode;
 use super::obstacle::Obstacle;
-use super::pace::{LONGEST_STEP, LONGEST_STEP_DAMPED};
+use super::pace::LONGEST_STEP_DAMPED;
 use super::rigid_body::{OnAxes, RigidBody};
 use super::sensors::Sensors;
 use super::state::State;
@@ -46,7 +47,8 @@ impl Plant {
         }
         let asked = options.substeps.max(1) as f64 / options.step;
         plant.fastest = pole;
-        plant.rate = asked.max(fastest.oscillation / LONGEST_STEP).max(fastest.decay / LONGEST_STEP_DAMPED);
+        let longest_step = options.accuracy.longest_step();
+        plant.rate = asked.max(fastest.oscillation / longest_step).max(fastest.decay / LONGEST_STEP_DAMPED);
         Ok(plant)
     }
 
@@ -78,7 +80,9 @@ impl Plant {
                     None => Box::new(world),
                 };
                 match options.evaluations {
-                    Evaluations::AsNeeded => Links::carried(engine, Dynamics::new(&model.robot)),
+                    Evaluations::AsNeeded => {
+                        Links::carried(engine, Dynamics::new(&model.robot), options.accuracy.confirmation())
+                    }
                     Evaluations::EveryInterval | Evaluations::EveryStage => Links::asked(engine),
                 }
             }
@@ -104,6 +108,8 @@ impl Plant {
             step: options.step,
             rate: 0.0,
             fastest: 0.0,
+            no_surprise: options.accuracy.no_surprise(),
+            lull: Lull::new(n, options),
             calm: false,
             every_stage: options.evaluations == Evaluations::EveryStage,
             asked: 0.0,

@@ -139,6 +139,27 @@ impl Coupled {
 
     /// Finds `λ` of the links that stick and adds its effect.
     fn hold_links(&mut self, response: &Response, rate: &mut [Phase]) {
+        if let [only] = self.stuck[..] {
+            self.hold_link(only, response, rate);
+        } else {
+            self.hold_several(response, rate);
+        }
+    }
+
+    /// The same for one link, `λ = −v̇/W`, rounded as by the factorisation of several.
+    #[inline]
+    fn hold_link(&mut self, s: usize, response: &Response, rate: &mut [Phase]) {
+        let root = response.w(s, s).max(f64::MIN_POSITIVE).sqrt();
+        let lambda = -rate[s].v / root / root;
+        for (i, rate) in rate.iter_mut().enumerate() {
+            rate.v += response.w(i, s) * lambda;
+        }
+        rate[s].v = 0.0;
+        self.holds[s] = -lambda;
+        self.torques[s] += lambda;
+    }
+
+    fn hold_several(&mut self, response: &Response, rate: &mut [Phase]) {
         let Self { stuck, factor, hold, holds, torques, .. } = self;
         let m = stuck.len();
         for a in 0..m {

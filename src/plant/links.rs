@@ -13,9 +13,6 @@ use nalgebra::DMatrix;
 use super::rigid_body::RigidBody;
 use crate::dynamics::Dynamics;
 
-/// [s] Longest time between two answers of the engine.
-const LONGEST: f64 = 0.02;
-
 /// [rad/s² or m/s²] Largest change of the difference that counts as none, as the acceleration that it causes.
 const AGREES: f64 = 1e-6;
 
@@ -38,8 +35,9 @@ struct Carrier {
     differences: [Vec<f64>; 2],
     mass: DMatrix<f64>,
     h: Vec<f64>,
-    /// [s] from one answer to the next.
+    /// [s] from one answer to the next, and the longest.
     interval: f64,
+    longest: f64,
 }
 
 impl Links {
@@ -48,12 +46,12 @@ impl Links {
         Self { engine, carrier: None }
     }
 
-    /// Asks the engine from time to time, and in between uses these algorithms, corrected by its answers.
-    pub fn carried(engine: Box<dyn RigidBody>, own: Dynamics) -> Self {
+    /// Asks the engine from time to time, every `longest` [s] at least, and in between uses these algorithms, corrected by its answers.
+    pub fn carried(engine: Box<dyn RigidBody>, own: Dynamics, longest: f64) -> Self {
         let n = own.dof();
         let differences = [vec![0.0; n * n + n], vec![0.0; n * n + n]];
         let (mass, h) = (DMatrix::zeros(n, n), vec![0.0; n]);
-        Self { engine, carrier: Some(Carrier { own, times: [0.0; 2], differences, mass, h, interval: 0.0 }) }
+        Self { engine, carrier: Some(Carrier { own, times: [0.0; 2], differences, mass, h, interval: 0.0, longest }) }
     }
 
     /// Whether the engine should be asked at a time.
@@ -114,7 +112,7 @@ impl Carrier {
         });
         let agrees = miss.fold(0.0, f64::max) <= AGREES;
         let passed = time - self.times[0];
-        self.interval = if agrees { (2.0 * passed).min(LONGEST) } else { 0.0 };
+        self.interval = if agrees { (2.0 * passed).min(self.longest) } else { 0.0 };
         self.times = [time, self.times[0]];
         (self.mass, self.h) = (mass, h);
     }

@@ -6,13 +6,14 @@
 //!   J θ̈ = K i + τ_e − T − F_r       M(q) q̈ + h(q, q̇) = T + τ_l − c q̇ − F_l       L di/dt = u − R i − K θ̇
 //! ```
 //! One line per joint: [`joint`] contains the laws, [`coupled`] combines them, [`machine`] adds the links, [`integrator`] steps
-//! (`runge_kutta`) between located events (`events`), [`mobility`] gives `M` and `h` between their evaluations (`pace`), [`world`] is the
+//! (`runge_kutta`) between located events (`events`), [`mobility`] gives `M` and `h` between their evaluations (`pace`, `accuracy`), [`world`] is the
 //! engine that corrects them ([`links`]).
 //! [`contact`] is what stops a link: an end stop, or an [`obstacle`] in rapier's world.
 //! All of it on the joint side, SI; positive current, torque and motion have one direction.
 //! Where motor axes are coupled, `θ = C q` ([`Coupling`](crate::robot::Coupling)), `q` denotes the output `C q` of an axis' gear, and
 //! `M`, `h` are those in these coordinates ([`rigid_body`]): every law except those of a joint itself keeps its form.
 
+mod accuracy;
 mod altered;
 mod build;
 pub mod carried;
@@ -38,6 +39,8 @@ pub mod tangent;
 mod transient;
 pub mod world;
 
+pub use accuracy::Accuracy;
+use accuracy::Lull;
 use build::moving_mode;
 pub use contact::Touch;
 pub use first_model::first_model;
@@ -100,6 +103,8 @@ pub struct Options {
     pub step: f64,
     /// Runge-Kutta steps in such an interval, ≥ 1; more are taken where the stiffest gear needs them.
     pub substeps: usize,
+    /// How exact it is; [`Options::coarse`] takes fewer steps as well.
+    pub accuracy: Accuracy,
     /// How often the engine is asked.
     pub evaluations: Evaluations,
     /// Seed of the encoders' phases and the sensors' noise.
@@ -120,6 +125,7 @@ impl Default for Options {
             engine: Engine::Rapier,
             step: 1e-3,
             substeps: 2,
+            accuracy: Accuracy::Fine,
             evaluations: Evaluations::AsNeeded,
             seed: 1,
             ideal_sensors: false,
@@ -127,6 +133,14 @@ impl Default for Options {
             obstacles: Vec::new(),
             catalogue: Catalogue::default(),
         }
+    }
+}
+
+impl Options {
+    /// Where an error of a hundredth of a degree is enough: one step in an interval, where the gears allow it.
+    #[must_use]
+    pub fn coarse() -> Self {
+        Self { substeps: 1, accuracy: Accuracy::Coarse, ..Self::default() }
     }
 }
 
@@ -151,6 +165,10 @@ pub struct Plant {
     rate: f64,
     /// [rad/s] Fastest pole of a gear.
     fastest: f64,
+    /// [rad/s² or m/s²] Largest error of an extrapolation that is right.
+    no_surprise: f64,
+    /// How long the links are not evaluated.
+    lull: Lull,
     /// Whether the last extrapolation was right.
     calm: bool,
     every_stage: bool,
@@ -206,6 +224,7 @@ impl Plant {
     fn start(&mut self, time: f64, joints: Vec<Phase>) {
         self.state.time = time;
         self.asked = 0.0;
+        self.lull.stop();
         self.state.done = Power::default();
         self.commands.fill(0.0);
         for (i, y) in joints.iter().enumerate() {

@@ -3,13 +3,11 @@
 //! In most intervals there is no surprise: the extrapolated response turns out right, and one pass is enough. After a surprise the
 //! end of the next interval is first estimated in a few coarse steps, so that the full pass can interpolate. Where even that would
 //! be wrong, the engine is asked at every stage.
+//! With [`Coarse`](super::Accuracy::Coarse) accuracy one evaluation serves several intervals while nothing happens (`accuracy`).
 
 use super::machine::Source;
 use super::step::{Held, Step};
 use super::{FASTEST_STEPS, Plant};
-
-/// Longest step times the fastest oscillation of the gears: the phase of Runge-Kutta 4 then lags by `(ωh)⁵/120 = 1.5e-4` rad per step.
-pub(super) const LONGEST_STEP: f64 = 0.45;
 
 /// Longest step times the fastest decay of a gear that does not oscillate: for one step, a share `1/120` of the decaying motion is
 /// wrong, and this error decays with it in a few steps. Momentum is conserved whatever the step.
@@ -21,9 +19,6 @@ const LONGEST_STEP_TOUCHING: f64 = 0.2;
 
 /// Longest step times the fastest pole where only stability counts.
 const STABLE_STEP: f64 = 1.0;
-
-/// [rad/s² or m/s²] An extrapolation that is right: 1e-4 at the end of a millisecond are 2e-8 rad/s of velocity.
-const NO_SURPRISE: f64 = 1e-4;
 
 /// [rad/s² or m/s²] An extrapolation after which the interpolation is right: its error is 24 times smaller.
 const SOME_SURPRISE: f64 = 1.0;
@@ -43,12 +38,19 @@ impl Plant {
             self.integrator.machine.push_node(until, &self.state.joints);
             return;
         }
-        let surprise = if self.calm { self.try_out(until) } else { self.look_ahead(until) };
-        let done = self.calm && surprise <= NO_SURPRISE;
-        self.calm = surprise <= NO_SURPRISE;
+        let start = self.state.time;
+        let surprise = if self.calm { self.try_out(until) } else { Some(self.look_ahead(until)) };
+        let Some(surprise) = surprise else { return };
+        let done = self.calm && surprise <= self.no_surprise;
+        self.calm = surprise <= self.no_surprise;
         if done {
             self.integrator.machine.mobility.accept(until);
-        } else if surprise <= SOME_SURPRISE {
+            let (events, velocities) = (self.integrator.counts().events, self.state.joints.iter().map(|y| y.v));
+            self.lull.begin([start, until], surprise, events, velocities);
+            return;
+        }
+        self.lull.stop();
+        if surprise <= SOME_SURPRISE {
             self.integrator.machine.mobility.accept(until);
             self.go_through(until, Source::Polynomial);
         } else {
@@ -57,17 +59,21 @@ impl Plant {
         }
     }
 
-    /// Simulates an interval in full; if the extrapolation turns out to be wrong, restores the state before it.
-    fn try_out(&mut self, until: f64) -> f64 {
+    /// Simulates an interval in full; if the extrapolation turns out to be wrong, restores the state before it. `None` in a lull, where
+    /// the extrapolation goes on.
+    fn try_out(&mut self, until: f64) -> Option<f64> {
         self.saved.copy_from(&self.state);
         self.saved_trackers.iter_mut().zip(&self.sensors).for_each(|(saved, sensors)| *saved = sensors.tracker);
         self.go_through(until, Source::Polynomial);
+        if self.lull.lasts(until, self.integrator.counts().events, self.state.joints.iter().map(|y| y.v)) {
+            return None;
+        }
         let surprise = self.integrator.machine.offer_node(until, &self.state.joints, &self.state.modes);
-        if surprise > NO_SURPRISE {
+        if surprise > self.no_surprise {
             self.state.copy_from(&self.saved);
             self.sensors.iter_mut().zip(&self.saved_trackers).for_each(|(sensors, saved)| sensors.tracker = *saved);
         }
-        surprise
+        Some(surprise)
     }
 
     /// Estimates the end of an interval in the fewest steps that are stable.

@@ -12,7 +12,7 @@
 //! procedure = "identify"                       # "diagnose", "compensate", "none"
 //! seed = 1
 //! [added_mass]                                 # a known mass [kg] at x, y, z [m] of the last body, in the nominal model too
-//! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps, evaluations
+//! [plant]                                      # engine = "rapier" or "reduced", step [s], substeps, evaluations, accuracy
 //! [controller]                                 # law, velocity, a table of gains for every joint
 //! [reference]                                  # or a list [[session]]: kind, start, a table for every joint that moves
 //! # a scenario on recordings has `data` instead of all that follows, see `recorded`
@@ -36,7 +36,7 @@ use super::{
 };
 use crate::error::Result;
 use crate::files;
-use crate::plant::{Engine, Evaluations, Options};
+use crate::plant::{Accuracy, Engine, Evaluations, Options};
 use crate::robot::{Load, Model};
 use crate::toml_input::{Document, Range, Table};
 
@@ -154,6 +154,11 @@ fn read_options(root: &Table<'_>) -> Result<Options> {
     let ideal_sensors = root.optional_choice("sensors", &[("model", false), ("ideal", true)])?.unwrap_or(false);
     let mut options = Options { ideal_sensors, ..Options::default() };
     if let Some(table) = root.optional_table("plant")? {
+        if table.optional_choice("accuracy", &[("fine", Accuracy::Fine), ("coarse", Accuracy::Coarse)])?
+            == Some(Accuracy::Coarse)
+        {
+            options = Options { ideal_sensors, ..Options::coarse() };
+        }
         let engines = [("rapier", Engine::Rapier), ("reduced", Engine::Reduced)];
         options.engine = table.optional_choice("engine", &engines)?.unwrap_or(options.engine);
         let evaluations = [
