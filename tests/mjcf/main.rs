@@ -127,8 +127,15 @@ fn property_a_first_model_simulates_and_reads_back() {
         let file = place.path().join("model.toml");
         first.save(&file).unwrap();
         let again = Model::load(&file).unwrap();
+        assert_eq!(trial(&again).unwrap().faults, Vec::<String>::new(), "{name}, as written");
         assert_eq!(again.robot, first.model.robot, "{name}");
-        assert_eq!(again.joints, first.model.joints, "{name}");
+        // Guesses are comments in the file.
+        let mut stated = first.model.joints.clone();
+        for joint in &mut stated {
+            (joint.gear_stiffness, joint.gear_damping) = (None, None);
+            joint.rotor_inertia.take_if(|_| first.placeholders.is_guess(&joint.name, "rotor_inertia"));
+        }
+        assert_eq!(again.joints, stated, "{name}");
     }
 }
 
