@@ -64,8 +64,8 @@ pub fn judge(
     }
     let model = &diagnosis.baseline_model;
     let recordings = sessions.iter().map(|session| Recording::new(model, session)).collect::<Result<Vec<_>>>()?;
-    // One window for each joint, and one for the motion of all.
-    let count = model.joints.len() + 1;
+    // One for each joint, as staircases move them, and two for the motion of all.
+    let count = model.joints.len() + 2;
     let [fitted, judged] = windows::choose(model, &sessions, &recordings, train.len(), count);
     if fitted.len() < 2 || judged.len() < 2 {
         return Ok(Judgement::not_applied("The recordings are too short for windows to fit and windows to judge."));

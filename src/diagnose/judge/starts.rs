@@ -22,8 +22,9 @@ pub const EFFECTS: [&str; 10] = [
     "torque_constant_error",
 ];
 
-/// Gaps relative to that of the model, from which a compliance starts: without it, the wind-up at reversals was taken for a part of the gap.
-const GAP_LEFT: [f64; 3] = [1.0, 0.85, 0.7];
+/// Gaps relative to that of the model, from which a compliance starts: without it, the wind-up at reversals was taken for a part of the gap, and may be the
+/// larger part.
+const GAP_LEFT: [f64; 4] = [1.0, 0.7, 0.5, 0.35];
 
 /// Values of the parameters of one start.
 type Values = Vec<(&'static str, f64)>;

@@ -4,7 +4,7 @@
 //! windows are taken one by one, always the one that adds most to
 //!
 //! ```text
-//!   Σ √(share of its events that the chosen windows have)     over reversals, starts from rest, path and slow motion of each joint
+//!   Σ ∛(share of its events that the chosen windows have)     over reversals, starts from rest, path and slow motion of each joint
 //! ```
 //! so that what few windows have, the rests of one joint in a staircase, is not left out for more of the same.
 
@@ -13,7 +13,7 @@ use crate::robot::{JointModel, Model};
 use crate::timeseries::{Channel, TimeSeries};
 
 /// [s] Length of a window, its burn-in included: a few reversals of fast motion, or two speeds of a staircase.
-const LENGTH: f64 = 6.0;
+const LENGTH: f64 = 5.0;
 /// [s] Time over which a joint is seen to move or to rest.
 const GLANCE: f64 = 0.05;
 /// Counts of the encoder in that time up to which a joint rests: friction lets a held joint creep by one or two.
@@ -68,7 +68,7 @@ fn best(windows: Vec<Window>, count: usize) -> Vec<Window> {
     let mut had = vec![[0.0; KINDS]; joints];
     let worth = |had: &[[f64; KINDS]]| -> f64 {
         let pairs = had.iter().flatten().zip(total.iter().flatten());
-        pairs.filter(|(_, all)| **all > 0.0).map(|(own, all)| (own / all).sqrt()).sum()
+        pairs.filter(|(_, all)| **all > 0.0).map(|(own, all)| (own / all).cbrt()).sum()
     };
     let mut left = windows;
     while chosen.len() < count && !left.is_empty() {
