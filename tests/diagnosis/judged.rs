@@ -2,22 +2,23 @@
 
 use crate::drawn::Drawn;
 use crate::hidden::Order;
+use crate::rough;
 use lostmotion::diagnose::judge::{self, judge};
 use lostmotion::diagnose::{Diagnosis, Judgement, Options, diagnose};
 use lostmotion::timeseries::{Channel, TimeSeries};
 
-/// A machine's sessions, the last of which is held out, and what the regression says of them.
-fn diagnosed(order: &Order) -> (Diagnosis, Vec<TimeSeries>) {
+/// A machine's sessions, the last of which is held out, and what the regression says of them with a nominal model that is off by `rough` deviations.
+fn diagnosed(order: &Order, rough: f64) -> (Diagnosis, Vec<TimeSeries>) {
     let drawn = Drawn::new(order);
     let sessions: Vec<TimeSeries> = drawn.sessions().collect();
-    let found = diagnose(&drawn.nominal, &sessions[..3], &sessions[3..], &Options::default(), &mut |_, _| {});
+    let nominal = if rough > 0.0 { rough::off(&drawn.nominal, order.seed, rough) } else { drawn.nominal.clone() };
+    let found = diagnose(&nominal, &sessions[..3], &sessions[3..], &Options::default(), &mut |_, _| {});
     (found.expect("a diagnosis"), sessions)
 }
 
-/// With these effects beside what the regression named.
-fn judged(order: &Order, unseen: &[&'static str]) -> Judgement {
-    let (found, sessions) = diagnosed(order);
-    let options = judge::Options { seconds: f64::INFINITY, unseen: unseen.to_vec(), ..judge::Options::default() };
+fn judged(order: &Order, rough: f64) -> Judgement {
+    let (found, sessions) = diagnosed(order, rough);
+    let options = judge::Options { seconds: f64::INFINITY, ..judge::Options::default() };
     let judgement = judge(&found, &sessions[..3], &sessions[3..], &options, &mut |_, _| {}).expect("a judgement");
     println!("{judgement:#?}");
     judgement
@@ -25,7 +26,7 @@ fn judged(order: &Order, unseen: &[&'static str]) -> Judgement {
 
 #[test]
 fn property_what_is_not_judged_by_simulation_is_said_in_a_sentence() {
-    let (found, sessions) = diagnosed(&Order::nothing(700_020));
+    let (found, sessions) = diagnosed(&Order::nothing(700_020), 0.0);
     let reason = |found: &Diagnosis, sessions: &[TimeSeries]| {
         let options = judge::Options::default();
         let judgement = judge(found, sessions, &[], &options, &mut |_, _| {}).expect("a judgement");
@@ -49,19 +50,19 @@ fn property_what_is_not_judged_by_simulation_is_said_in_a_sentence() {
     assert!(reason(&found, &short).contains("too short"));
 }
 
+// The machines of docs/gate.md.
+
 #[test]
 #[ignore = "long: .ci/run carries it out"]
-fn recover_a_compliance_that_the_regression_cannot_see() {
-    let judgement = judged(&Order::one("joint_compliance", 1.0, 700_021), &["joint_compliance", "dwell_stiction"]);
-    let best = judgement.sets.first().expect("a set");
-    assert!(best.effects.contains(&"joint_compliance".to_owned()), "{}", best.name);
-    assert!(judgement.unexplained || judgement.supports("joint_compliance"), "{judgement:?}");
+fn recover_friction_that_grows_at_rest_by_judgement() {
+    let judgement = judged(&Order::one("dwell_stiction", 1.0, 860_000), 0.0);
+    assert!(judgement.supports("dwell_stiction") && judgement.names.len() == 1, "{:?}", judgement.names);
 }
 
 #[test]
 #[ignore = "long: .ci/run carries it out"]
-fn property_nothing_is_named_on_a_healthy_machine() {
-    let judgement = judged(&Order::nothing(700_022), &["joint_compliance", "dwell_stiction"]);
+fn property_no_name_for_a_healthy_machine_with_an_inexact_model() {
+    let judgement = judged(&Order::nothing(860_000), 1.0);
     assert!(judgement.names.iter().all(|name| name.probability < 0.5), "{:?}", judgement.names);
     assert!(!judgement.unexplained, "{:?}", judgement.distance);
 }
