@@ -26,7 +26,7 @@ use std::f64::consts::{FRAC_PI_8, PI};
 
 use drawn::Drawn;
 use hidden::Order;
-use lostmotion::likelihood::{Fitted, Free, Hypothesis, JointScore, Recording, Scale, Score, Settings};
+use lostmotion::likelihood::{Fitted, Free, Hypothesis, JointScore, Recording, Scale, Score, Settings, Start};
 use lostmotion::likelihood::{fit, fit_baseline, score};
 use lostmotion::robot::{Accuracy, EffectEntry, Model};
 use rand::{RngExt, SeedableRng};
@@ -71,7 +71,7 @@ fn gain(planted: &Planted, hypothesis: &Hypothesis, baseline: &Fitted) -> f64 {
 fn hypothesis(effect: &str, joint: Option<&str>, starts: &[&[(&str, f64)]], free: &[(&str, Scale)]) -> Hypothesis {
     let start = |values: &&[(&str, f64)]| {
         let parameters = values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        vec![EffectEntry { effect: effect.to_owned(), joint: joint.map(str::to_owned), parameters }]
+        Start::new(vec![EffectEntry { effect: effect.to_owned(), joint: joint.map(str::to_owned), parameters }])
     };
     let free = free.iter().map(|(name, scale)| Free { effect: 0, parameter: (*name).to_owned(), scale: *scale });
     Hypothesis { name: effect.to_owned(), starts: starts.iter().map(start).collect(), free: free.collect() }

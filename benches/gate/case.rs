@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use lostmotion::diagnose::judge::starts;
 use lostmotion::diagnose::{Options, diagnose};
 use lostmotion::error::Result;
 use lostmotion::likelihood::{Fitted, Recording, Score, Settings, fit, fit_baseline};
@@ -10,7 +11,6 @@ use lostmotion::timeseries::{Estimate, TimeSeries};
 use rayon::prelude::*;
 
 use super::lines;
-use super::rivals;
 
 /// [s] Windows for training in the staircase and in each of two fast runs, and for judging in the staircase and the third run; the burn-in is within.
 const SLOW: [f64; 2] = [20.0, 30.0];
@@ -79,7 +79,7 @@ impl Case {
         let missing = baseline.score(&train[1..], &settings)?;
         let lines: Vec<Vec<f64>> =
             (0..model.joints.len()).map(|joint| lines::strongest(&missing, joint, LINES)).collect();
-        let hypotheses = effects.iter().flat_map(|effect| rivals::of(effect, &model, &lines)).collect::<Vec<_>>();
+        let hypotheses = effects.iter().flat_map(|effect| starts::of(effect, &model, &lines)).collect::<Vec<_>>();
         let rival = |hypothesis: &lostmotion::likelihood::Hypothesis| -> Result<Rival> {
             let start = Instant::now();
             let fitted = fit(hypothesis, &baseline, &train, &settings)?;

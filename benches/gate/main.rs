@@ -1,10 +1,11 @@
 //! What the filter's score can decide: machines with a hidden effect, a blind start from the regression, all nuisances free, and every rival fitted.
 //!
 //! `cargo bench --bench gate -- [--effects NAME,...|none] [--rivals NAME,...] [--machines N] [--strengths 1,0.5] [--rough 0] [--bristles RAD]
-//!  [--seeds FIRST] [--practice FOLDER,...]`
+//!  [--seeds FIRST] [--practice FOLDER,...] [--judge all|NAME,...]`
 //!
 //! `--rough F`: nominal values off by `F` deviations of the default accuracy (masses 10 %). `--bristles`: the machine's friction yields by this angle before it
-//! slips, which no hypothesis contains. `--practice`: sets of a foreign simulator, in folders.
+//! slips, which no hypothesis contains. `--practice`: sets of a foreign simulator, in folders. `--judge`: what the stage of a diagnosis says, with these
+//! effects beside what the regression named.
 
 #[path = "../../tests/support/drawn/arm.rs"]
 mod arm;
@@ -13,6 +14,7 @@ mod case;
 mod drawn;
 #[path = "../../tests/support/drawn/hidden.rs"]
 mod hidden;
+mod judged;
 mod lines;
 #[path = "../../tests/support/drawn/machine.rs"]
 mod machine;
@@ -20,7 +22,6 @@ mod machine;
 mod motion;
 #[path = "../../tests/support/drawn/record.rs"]
 mod record;
-mod rivals;
 #[path = "../../tests/support/rough.rs"]
 mod rough;
 #[path = "../../tests/support/drawn/sampling.rs"]
@@ -36,10 +37,11 @@ use std::path::Path;
 use case::{Case, Given};
 use drawn::Drawn;
 use hidden::Order;
+use judged::Judged;
 use lostmotion::dataset;
+use lostmotion::diagnose::judge::starts::EFFECTS;
 use lostmotion::gearhead::FrictionLaw;
 use lostmotion::robot::{EffectEntry, Model};
-use rivals::EFFECTS;
 
 /// First seed of the machines: they belong to this bench.
 const SEEDS: u64 = 800_000;
@@ -54,6 +56,7 @@ struct Asked {
     bristles: f64,
     seeds: u64,
     practice: Vec<String>,
+    judge: Vec<String>,
 }
 
 fn asked() -> Result<Asked, String> {
@@ -62,7 +65,8 @@ fn asked() -> Result<Asked, String> {
     let effects = [&["none".to_owned()], &rivals[..7]].concat();
     let (strengths, practice) = (vec![1.0, 0.5], Vec::new());
     let (rough, bristles) = (0.0, 0.0);
-    let mut asked = Asked { effects, rivals, machines: 1, strengths, rough, bristles, seeds: SEEDS, practice };
+    let mut asked =
+        Asked { effects, rivals, machines: 1, strengths, rough, bristles, seeds: SEEDS, practice, judge: Vec::new() };
     let mut words = std::env::args().skip(1).filter(|word| word != "--bench");
     while let Some(word) = words.next() {
         let value = words.next().ok_or_else(|| format!("{word} needs a value"))?;
@@ -77,6 +81,7 @@ fn asked() -> Result<Asked, String> {
             "--rough" => asked.rough = number(&value)?,
             "--bristles" => asked.bristles = number(&value)?,
             "--seeds" => asked.seeds = number(&value)? as u64,
+            "--judge" => asked.judge = list(&value),
             "--practice" => asked.practice = list(&value),
             _ => return Err(format!("unknown option {word}")),
         }
@@ -133,22 +138,30 @@ fn read(folder: &str) -> Result<Given, Box<dyn std::error::Error>> {
     Ok(Given { name, hidden, nominal, truth: None, sessions })
 }
 
-fn judge(cases: &mut Vec<Case>, asked: &Asked, given: Given) {
+/// The stage of a diagnosis, or all rivals, on a machine.
+fn judge(cases: &mut Vec<Case>, stages: &mut Vec<Judged>, asked: &Asked, given: Given) {
     let name = given.name.clone();
-    match Case::new(given, &asked.rivals) {
-        Ok(case) => {
+    let result = if asked.judge.is_empty() {
+        Case::new(given, &asked.rivals).map(|case| {
             println!("{}", table::lines(&case));
             cases.push(case);
-        }
-        Err(error) => println!("{name}: no result: {error}"),
+        })
+    } else {
+        Judged::new(given, &asked.judge).map(|judged| {
+            println!("{}", judged.lines());
+            stages.push(judged);
+        })
+    };
+    if let Err(error) = result {
+        println!("{name}: no result: {error}");
     }
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let asked = asked()?;
-    let mut cases = Vec::new();
+    let (mut cases, mut stages) = (Vec::new(), Vec::new());
     for folder in &asked.practice {
-        judge(&mut cases, &asked, read(folder)?);
+        judge(&mut cases, &mut stages, &asked, read(folder)?);
     }
     let drawn = asked.practice.is_empty();
     for (number, effect) in asked.effects.iter().enumerate().filter(|_| drawn) {
@@ -157,10 +170,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 // A clean machine has no strength: each is one more machine.
                 let index = if effect == "none" { machine + which as u64 * asked.machines } else { machine };
                 let seed = asked.seeds + 100 * number as u64 + index;
-                judge(&mut cases, &asked, draw(&asked, effect, *strength, seed));
+                judge(&mut cases, &mut stages, &asked, draw(&asked, effect, *strength, seed));
             }
         }
     }
-    println!("\n{}", table::table(&cases));
+    if asked.judge.is_empty() {
+        println!("\n{}", table::table(&cases));
+    }
     Ok(())
 }

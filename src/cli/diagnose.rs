@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::diagnose::Verdict;
+use crate::diagnose::{Verdict, judge};
 use crate::error::Result;
 use crate::report::diagnosis::report;
 use crate::report::files::planned;
@@ -29,6 +29,9 @@ pub struct Diagnose {
     /// Recordings to judge on [default: the last 30 % of each session of --data]
     #[arg(long, value_name = "FILE", num_args = 1..)]
     hold_out: Vec<PathBuf>,
+    /// Then let the simulation judge sets of effects by every sample, reversals and rests included; this takes minutes
+    #[arg(long, conflicts_with = "reference")]
+    judge: bool,
     /// Exit with 1 if the nominal model does not explain the data
     #[arg(long)]
     fail_on_gap: bool,
@@ -49,7 +52,8 @@ impl Diagnose {
             inputs: recordings.files(&[&self.data, &self.hold_out, &self.reference]),
         };
         let folder = Folder::reserve(self.output.out.as_deref(), request)?;
-        let (found, drawn) = recordings.findings(self.output.quiet)?;
+        let judge = self.judge.then(judge::Options::default);
+        let (found, drawn) = recordings.findings(judge.as_ref(), self.output.quiet)?;
         let mut report = report(&found, &name, drawn);
         report.document.warnings.extend(notes);
         let outcome = console::finish(&report, &folder, &self.output)?;

@@ -14,6 +14,7 @@
 //! | `select` | candidates → the effects that evidence and held-out gain support |
 //! | `instruments` | recordings → phenomena that the torque of smooth rows does not show, and recordings without them |
 //! | `conclude` | selection + instruments → diagnosis |
+//! | `judge` | diagnosis + recordings → probabilities of sets of effects, by the score of every sample; optional |
 //! | `change` | two recordings → what differs between them |
 //!
 //! `select` stands above `instruments` because the instrument `ripple` selects effects on rows of its own.
@@ -24,6 +25,8 @@ mod conclude;
 mod evidence;
 mod fit;
 mod instruments;
+/// Probabilities of sets of effects, by the score of every sample.
+pub mod judge;
 /// Mistakes in data or model file that are likelier than physics.
 pub mod mistakes;
 mod options;
@@ -38,9 +41,10 @@ pub use evidence::separability;
 pub use fit::typical::typical;
 pub use options::{Options, Rules};
 pub use result::{
-    Axis, AxisShare, BaselineEstimate, CandidateRecord, Change, Diagnosis, EffectGain, FitError, FoundEffect,
-    FrequencySpectrum, JointShares, Measured, Method, OrderSpectrum, PredictionSeries, ReplayError, ResidualMap,
-    ResidualSeries, Split, TwoEncoders, Unexplained, Verdict, Withdrawn, Zone, ZoneShares,
+    Axis, AxisShare, BaselineEstimate, CandidateRecord, Change, Diagnosis, Distance, EffectGain, FitError, FoundEffect,
+    FrequencySpectrum, JointShares, JudgedName, JudgedSet, JudgedWindow, Judgement, Measured, Method, OrderSpectrum,
+    PredictionSeries, ReplayError, ResidualMap, ResidualSeries, Split, TwoEncoders, Unexplained, Verdict, Withdrawn,
+    Zone, ZoneShares,
 };
 
 use crate::error::Result;

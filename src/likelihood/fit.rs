@@ -14,7 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, Start};
 use super::objective::{Fit, Slope};
 use super::parameters::{self, NUMBERS, Parameter};
 use super::recording::Recording;
@@ -27,8 +27,7 @@ use crate::timeseries::Estimate;
 
 /// Longest change of `x` in one step.
 const LONGEST: f64 = 2.0;
-/// Most steps, and most trials of the damping in one.
-const MOST_STEPS: usize = 10;
+/// Most trials of the damping in one step.
 const MOST_TRIALS: usize = 3;
 /// [nat] A step that gains less ends the fit.
 const SMALL: f64 = 1.0;
@@ -71,6 +70,19 @@ impl Fitted {
         parameters::setup(&self.model, &self.effects, &self.parameters, &self.x)
     }
 
+    /// `x` with the gaps of a start.
+    fn with_gaps(&self, x: &[f64], start: &Start) -> Vec<f64> {
+        let mut x = x.to_vec();
+        parameters::shrink_gaps(&self.parameters, &start.gaps, &mut x);
+        x
+    }
+
+    /// The effects of the hypothesis with their fitted parameters.
+    pub fn effects(&self) -> Vec<EffectEntry> {
+        let mut model = self.setup().model;
+        model.effects.split_off(model.effects.len() - self.effects.len())
+    }
+
     /// The machine with its fitted parameters and effects.
     pub fn model(&self) -> Model {
         self.setup().model
@@ -108,35 +120,86 @@ pub fn fit_baseline(model: &Model, train: &[Recording], settings: &Settings) -> 
 pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
     // The baseline may have bent its parameters to what it lacks: they also start where the nominal model has them.
     let nominal = vec![0.0; baseline.x.len()];
-    let places = [&baseline.x, &nominal];
-    let noisier: Vec<f64> = baseline.lambda.iter().map(|lambda| lambda.max(NOISE_AT_STARTS)).collect();
-    let tries: Vec<(&Vec<f64>, &Vec<EffectEntry>)> =
+    let places: [&[f64]; 2] = [&baseline.x, &nominal];
+    let tries: Vec<(&[f64], &Start)> =
         places.iter().flat_map(|x| hypothesis.starts.iter().map(move |start| (*x, start))).collect();
-    let tried = |(x, start): &(&Vec<f64>, &Vec<EffectEntry>)| -> Result<f64> {
-        let setup = parameters::setup(&baseline.model, start, &baseline.parameters, x);
-        Ok(scored(&setup, train, &noisier, settings)?.iter().map(Score::sum).sum())
-    };
-    let scores: Vec<Result<f64>> = tries.par_iter().map(tried).collect();
-    let mut best: Option<(f64, usize)> = None;
-    let mut failure = None;
-    for (index, score) in scores.into_iter().enumerate() {
-        match score {
-            Ok(score) if best.is_none_or(|(most, _)| score > most) => best = Some((score, index)),
-            Ok(_) => {}
-            Err(error) => failure = Some(error),
-        }
-    }
-    let (x, effects): (&[f64], &[EffectEntry]) = match (best, failure) {
-        (Some((_, index)), _) => (tries[index].0, tries[index].1),
-        (None, Some(error)) => return Err(error),
-        (None, None) => (&baseline.x, &[]),
+    let first = ranked(&tries, baseline, train, settings)?.first().map(|best| tries[*best]);
+    let (mut x, effects): (Vec<f64>, &[EffectEntry]) = match first {
+        Some((x, start)) => (baseline.with_gaps(x, start), &start.effects),
+        None => (baseline.x.clone(), &[]),
     };
     let mut all = baseline.parameters.clone();
     all.extend(parameters::sizes(hypothesis, effects, &settings.catalogue));
-    let mut x = x.to_vec();
     x.resize(all.len(), 0.0);
     let fit = Fit { model: &baseline.model, effects, parameters: all, train, settings };
-    fit.go(&hypothesis.name, x, noisier)
+    let from = Place { x, lambda: noisier(baseline), ..Place::nowhere(fit.parameters.len()) };
+    fit.go_on(&hypothesis.name, from, 0, baseline.nats + baseline.prior + settings.hopeful)
+}
+
+/// The hypothesis with its most probable starts alone, beside the parameters of the baseline: for a rough choice by a small part of the recordings.
+///
+/// # Errors
+/// As [`fit`](fit()).
+pub fn most_probable(
+    hypothesis: &Hypothesis,
+    baseline: &Fitted,
+    recordings: &[Recording],
+    count: usize,
+    settings: &Settings,
+) -> Result<Hypothesis> {
+    if hypothesis.starts.len() <= count {
+        return Ok(hypothesis.clone());
+    }
+    let tries: Vec<(&[f64], &Start)> = hypothesis.starts.iter().map(|start| (&baseline.x[..], start)).collect();
+    let ranked = ranked(&tries, baseline, recordings, settings)?;
+    let starts = ranked.into_iter().take(count).map(|index| hypothesis.starts[index].clone()).collect();
+    Ok(Hypothesis { starts, ..hypothesis.clone() })
+}
+
+/// Drives a fit further: steps in all parameters, then a fine search.
+///
+/// # Errors
+/// As [`fit`](fit()).
+pub fn refine(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let Fitted { model, effects, parameters, .. } = fitted;
+    let fit = Fit { model, effects, parameters: parameters.clone(), train, settings };
+    let from = fit.climb(fitted.x.clone(), fitted.lambda.clone())?;
+    fit.go_on(&fitted.name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
+}
+
+/// `λ` by which starts are compared and first refined.
+fn noisier(baseline: &Fitted) -> Vec<f64> {
+    baseline.lambda.iter().map(|lambda| lambda.max(NOISE_AT_STARTS)).collect()
+}
+
+/// Indices of the tries that can be simulated, the most probable one first; fails where there is none.
+fn ranked(
+    tries: &[(&[f64], &Start)],
+    baseline: &Fitted,
+    recordings: &[Recording],
+    settings: &Settings,
+) -> Result<Vec<usize>> {
+    let noisier = noisier(baseline);
+    let tried = |(x, start): &(&[f64], &Start)| -> Result<f64> {
+        let x = baseline.with_gaps(x, start);
+        let setup = parameters::setup(&baseline.model, &start.effects, &baseline.parameters, &x);
+        Ok(scored(&setup, recordings, &noisier, settings)?.iter().map(Score::sum).sum())
+    };
+    let scores: Vec<Result<f64>> = tries.par_iter().map(tried).collect();
+    let mut scored = Vec::new();
+    let mut failure = None;
+    for (index, score) in scores.into_iter().enumerate() {
+        match score {
+            Ok(score) => scored.push((score, index)),
+            Err(error) => failure = Some(error),
+        }
+    }
+    // A stable sort: of equal starts the first remains first.
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    match failure {
+        Some(error) if scored.is_empty() => Err(error),
+        _ => Ok(scored.into_iter().map(|(_, index)| index).collect()),
+    }
 }
 
 /// Where a fit has come to.
@@ -181,15 +244,25 @@ impl Fit<'_> {
         Ok(shown.map(|k| eigen.eigenvectors.column(k).into_owned()).collect())
     }
 
-    /// Searches and steps in turn, with finer and finer searches of the gaps.
+    /// Steps, then searches and steps in turn: a gap that is searched under a wrong friction makes up for it.
     fn go(&self, name: &str, x: Vec<f64>, lambda: Vec<f64>) -> Result<Fitted> {
-        // Friction first: a gap that is searched under a wrong friction makes up for it.
-        let mut best = match self.effects.is_empty() {
-            true => self.climb(x, lambda)?,
-            false => Place { x, lambda, ..Place::nowhere(self.parameters.len()) },
-        };
-        for gap_step in GAP_STEPS {
+        let from = self.climb(x, lambda)?;
+        self.go_on(name, from, 0, f64::NEG_INFINITY)
+    }
+
+    /// Searches and steps in turn, with finer and finer searches of the gaps; only searches where these do not come to the height `hopeful` [nat].
+    fn go_on(&self, name: &str, from: Place, first: usize, hopeful: f64) -> Result<Fitted> {
+        let mut best = from;
+        for gap_step in GAP_STEPS.into_iter().skip(first).take(self.settings.rounds) {
             let (x, lambda) = self.search(best.x.clone(), best.lambda.clone(), gap_step)?;
+            if hopeful > f64::NEG_INFINITY {
+                let height = self.height(&x, &lambda);
+                if height < hopeful {
+                    let slope = Slope { nats: height + self.prior(&x), ..best.slope };
+                    best = Place { height, x, lambda, slope, ..best };
+                    break;
+                }
+            }
             let again = self.climb(x, lambda)?;
             let gain = again.height - best.height;
             if gain > 0.0 {
@@ -203,7 +276,7 @@ impl Fit<'_> {
     fn climb(&self, mut x: Vec<f64>, mut lambda: Vec<f64>) -> Result<Place> {
         let mut damping = 1e-2;
         let mut here: Option<Place> = None;
-        for steps in 0..=MOST_STEPS {
+        for steps in 0..=self.settings.steps {
             // The noise changes slowly, and costs as much as a step.
             if steps % 2 == 0 {
                 lambda = self.noise(&x, lambda, 1)?;

@@ -7,10 +7,27 @@ use crate::robot::EffectEntry;
 pub struct Hypothesis {
     /// What it is called in reports.
     pub name: String,
-    /// Values from which its parameters are fitted: each is the same list of effects with other numbers. The most probable one is refined.
-    pub starts: Vec<Vec<EffectEntry>>,
+    /// Places from which its parameters are fitted. The most probable one is refined.
+    pub starts: Vec<Start>,
     /// The parameters that are refined; the others stay as they start.
     pub free: Vec<Free>,
+}
+
+/// A place from which a hypothesis is fitted: all starts have the same list of effects, with other numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// The effects with their parameters.
+    pub effects: Vec<EffectEntry>,
+    /// [1] Gaps relative to those of the model, one per joint; joints that are left out have 1. An effect that winds up at a reversal was taken for a
+    /// part of the gap where nobody knew of it.
+    pub gaps: Vec<f64>,
+}
+
+impl Start {
+    /// With the gaps of the model.
+    pub const fn new(effects: Vec<EffectEntry>) -> Self {
+        Self { effects, gaps: Vec::new() }
+    }
 }
 
 /// A parameter of an effect that is refined.
@@ -36,6 +53,6 @@ pub enum Scale {
 impl Hypothesis {
     /// Nothing but the nominal model.
     pub fn baseline() -> Self {
-        Self { name: "baseline".to_owned(), starts: vec![Vec::new()], free: Vec::new() }
+        Self { name: "baseline".to_owned(), starts: vec![Start::new(Vec::new())], free: Vec::new() }
     }
 }

@@ -19,8 +19,8 @@ mod recording;
 mod search;
 mod subject;
 
-pub use fit::{Fitted, fit, fit_baseline};
-pub use hypothesis::{Free, Hypothesis, Scale};
+pub use fit::{Fitted, fit, fit_baseline, most_probable, refine};
+pub use hypothesis::{Free, Hypothesis, Scale, Start};
 pub use recording::Recording;
 
 use filter::{Run, Scored};
@@ -31,7 +31,7 @@ use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::robot::Model;
 
-/// How recordings are scored.
+/// How recordings are scored, and how far a fit is driven.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// [s] At the start of a recording, not scored: there the state is not known yet.
@@ -40,13 +40,27 @@ pub struct Settings {
     pub outliers: f64,
     /// [1] Noise of the torque on a link, as a share of that on its rotor.
     pub link_noise: f64,
+    /// Most steps of a fit between two searches of its gaps.
+    pub steps: usize,
+    /// Searches of the gaps and sizes, each finer than the one before; at most two.
+    pub rounds: usize,
+    /// [nat] What a hypothesis has to gain over the baseline by searches along single lines, for all its parameters to be fitted; −∞: always.
+    pub hopeful: f64,
     /// Effects that a model may have.
     pub catalogue: Catalogue,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { burn_in: 2.0, outliers: 1e-3, link_noise: 0.3, catalogue: Catalogue::default() }
+        Self {
+            burn_in: 2.0,
+            outliers: 1e-3,
+            link_noise: 0.3,
+            steps: 10,
+            rounds: 2,
+            hopeful: f64::NEG_INFINITY,
+            catalogue: Catalogue::default(),
+        }
     }
 }
 

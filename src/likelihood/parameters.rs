@@ -176,6 +176,16 @@ pub(super) fn sizes(hypothesis: &Hypothesis, start: &[EffectEntry], catalogue: &
     hypothesis.free.iter().filter_map(one).collect()
 }
 
+/// Moves the gaps of `x` to these shares of what they are, one per joint.
+pub(super) fn shrink_gaps(parameters: &[Parameter], shares: &[f64], x: &mut [f64]) {
+    for (parameter, x) in parameters.iter().zip(x) {
+        let Kind::Gap(joint) = parameter.kind else { continue };
+        if let Some(share) = shares.get(joint).filter(|share| **share > 0.0) {
+            *x += share.ln() / parameter.scale;
+        }
+    }
+}
+
 /// The setup at `x`, from a model with the effects of a start.
 pub(super) fn setup(model: &Model, effects: &[EffectEntry], parameters: &[Parameter], x: &[f64]) -> Setup {
     let mut model = model.clone();

@@ -8,6 +8,7 @@ use super::display::{self, shown};
 use super::document::{Document, Section};
 use super::files::envelope;
 use super::headline;
+use super::judgement;
 use super::number;
 use super::plot::{Layer, Mark, Plot, Role};
 use super::prediction;
@@ -32,6 +33,8 @@ pub fn report<'a>(findings: &'a Findings, name: &str, drawn: Vec<Drawn>) -> Repo
     let mut document = document(name, diagnosis);
     let failure = findings.replay_failure.iter();
     document.warnings.extend(failure.map(|why| format!("the models were not replayed beside the data: {why}")));
+    let failure = findings.judge_failure.iter();
+    document.warnings.extend(failure.map(|why| format!("the simulation did not judge the recordings: {why}")));
     // What stops a replay stops the predictions as well, and is said once.
     let failure = findings.prediction_failure.iter().filter(|_| findings.replay_failure.is_none());
     document
@@ -52,7 +55,9 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
         return mistaken(name, diagnosis);
     }
     let mut sections: Vec<Section> = diagnosis.changes.as_deref().map(changes::section).into_iter().collect();
-    sections.extend([shortfall::section(diagnosis), found(diagnosis), errors(diagnosis)]);
+    sections.extend([shortfall::section(diagnosis), found(diagnosis)]);
+    sections.extend(diagnosis.judgement.as_ref().map(judgement::section));
+    sections.push(errors(diagnosis));
     sections.extend(super::two_encoders::section(diagnosis));
     let mut joints: Vec<(&str, JointKind)> = Vec::new();
     for series in &diagnosis.series {
@@ -62,6 +67,8 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
     }
     sections.extend(joints.iter().map(|(joint, kind)| shortfall::multiples(diagnosis, joint, *kind)));
     sections.extend(joints.iter().map(|(joint, kind)| residuals(diagnosis, joint, *kind)));
+    let judged = diagnosis.judgement.as_ref().filter(|one| one.not_applied.is_none());
+    sections.extend(judged.map(judgement::details));
     sections.push(candidates(diagnosis));
     sections.push(method(diagnosis));
     Document {

@@ -17,6 +17,7 @@ mod headline;
 pub mod html;
 /// An identification for readers.
 pub mod identification;
+mod judgement;
 mod markup;
 /// Formats of numbers.
 pub mod number;

@@ -2,7 +2,7 @@
 
 use crate::dataset::Session;
 use crate::diagnose::{
-    self, Diagnosis, Options, PredictionSeries, ReplayError, ResidualSeries, Split, Verdict, ZoneShares,
+    self, Diagnosis, Options, PredictionSeries, ReplayError, ResidualSeries, Split, Verdict, ZoneShares, judge,
 };
 use crate::error::{Error, Result};
 use crate::replay::prediction::{Ahead, AheadErrors, compare_predictions};
@@ -35,22 +35,33 @@ pub struct Findings {
     pub replay_failure: Option<Error>,
     /// Why the models' predictions could not be compared with the data.
     pub prediction_failure: Option<Error>,
+    /// Why the simulation could not judge.
+    pub judge_failure: Option<Error>,
 }
 
 impl Findings {
-    /// Diagnoses and replays; `show` receives the present step and the share of it that is done.
+    /// Diagnoses, lets the simulation judge where this is asked for, and replays; `show` receives the present step and the share of it that is done.
     ///
     /// # Errors
-    /// As [`diagnose::diagnose`]. A replay that fails is part of the findings.
+    /// As [`diagnose::diagnose`]. A judgement or a replay that fails is part of the findings.
     pub fn new(
         model: &Model,
         train: Vec<Session>,
         hold_out: Vec<Session>,
+        judge: Option<&judge::Options>,
         show: &mut dyn FnMut(&str, f64),
     ) -> Result<Self> {
         let options = Options::default();
-        let diagnosis = diagnose::diagnose(model, &series(&train), &series(&hold_out), &options, show)?;
-        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None };
+        let [trained, held_out] = [series(&train), series(&hold_out)];
+        let diagnosis = diagnose::diagnose(model, &trained, &held_out, &options, show)?;
+        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None };
+        if let Some(options) = judge {
+            match judge::judge(&findings.diagnosis, &trained, &held_out, options, show) {
+                Ok(judgement) => findings.diagnosis.judgement = Some(judgement),
+                Err(why) => findings.judge_failure = Some(why),
+            }
+        }
+        drop((trained, held_out));
         let judged = match hold_out.is_empty() {
             true => train.into_iter().map(|session| tail(session, options.held_out_share)).collect(),
             false => hold_out,
@@ -77,7 +88,7 @@ impl Findings {
         let commands: Vec<TimeSeries> = now.iter_mut().map(|session| take_commands(session, share)).collect();
         let diagnosis = diagnose::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
         drop(before);
-        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None };
+        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None };
         let last_parts = now.into_iter().map(|session| tail(session, share)).zip(commands);
         let judged = match hold_out.is_empty() {
             true => last_parts.map(|(session, commands)| with_commands(session, commands)).collect(),

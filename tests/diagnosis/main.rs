@@ -41,6 +41,7 @@ mod diagnose;
 mod drawn_sets;
 mod drive_command;
 mod gaps;
+mod judged;
 mod odd_recordings;
 mod prediction;
 mod regularised_friction;

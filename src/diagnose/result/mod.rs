@@ -3,6 +3,7 @@
 //! Takes the findings of all stages and gives one `Diagnosis`.
 //! - `effects`: named and withdrawn effects, with their gains
 //! - `findings`: what a stage has found
+//! - `judgement`: what the score of every sample says
 //! - `mistake`: a suspected mistake in the data or in the model file
 //! - `residuals`: shares, maps, spectra and series of residuals
 //! - `parts`: the parts of a diagnosis, and the one place that assembles them
@@ -13,12 +14,14 @@ use serde::Serialize;
 
 mod effects;
 mod findings;
+mod judgement;
 mod mistake;
 mod parts;
 mod residuals;
 
 pub use effects::{EffectGain, FoundEffect, Standing, Withdrawn};
 pub use findings::Findings;
+pub use judgement::{Distance, JudgedName, JudgedSet, JudgedWindow, Judgement};
 pub use mistake::Mistake;
 pub use parts::Parts;
 pub use residuals::{
@@ -60,6 +63,9 @@ pub struct Diagnosis {
     pub two_encoders: Vec<TwoEncoders>,
     /// Structure that remains in the residual and that no effect of the catalogue explains.
     pub unexplained: Vec<Unexplained>,
+    /// What the score of every sample says, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judgement: Option<Judgement>,
     /// Effects that the training data support, but that have no gain on held-out data or a parameter outside its range.
     pub withdrawn: Vec<Withdrawn>,
     /// Every candidate that was tried, with its outcome.

@@ -99,6 +99,7 @@ impl Parts {
             baseline: self.baseline,
             two_encoders: self.two_encoders,
             unexplained,
+            judgement: None,
             withdrawn,
             candidates: self.candidates,
             method: self.method,

@@ -1,15 +1,15 @@
-//! The hypotheses that compete on a machine. Their starts are sizes that such a machine may have, in terms of its nominal model and of what the
-//! regression found; nothing of the truth is in them.
+//! Where the fit of an effect starts, and which of its parameters are fitted: sizes that a machine may have, in terms of its model and of the friction and the
+//! gaps that the regression found.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use lostmotion::gearhead::FrictionLaw;
-use lostmotion::likelihood::{Free, Hypothesis, Scale};
-use lostmotion::robot::{EffectEntry, Model};
+use crate::gearhead::FrictionLaw;
+use crate::likelihood::{Free, Hypothesis, Scale, Start};
+use crate::robot::{EffectEntry, Model};
 
-/// Every effect that can compete.
-pub const EFFECTS: [&str; 9] = [
+/// Every effect that has starts.
+pub const EFFECTS: [&str; 10] = [
     "joint_compliance",
     "dwell_stiction",
     "position_dependent_backlash",
@@ -19,12 +19,18 @@ pub const EFFECTS: [&str; 9] = [
     "periodic_disturbance",
     "base_tilt",
     "load_dependent_friction",
+    "torque_constant_error",
 ];
+
+/// Gaps relative to that of the model, from which a compliance starts: without it, the wind-up at reversals was taken for a part of the gap, and may be the
+/// larger part.
+const GAP_LEFT: [f64; 4] = [1.0, 0.7, 0.5, 0.35];
 
 /// Values of the parameters of one start.
 type Values = Vec<(&'static str, f64)>;
 
-/// Hypotheses of one effect: on all joints at once where its starts are few, otherwise one for each joint; `lines`: the strongest frequencies [Hz] of each joint's missing torque.
+/// Hypotheses of one effect: on all joints at once where its starts are few, otherwise one for each joint; none for an effect without starts. `lines`: the
+/// strongest frequencies [Hz] of each joint's missing torque, from which a periodic disturbance starts.
 pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
     let whole = |starts: Vec<Values>, free: &[(&str, Scale)]| vec![hypothesis(effect, None, starts, free)];
     match effect {
@@ -44,33 +50,47 @@ pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
                 whole(starts, &[(channel, Scale::By(0.001))])
             })
             .collect(),
-        "joint_compliance" | "dwell_stiction" | "rotor_inertia" | "load_dependent_friction" => {
-            vec![on_all(effect, model)]
+        "joint_compliance"
+        | "dwell_stiction"
+        | "rotor_inertia"
+        | "load_dependent_friction"
+        | "torque_constant_error" => on_all(effect, model).into_iter().collect(),
+        "position_dependent_backlash" | "periodic_disturbance" => {
+            let lines = |joint: usize| lines.get(joint).map_or(&[][..], Vec::as_slice);
+            let alone = (0..model.joints.len()).map(|joint| alone(effect, model, joint, lines(joint)));
+            alone.filter(|one| !one.starts.is_empty()).collect()
         }
-        _ => (0..model.joints.len())
-            .map(|joint| {
-                let (starts, free) = of_joint(effect, model, joint, &lines[joint]);
-                hypothesis(effect, Some(&model.joints[joint].name), starts, &free)
-            })
-            .collect(),
+        _ => Vec::new(),
     }
 }
 
-/// The effect on all joints, with the same start on each.
-fn on_all(effect: &str, model: &Model) -> Hypothesis {
-    let joints = 0..model.joints.len();
-    let alone: Vec<Hypothesis> = joints
-        .map(|joint| {
-            let (starts, free) = of_joint(effect, model, joint, &[]);
-            hypothesis(effect, Some(&model.joints[joint].name), starts, &free)
-        })
-        .collect();
-    let starts = (0..alone[0].starts.len()).map(|k| alone.iter().flat_map(|one| one.starts[k].clone()).collect());
+/// The effect on one joint.
+fn alone(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> Hypothesis {
+    let (starts, free) = of_joint(effect, model, joint, lines);
+    hypothesis(effect, Some(&model.joints[joint].name), starts, &free)
+}
+
+/// The effect on all joints, with the same start on each; `None` without joints.
+fn on_all(effect: &str, model: &Model) -> Option<Hypothesis> {
+    let alone: Vec<Hypothesis> = (0..model.joints.len()).map(|joint| alone(effect, model, joint, &[])).collect();
+    let starts = (0..alone.first()?.starts.len()).map(|k| {
+        let effects = alone.iter().flat_map(|one| one.starts[k].effects.clone()).collect();
+        Start::new(effects)
+    });
+    let starts = match effect {
+        "joint_compliance" => starts.flat_map(|start| with_gaps(&start, model.joints.len())).collect(),
+        _ => starts.collect(),
+    };
     let free = alone
         .iter()
         .enumerate()
         .flat_map(|(effect, one)| one.free.iter().map(move |free| Free { effect, ..free.clone() }));
-    Hypothesis { name: effect.to_owned(), starts: starts.collect(), free: free.collect() }
+    Some(Hypothesis { name: effect.to_owned(), starts, free: free.collect() })
+}
+
+/// The start with smaller and smaller gaps.
+fn with_gaps(start: &Start, joints: usize) -> Vec<Start> {
+    GAP_LEFT.map(|left| Start { gaps: vec![left; joints], ..start.clone() }).into()
 }
 
 fn around(count: u32) -> impl Iterator<Item = f64> {
@@ -117,6 +137,10 @@ fn of_joint(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> (Vec<Va
             let free = [("amplitude", 0.05 * coulomb), ("frequency", 0.01), ("phase", 0.3)];
             (starts, free.map(|(name, scale)| (name, Scale::By(scale))).into())
         }
+        "torque_constant_error" => {
+            let starts = [-0.1, 0.1].map(|error| vec![("error", error)]).into();
+            (starts, vec![("error", Scale::By(0.03))])
+        }
         _ => {
             let starts = [0.07, 0.15].map(|coefficient| vec![("coefficient", coefficient)]).into();
             (starts, vec![("coefficient", Scale::By(0.03))])
@@ -133,7 +157,7 @@ fn hypothesis(effect: &str, joint: Option<&str>, starts: Vec<Values>, free: &[(&
     let free = free.iter().map(|(name, scale)| Free { effect: 0, parameter: (*name).to_owned(), scale: *scale });
     Hypothesis {
         name: joint.map_or_else(|| effect.to_owned(), |joint| format!("{effect} {joint}")),
-        starts: starts.into_iter().map(|values| vec![entry(values)]).collect(),
+        starts: starts.into_iter().map(|values| Start::new(vec![entry(values)])).collect(),
         free: free.collect(),
     }
 }

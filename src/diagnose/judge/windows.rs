@@ -1,0 +1,155 @@
+//! Windows of recordings in which every joint reverses, rests and travels: some to fit, others to judge.
+//!
+//! A recording is cut into windows of equal length, which go to the two parts in turn; held-out sessions are for judging alone. In each part
+//! windows are taken one by one, always the one that adds most to
+//!
+//! ```text
+//!   Σ ∛(share of its events that the chosen windows have)     over reversals, starts from rest, path and slow motion of each joint
+//! ```
+//! so that what few windows have, the rests of one joint in a staircase, is not left out for more of the same.
+
+use crate::likelihood::Recording;
+use crate::robot::{JointModel, Model};
+use crate::timeseries::{Channel, TimeSeries};
+
+/// [s] Length of a window, its burn-in included: a few reversals of fast motion, or two speeds of a staircase.
+const LENGTH: f64 = 5.0;
+/// [s] Time over which a joint is seen to move or to rest.
+const GLANCE: f64 = 0.05;
+/// Counts of the encoder in that time up to which a joint rests: friction lets a held joint creep by one or two.
+const RESTS: f64 = 3.0;
+/// [1] Slow motion: up to this share of the fastest of a joint, where friction falls with speed.
+const SLOW: f64 = 0.1;
+/// Kinds of events of a joint.
+const KINDS: usize = 4;
+
+/// A window of a session.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Window {
+    /// Index of the session.
+    pub session: usize,
+    /// [s] since its start.
+    pub from: f64,
+    /// [s]
+    pub to: f64,
+    /// Reversals, starts from rest, path and slow motion of each joint.
+    events: Vec<[f64; KINDS]>,
+}
+
+/// Windows to fit and windows to judge, so many of each; the first `trained` sessions are for both.
+pub fn choose(
+    model: &Model,
+    sessions: &[&TimeSeries],
+    recordings: &[Recording],
+    trained: usize,
+    count: usize,
+) -> [Vec<Window>; 2] {
+    let slow: Vec<f64> = model.joints.iter().map(|joint| SLOW * fastest(joint, sessions)).collect();
+    let mut parts: [Vec<Window>; 2] = [Vec::new(), Vec::new()];
+    for (session, (series, recording)) in sessions.iter().zip(recordings).enumerate() {
+        let (Some(first), Some(last)) = (recording.time.first(), recording.time.last()) else { continue };
+        let most = ((last - first) / LENGTH + 1e-9).floor() as usize;
+        for k in 0..most {
+            let from = first + LENGTH * k as f64;
+            let events = events(model, &slow, series, from, from + LENGTH);
+            let judges = session >= trained || k % 2 == 1;
+            parts[usize::from(judges)].push(Window { session, from, to: from + LENGTH, events });
+        }
+    }
+    parts.map(|windows| best(windows, count))
+}
+
+/// The windows that together have most of the events.
+fn best(windows: Vec<Window>, count: usize) -> Vec<Window> {
+    let joints = windows.iter().map(|window| window.events.len()).max().unwrap_or(0);
+    let mut total = vec![[0.0; KINDS]; joints];
+    windows.iter().for_each(|window| add(&mut total, &window.events));
+    let mut chosen: Vec<Window> = Vec::new();
+    let mut had = vec![[0.0; KINDS]; joints];
+    let worth = |had: &[[f64; KINDS]]| -> f64 {
+        let pairs = had.iter().flatten().zip(total.iter().flatten());
+        pairs.filter(|(_, all)| **all > 0.0).map(|(own, all)| (own / all).cbrt()).sum()
+    };
+    let mut left = windows;
+    while chosen.len() < count && !left.is_empty() {
+        let with = |window: &Window| {
+            let mut sum = had.clone();
+            add(&mut sum, &window.events);
+            worth(&sum)
+        };
+        let worths: Vec<f64> = left.iter().map(with).collect();
+        let first = (0..left.len()).fold(0, |best, k| if worths[k] > worths[best] { k } else { best });
+        let window = left.remove(first);
+        add(&mut had, &window.events);
+        chosen.push(window);
+    }
+    chosen
+}
+
+fn add(sum: &mut [[f64; KINDS]], events: &[[f64; KINDS]]) {
+    for (sum, events) in sum.iter_mut().zip(events) {
+        sum.iter_mut().zip(events).for_each(|(sum, one)| *sum += one);
+    }
+}
+
+/// Positions of a joint between two samples, one for each glance.
+fn glances(joint: &JointModel, series: &TimeSeries, [first, last]: [usize; 2]) -> Vec<f64> {
+    let stride = ((GLANCE / series.sample_interval()) as usize).max(1);
+    let position = series.joint(&joint.name).and_then(|joint| joint.get(Channel::Position)).unwrap_or(&[]);
+    position.get(first..last).unwrap_or(&[]).iter().step_by(stride).copied().collect()
+}
+
+/// [rad or m] The longest way of a joint in the time of a glance.
+fn fastest(joint: &JointModel, sessions: &[&TimeSeries]) -> f64 {
+    let of = |series: &&TimeSeries| {
+        let seen = glances(joint, series, [0, series.time.len()]);
+        seen.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
+    };
+    sessions.iter().map(of).fold(0.0, f64::max)
+}
+
+/// Events of all joints between two times [s] since the start of a session; `slow`: longest way of slow motion in the time of a glance.
+fn events(model: &Model, slow: &[f64], series: &TimeSeries, from: f64, to: f64) -> Vec<[f64; KINDS]> {
+    let start = series.time.first().copied().unwrap_or(0.0);
+    let part = [from, to].map(|time| series.time.partition_point(|one| one - start < time));
+    let of_joint = |(joint, slow): (&JointModel, &f64)| {
+        let (mut way, mut rested, mut found) = (0.0, false, [0.0; KINDS]);
+        for pair in glances(joint, series, part).windows(2) {
+            let moved = pair[1] - pair[0];
+            found[2] += moved.abs();
+            if moved.abs() <= RESTS * joint.encoder_step() {
+                rested = true;
+                continue;
+            }
+            found[0] += f64::from(u8::from(way * moved < 0.0));
+            found[1] += f64::from(u8::from(rested));
+            found[3] += f64::from(u8::from(moved.abs() < *slow));
+            (way, rested) = (moved.signum(), false);
+        }
+        found
+    };
+    model.joints.iter().zip(slow).map(of_joint).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn window(session: usize, events: [f64; KINDS]) -> Window {
+        Window { session, from: 0.0, to: LENGTH, events: vec![events] }
+    }
+
+    /// Two windows with all of one kind are worth less than one of each kind.
+    #[test]
+    fn property_rare_events_are_chosen_beside_frequent_ones() {
+        let windows =
+            vec![window(0, [10.0, 0.0, 5.0, 0.0]), window(1, [10.0, 0.0, 5.0, 0.0]), window(2, [0.0, 1.0, 0.1, 0.0])];
+        let chosen: Vec<usize> = best(windows, 2).iter().map(|one| one.session).collect();
+        assert!(chosen.contains(&2), "{chosen:?}");
+    }
+
+    #[test]
+    fn property_no_window_is_chosen_twice_and_too_few_are_all() {
+        assert_eq!(best(vec![window(0, [0.0; KINDS]), window(1, [0.0; KINDS])], 5).len(), 2);
+    }
+}

@@ -1,0 +1,68 @@
+//! The judgement by simulation: it refuses what it is not made for, finds what the regression cannot see, and names nothing on a healthy machine.
+
+use crate::drawn::Drawn;
+use crate::hidden::Order;
+use crate::rough;
+use lostmotion::diagnose::judge::{self, judge};
+use lostmotion::diagnose::{Diagnosis, Judgement, Options, diagnose};
+use lostmotion::timeseries::{Channel, TimeSeries};
+
+/// A machine's sessions, the last of which is held out, and what the regression says of them with a nominal model that is off by `rough` deviations.
+fn diagnosed(order: &Order, rough: f64) -> (Diagnosis, Vec<TimeSeries>) {
+    let drawn = Drawn::new(order);
+    let sessions: Vec<TimeSeries> = drawn.sessions().collect();
+    let nominal = if rough > 0.0 { rough::off(&drawn.nominal, order.seed, rough) } else { drawn.nominal.clone() };
+    let found = diagnose(&nominal, &sessions[..3], &sessions[3..], &Options::default(), &mut |_, _| {});
+    (found.expect("a diagnosis"), sessions)
+}
+
+fn judged(order: &Order, rough: f64) -> Judgement {
+    let (found, sessions) = diagnosed(order, rough);
+    let options = judge::Options { seconds: f64::INFINITY, ..judge::Options::default() };
+    let judgement = judge(&found, &sessions[..3], &sessions[3..], &options, &mut |_, _| {}).expect("a judgement");
+    println!("{judgement:#?}");
+    judgement
+}
+
+#[test]
+fn property_what_is_not_judged_by_simulation_is_said_in_a_sentence() {
+    let (found, sessions) = diagnosed(&Order::nothing(700_020), 0.0);
+    let reason = |found: &Diagnosis, sessions: &[TimeSeries]| {
+        let options = judge::Options::default();
+        let judgement = judge(found, sessions, &[], &options, &mut |_, _| {}).expect("a judgement");
+        assert!(judgement.names.is_empty() && judgement.sets.is_empty());
+        judgement.not_applied.expect("a reason")
+    };
+    let mut uneven = sessions.clone();
+    uneven[1].time.iter_mut().step_by(2).for_each(|time| *time += 3e-4);
+    assert!(reason(&found, &uneven).contains("not sampled evenly"));
+    let mut torques = sessions.clone();
+    let current = torques[0].joints[1].channels.remove(&Channel::Current).expect("a current");
+    torques[0].joints[1].channels.insert(Channel::Torque, current);
+    assert!(reason(&found, &torques).contains("no motor current"));
+    let mut exact = found.clone();
+    exact.baseline_model.joints[0].encoder = None;
+    assert!(reason(&exact, &sessions).contains("no encoder counts"));
+    let mut without = found.clone();
+    without.baseline.clear();
+    assert!(reason(&without, &sessions).contains("not judged by its torque"));
+    let short: Vec<TimeSeries> = sessions.iter().map(|session| session.part(0..5000)).collect();
+    assert!(reason(&found, &short).contains("too short"));
+}
+
+// The machines of docs/gate.md.
+
+#[test]
+#[ignore = "long: .ci/run carries it out"]
+fn recover_friction_that_grows_at_rest_by_judgement() {
+    let judgement = judged(&Order::one("dwell_stiction", 1.0, 860_000), 0.0);
+    assert!(judgement.supports("dwell_stiction") && judgement.names.len() == 1, "{:?}", judgement.names);
+}
+
+#[test]
+#[ignore = "long: .ci/run carries it out"]
+fn property_no_name_for_a_healthy_machine_with_an_inexact_model() {
+    let judgement = judged(&Order::nothing(860_000), 1.0);
+    assert!(judgement.names.iter().all(|name| name.probability < 0.5), "{:?}", judgement.names);
+    assert!(!judgement.unexplained, "{:?}", judgement.distance);
+}
