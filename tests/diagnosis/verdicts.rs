@@ -45,6 +45,28 @@ fn altered(session: &TimeSeries, joint: usize, channel: Channel, change: &dyn Fn
     session
 }
 
+/// A wave that only the held-out session contains: no name can come of it, but the data are not explained.
+#[test]
+fn property_what_acts_in_the_data_held_out_alone_is_said() {
+    let data = Data::of(&arm(true), &arm(true), 4600);
+    let wave = |session: &TimeSeries| {
+        altered(session, 0, Channel::Current, &|time, current| current + 4.0 * (TAU * 0.9 * time).sin())
+    };
+    let spoilt = Data { held_out: data.held_out.iter().map(wave).collect(), train: data.train.clone() };
+    let said = |found: &Diagnosis| -> Vec<String> {
+        let of_held_out = found.unexplained.iter().filter(|one| one.pattern.contains("acts in the data held out"));
+        of_held_out.map(|one| one.joint.clone()).collect()
+    };
+    let (sound, found) = (data.diagnosed(), spoilt.diagnosed());
+    assert_eq!((sound.verdict, said(&sound)), (Verdict::NothingFound, Vec::new()));
+    assert_eq!(
+        (found.verdict, said(&found)),
+        (Verdict::Unexplained, vec!["joint1".to_owned()]),
+        "{:?}",
+        found.unexplained
+    );
+}
+
 #[test]
 fn property_what_is_held_out_takes_no_part_in_choosing() {
     let data = Data::of(&asymmetric(), &asymmetric(), 4000);
