@@ -150,7 +150,8 @@ fn recover_bristles_by_lugre() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/18_lugre_presliding");
         let model = std::fs::read_to_string(folder.join("model.toml")).expect("the model of the scenario");
         assert!(model.contains(piece), "{piece}");
-        let planted = folder.join("../../target").join(format!("tests_lugre_{}.toml", by.len()));
+        let place = tempfile::tempdir().expect("a folder");
+        let planted = place.path().join("model.toml");
         let urdf = folder.join("../../robots/scara/scara.urdf");
         let model = model.replace(piece, by).replace("../../robots/scara/scara.urdf", &urdf.display().to_string());
         std::fs::write(&planted, model).expect("a file");
