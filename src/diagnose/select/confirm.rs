@@ -3,7 +3,7 @@
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
 //! a later fit moves out of its range, the weakest of several effects that gain nothing together, one with too little evidence, an effect
-//! whose size has a 95 % interval that contains zero, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
+//! that is no larger than its standard error or whose decisive parameter may be zero, one that is improbable, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
 
 use super::certainty::{certainty, least_size};
 use super::own_gains;
@@ -19,6 +19,10 @@ use crate::effects::{About, Catalogue};
 
 /// [1] Probability below which a name is more likely wrong than right.
 const LIKELY: f64 = 0.5;
+
+/// [1] Probability below which a name is not given even without a look-alike: it is three times as likely wrong as right. Of names between this and
+/// [`LIKELY`] on drawn arms, all two were right (`docs/blind.md`).
+const UNLIKELY: f64 = 0.25;
 
 /// What is named, and what is withdrawn.
 pub struct Confirmed {
@@ -116,8 +120,7 @@ fn weakest(
     Some((index, format!("its evidence is only {nats:.1} nats")))
 }
 
-/// The least certain term, and why it is withdrawn: the interval of its size contains zero, or a look-alike explains as much and it is less
-/// probable than [`LIKELY`].
+/// The least certain term, and why it is withdrawn: it is [too small](too_small), or [improbable](unlikely).
 fn least_sure(
     problem: &Problem,
     selection: &Selection,
@@ -134,12 +137,11 @@ fn least_sure(
         let at = fitted.term_at[index];
         let own = at..at + terms[index].coefficients();
         let all = uncertainty.size_in_errors(own, &fitted.solution.coefficients);
-        least_size(terms[index].effect.about(), &parameters(index), all)
+        [all, least_size(terms[index].effect.about(), &parameters(index))]
     };
-    let sizes = judged.iter().map(|index| (*index, size(*index)));
-    if let Some((index, size)) = sizes.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, size)| *size < NORMAL_975) {
-        let words = format!("its size is only {size:.1} standard errors, so that its 95 % interval contains zero");
-        return Some((index, words));
+    let small = judged.iter().filter_map(|index| Some((*index, too_small(size(*index))?)));
+    if let Some((index, size)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        return Some((index, format!("its size is only {size:.1} standard errors")));
     }
     let taken: Vec<&Taken> =
         selection.taken.iter().flat_map(|taken| std::iter::repeat_n(taken, taken.terms.len())).collect();
@@ -159,14 +161,22 @@ fn look_alike(catalogue: &Catalogue, about: &About, other: &str) -> bool {
     about.look_alikes.contains(&other) || listed()
 }
 
+/// [standard errors] The size of an effect that is too small for a name: that of all its coefficients together below one, or that of a parameter without
+/// which it would be another effect within a 95 % interval that contains zero.
+fn too_small([all, least]: [f64; 2]) -> Option<f64> {
+    (all < 1.0 || least < NORMAL_975).then_some(all.min(least))
+}
+
 /// The least probable of several names, each with the look-alikes among its rivals and its probability, if it has one and is less probable than
-/// [`LIKELY`]; and the words for it.
+/// [`LIKELY`], or has none and is less probable than [`UNLIKELY`]; and the words for it.
 fn unlikely(certain: &[(Vec<String>, f64)]) -> Option<(usize, String)> {
-    let undecided = certain.iter().enumerate().filter(|(_, (rivals, p))| !rivals.is_empty() && *p < LIKELY);
+    let least = |rivals: &[String]| if rivals.is_empty() { UNLIKELY } else { LIKELY };
+    let undecided = certain.iter().enumerate().filter(|(_, (rivals, p))| *p < least(rivals));
     let (at, (rivals, probability)) = undecided.min_by(|a, b| a.1.1.total_cmp(&b.1.1))?;
+    let words = format!("it is only {:.0} % probable", 100.0 * probability);
     Some((
         at,
-        format!("it is only {:.0} % probable: {} would explain as much", 100.0 * probability, rivals.join(" or ")),
+        if rivals.is_empty() { words } else { format!("{words}: {} would explain as much", rivals.join(" or ")) },
     ))
 }
 
@@ -265,10 +275,17 @@ mod tests {
     }
 
     #[test]
+    fn property_a_load_whose_interval_contains_zero_has_no_name_and_a_ripple_of_its_own_error_has() {
+        assert_eq!([too_small([5.0, 1.7]), too_small([0.9, f64::INFINITY])], [Some(1.7), Some(0.9)]);
+        assert_eq!([too_small([1.4, f64::INFINITY]), too_small([5.0, 2.0])], [None, None]);
+    }
+
+    #[test]
     fn property_a_name_is_withdrawn_that_is_more_likely_wrong_than_right() {
         let name = |rivals: &[&str], probability: f64| (rivals.iter().map(ToString::to_string).collect(), probability);
         assert_eq!(unlikely(&[]), None);
         assert_eq!(unlikely(&[name(&["payload"], 0.5), name(&[], 0.43)]), None);
+        assert_eq!(unlikely(&[name(&[], 0.1)]), Some((0, "it is only 10 % probable".to_owned())));
         let (at, words) = unlikely(&[name(&["cogging"], 0.49), name(&["payload", "link_inertia"], 0.44)]).unwrap();
         assert_eq!(
             (at, words.as_str()),
