@@ -31,9 +31,9 @@ const LEFT_CLEARLY: f64 = 15.0;
 /// Multiples of the floor that no clean machine of `benches/blind` reaches (at most 9).
 const FAR_ABOVE_FLOOR: f64 = 15.0;
 
-/// Factor by which held-out data may leave more than training data, where they leave more than [`LEFT_CLEARLY`]: of 160 joints of real and foreign
-/// simulated arms, healthy and with effects, none leaves more than 1.9 times as much, but for those on which something acts in the held-out data
-/// alone, or whose training data do not determine friction (4 to 13 times).
+/// Factor by which held-out data may leave more than training data, where they leave more than [`LEFT_CLEARLY`]: in reports on 160 joints of real and
+/// foreign simulated arms, some of them on the same data, none leaves more than 1.9 times as much, but for three, on which something acts in the
+/// held-out data alone, or whose training data do not determine friction (4 to 13 times).
 const UNSEEN: f64 = 3.0;
 
 /// The strongest remaining pattern of each joint, if a clean machine would not show it.
