@@ -160,7 +160,7 @@ fn analytic_in_open_loop_an_inertia_scales_the_motion_and_a_moving_start_goes_on
     let found = rms(&replay, "joint1", Observable::Position);
     assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
 
-    let moving = Session { series: session.series.since(500), ..session.clone() };
+    let moving = Session { series: session.series.part(500..session.series.len()), ..session.clone() };
     let replay = replay::replay(&machine, &moving, &open()).expect("a replay");
     // The start is that of a parabola through T = 20 ms: what the jerk of 0.6 (2π 0.4)³ = 9.5 rad/s³ makes of its velocity, T²/20 of
     // it, is 0.2 mrad/s, over 3.5 s.

@@ -26,7 +26,7 @@ pub struct Diagnose {
     /// Recordings of the same machine when it was healthy: find what has changed between them and --data
     #[arg(long, value_name = "FILE", num_args = 1..)]
     reference: Vec<PathBuf>,
-    /// Recordings to judge on [default: the last 30 % of each session of --data]
+    /// Recordings to judge on [default: the last 30 % of each session of --data, or of each of its blocks where joints move one by one]
     #[arg(long, value_name = "FILE", num_args = 1..)]
     hold_out: Vec<PathBuf>,
     /// Then let the simulation judge sets of effects by every sample, reversals and rests included; this takes minutes

@@ -53,7 +53,7 @@ use crate::timeseries::{Channel, TimeSeries};
 use fit::pose::{nothing_moves, pose};
 use instruments::ON_ROWS;
 use instruments::preparation::{self, Prepared};
-use rows::division::Division;
+pub use rows::division::Division;
 use rows::measured::{as_measured, complete};
 use select::{naming, selection, substitutes};
 
@@ -78,7 +78,7 @@ pub fn compared_channels() -> Vec<Channel> {
 
 /// Names the effects that the nominal model lacks; `progress` receives the current step and the finished share (0 to 1).
 ///
-/// The sessions `hold_out` are used for judging only. Without any, the end of each training session is held out instead.
+/// The sessions `hold_out` are used for judging only. Without any, the ends of the training sessions are held out instead ([`Division`]).
 ///
 /// # Errors
 /// A session lacks the position, or the current or torque, of a joint; or there is too little motion.
@@ -93,23 +93,23 @@ pub fn diagnose(
     let (usable, dead) = mistakes::without_dead_channels(model, &recorded);
     let usable: Vec<&TimeSeries> = usable.iter().map(AsRef::as_ref).collect();
     let seen = as_measured(model, &usable);
-    let mut diagnosis = diagnose_as_measured(&seen, &usable, train.len(), options, progress)?;
+    let division = Division::of(&recorded, train.len(), options.held_out_share);
+    let mut diagnosis = diagnose_as_measured(&seen, &usable, division, options, progress)?;
     diagnosis.dead_channels = dead;
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)
 }
 
-/// The diagnosis with a model as the recordings see it; the first `trained` recordings are those of training.
+/// The diagnosis with a model as the recordings see it.
 fn diagnose_as_measured(
     model: &Model,
     recorded: &[&TimeSeries],
-    trained: usize,
+    division: Division,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     progress("looking for mistakes", 0.0);
-    let division = Division::new(trained, recorded.len(), options.held_out_share);
     let suspected = mistakes::suspected_by_part(model, recorded, division);
     if !suspected.is_empty() {
         return Ok(mistakes::diagnosis(model, suspected, false, options));

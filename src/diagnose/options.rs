@@ -34,7 +34,7 @@ pub struct Rules {
     pub further: f64,
     /// [1] Logarithm by which the error scale has to fall, on the joint where it falls most.
     pub log_scale: f64,
-    /// [1] Part by which the evidence for a simpler effect may be below the strongest evidence, for the simpler one to be preferred.
+    /// [1] Part by which evidence for one effect has to exceed that for another to be more, beyond [`UNIT`].
     pub tie: f64,
     /// [1] Torque that a further effect has to move on a joint, relative to the torque of the strongest effect there. An effect whose true
     /// law differs a little from the catalogue's leaves a residue of a few per cent, which other effects can fit.
@@ -81,6 +81,11 @@ impl Rules {
         Self { slight: self.further, ..self }
     }
 
+    /// [nats] Difference from the strongest evidence up to which a simpler effect is as good.
+    pub fn tied(&self, strongest: f64) -> f64 {
+        self.tie * strongest + UNIT
+    }
+
     /// Whether evidence [nats] and the fall of the error's logarithm support an effect.
     pub fn support(&self, nats: f64, log_scale: f64) -> bool {
         nats > self.nats && log_scale > self.log_scale && (nats > self.slight || log_scale > MODEL_ERROR)
@@ -100,6 +105,10 @@ impl Inaccuracy {
     /// Laws that are exact.
     pub const NONE: Self = Self { log_scale: 0.0, torque: 0.0 };
 }
+
+/// [nats] Difference of evidence that tells two effects apart three times in four: a name's probability has this unit
+/// ([`probability`](super::select::certainty::probability)).
+pub const UNIT: f64 = 3.0;
 
 /// [1] Inaccuracy of the catalogue's laws, as a logarithm of the error scale. A rival whose error is larger by less than this
 /// on every joint of the effect cannot be rejected. On 85 tuning machines (seeds 2000 to 7101 of `benches/blind`) the error of the true

@@ -2,7 +2,8 @@
 
 use crate::dataset::Session;
 use crate::diagnose::{
-    self, Diagnosis, Options, PredictionSeries, ReplayError, ResidualSeries, Split, Verdict, ZoneShares, judge,
+    self, Diagnosis, Division, Options, PredictionSeries, ReplayError, ResidualSeries, Split, Verdict, ZoneShares,
+    judge,
 };
 use crate::error::{Error, Result};
 use crate::replay::prediction::{Ahead, AheadErrors, compare_predictions};
@@ -53,6 +54,8 @@ impl Findings {
     ) -> Result<Self> {
         let options = Options::default();
         let [trained, held_out] = [series(&train), series(&hold_out)];
+        let recorded: Vec<&TimeSeries> = trained.iter().chain(&held_out).collect();
+        let division = Division::of(&recorded, trained.len(), options.held_out_share);
         let diagnosis = diagnose::diagnose(model, &trained, &held_out, &options, show)?;
         let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None };
         if let Some(options) = judge {
@@ -63,9 +66,12 @@ impl Findings {
         }
         drop((trained, held_out));
         let judged = match hold_out.is_empty() {
-            true => train.into_iter().map(|session| tail(session, options.held_out_share)).collect(),
+            true => {
+                train.iter().enumerate().flat_map(|(number, session)| held_out_of(session, number, division)).collect()
+            }
             false => hold_out,
         };
+        drop(train);
         findings.add_replay(judged, show);
         Ok(findings)
     }
@@ -84,16 +90,21 @@ impl Findings {
         let mut before: Vec<TimeSeries> = reference.into_iter().map(|session| session.series).collect();
         before.iter_mut().for_each(|session| session.name = reference_name(&session.name));
         let options = Options::default();
-        let share = options.held_out_share;
-        let commands: Vec<TimeSeries> = now.iter_mut().map(|session| take_commands(session, share)).collect();
+        let [present, held_out] = [series(&now), series(&hold_out)];
+        let recorded: Vec<&TimeSeries> = before.iter().chain(&present).chain(&held_out).collect();
+        let division = Division::of(&recorded, before.len() + now.len(), options.held_out_share);
+        drop((present, held_out));
+        let commands: Vec<TimeSeries> = now.iter_mut().map(take_commands).collect();
         let diagnosis = diagnose::compare(model, &before, &series(&now), &series(&hold_out), &options, show)?;
-        drop(before);
-        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None };
-        let last_parts = now.into_iter().map(|session| tail(session, share)).zip(commands);
+        let of_now = |(number, (session, commands)): (usize, (Session, TimeSeries))| {
+            held_out_of(&with_commands(session, commands), before.len() + number, division)
+        };
         let judged = match hold_out.is_empty() {
-            true => last_parts.map(|(session, commands)| with_commands(session, commands)).collect(),
+            true => now.into_iter().zip(commands).enumerate().flat_map(of_now).collect(),
             false => hold_out,
         };
+        drop(before);
+        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None };
         findings.add_replay(judged, show);
         Ok(findings)
     }
@@ -135,27 +146,22 @@ fn series(sessions: &[Session]) -> Vec<TimeSeries> {
     sessions.iter().map(|session| session.series.clone()).collect()
 }
 
-/// The last part of a session.
-fn tail(session: Session, share: f64) -> Session {
-    Session { series: tail_of(&session.series, share), ..session }
+/// The held-out parts of a session, each with samples of its own: the rest can be freed.
+fn held_out_of(session: &Session, number: usize, division: Division) -> Vec<Session> {
+    let parts = division.held_out(number, &session.series).into_iter();
+    let copied = |part| Session { series: session.series.part(part).on_its_own(), ..session.clone() };
+    parts.map(copied).collect()
 }
 
-/// The last part of signals.
-fn tail_of(series: &TimeSeries, share: f64) -> TimeSeries {
-    let time = &series.time;
-    let (Some(first), Some(last)) = (time.first(), time.last()) else { return series.clone() };
-    series.since(time.partition_point(|time| *time <= last - share * (last - first)))
-}
-
-/// Takes the commands out of a session, and gives those of its last part: a comparison reads none, and a replay reads these.
-fn take_commands(session: &mut Session, share: f64) -> TimeSeries {
+/// Takes the commands out of a session: a comparison reads none, a replay does.
+fn take_commands(session: &mut Session) -> TimeSeries {
     let mut commands = session.series.clone();
     commands.keep(&[Channel::CommandCurrent]);
     session.series.keep(&diagnose::compared_channels());
-    tail_of(&commands, share)
+    commands
 }
 
-/// The last part of a session with its commands.
+/// A session with its commands.
 fn with_commands(mut session: Session, commands: TimeSeries) -> Session {
     for (joint, commands) in session.series.joints.iter_mut().zip(commands.joints) {
         joint.channels.extend(commands.channels);

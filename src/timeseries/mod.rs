@@ -95,14 +95,13 @@ impl TimeSeries {
         }
     }
 
-    /// The part of the session from a sample on, with samples of its own: the rest can be freed.
+    /// The session with samples of its own, so that what it was a part of can be freed.
     #[must_use]
-    pub fn since(&self, from: usize) -> Self {
-        let mut part = self.part(from..self.len());
-        for samples in part.joints.iter_mut().flat_map(|joint| joint.channels.values_mut()) {
+    pub fn on_its_own(mut self) -> Self {
+        for samples in self.joints.iter_mut().flat_map(|joint| joint.channels.values_mut()) {
             *samples = samples.to_vec().into();
         }
-        part
+        self
     }
 
     /// Number of samples.

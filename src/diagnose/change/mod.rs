@@ -67,12 +67,13 @@ pub fn compare(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     let recorded: Vec<&TimeSeries> = reference.iter().chain(now).chain(hold_out).collect();
+    let division = Division::of(&recorded, recorded.len() - hold_out.len(), options.held_out_share);
     let (usable, dead) = mistakes::without_dead_channels(model, &recorded);
     let usable: Vec<&TimeSeries> = usable.iter().map(AsRef::as_ref).collect();
     let (reference, now) = usable.split_at(reference.len());
     let (now, hold_out) = now.split_at(now.len() - hold_out.len());
     let seen = as_measured(model, &usable);
-    let mut diagnosis = compare_as_measured(&seen, reference, [now, hold_out], options, progress)?;
+    let mut diagnosis = compare_as_measured(&seen, reference, [now, hold_out], division, options, progress)?;
     diagnosis.dead_channels = dead;
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
@@ -84,12 +85,13 @@ fn compare_as_measured(
     model: &Model,
     reference: &[&TimeSeries],
     [now, hold_out]: [&[&TimeSeries]; 2],
+    division: Division,
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     let today = [now, hold_out].concat();
-    let of_before = Division::new(reference.len(), reference.len(), options.held_out_share);
-    let of_after = Division::new(now.len(), now.len() + hold_out.len(), options.held_out_share);
+    let of_before = division.for_sessions(reference.len(), reference.len());
+    let of_after = division.for_sessions(now.len(), now.len() + hold_out.len());
     let mut suspected = mistakes::suspected_by_part(model, reference, of_before);
     suspected.extend(mistakes::suspected_by_part(model, &today, of_after));
     if !suspected.is_empty() {
@@ -101,7 +103,6 @@ fn compare_as_measured(
     let earlier = delays::changed(model, [&before.late, &after.late]);
     let (before, after) = (before.sessions, after.sessions);
     let sessions: Vec<&TimeSeries> = before.iter().chain(&after).map(AsRef::as_ref).collect();
-    let division = Division::new(before.len() + now.len(), sessions.len(), options.held_out_share);
     let sides = Sides { reference: 0..before.len(), now: before.len()..sessions.len() };
 
     progress("finding the effects of the reference", 0.1);

@@ -112,7 +112,7 @@ pub fn conclude(
     findings.unexplained = unexplained;
     let [baseline_model, extended_model] =
         models(problem, selection, &findings, &gaps, &encoders.other_gaps, &options.catalogue);
-    let method = records::method(problem, sessions, division, options);
+    let method = records::method(problem, sessions, division);
     Ok(Parts {
         candidates: records::records(problem, selection, &findings.withdrawn, options),
         findings,

@@ -95,7 +95,7 @@ fn baseline(deviates: bool) -> String {
 }
 
 /// How the data were processed.
-pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, options: &Options) -> Method {
+pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division) -> Method {
     let widths = &problem.motion.half_width;
     let half_width = [widths.iter().copied().fold(f64::INFINITY, f64::min), widths.iter().copied().fold(0.0, f64::max)];
     let rigid: Vec<String> = problem
@@ -112,7 +112,7 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division, o
     let held_out = if division.by_session() {
         sessions[division.trained()..].iter().map(|session| session.name.as_str()).collect::<Vec<_>>().join(", ")
     } else {
-        format!("the last {:.0} % of each session", 100.0 * options.held_out_share)
+        division.in_words()
     };
     Method {
         filter: filter(sessions),

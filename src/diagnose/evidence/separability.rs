@@ -128,7 +128,7 @@ pub fn of_recording(
     options: &Options,
 ) -> Result<Option<Separability>> {
     let sessions: Vec<&TimeSeries> = train.iter().collect();
-    let division = Division::new(sessions.len(), sessions.len(), 0.0);
+    let division = Division::of(&sessions, sessions.len(), 0.0);
     let mut problem = pose(model, &sessions, division, options)?;
     let Some(terms) = present_terms(&mut problem, present) else { return Ok(None) };
     let terms: Vec<&Term> = terms.iter().collect();

@@ -12,6 +12,9 @@ use super::uncertainty::{SYSTEMATIC, Uncertainty};
 use crate::diagnose::result::Measured;
 use crate::effects::{Motion, SymmetricFriction};
 
+/// [1] Multiple of the largest torque or speed of a joint from which the error of a parameter says that the data do not determine it.
+const UNDETERMINED: f64 = 10.0;
+
 /// Parameters of one term by name, for its first joint.
 pub fn parameters(
     problem: &Problem,
@@ -77,6 +80,11 @@ pub fn parameters(
         .collect()
 }
 
+/// Largest magnitude of a signal.
+fn largest(signal: &[f64]) -> f64 {
+    signal.iter().fold(f64::MIN_POSITIVE, |most, value| most.max(value.abs()))
+}
+
 /// Reduces a difference of angles by a whole turn where needed; other differences here are tiny.
 fn angle_free(difference: f64) -> f64 {
     let turn = std::f64::consts::TAU;
@@ -95,25 +103,27 @@ pub fn friction(
     let at = fitted.baseline_at[joint];
     let law = problem.motion.joints[joint].friction;
     let mut friction = BTreeMap::new();
-    // A parameter that the data do not determine has no error: it is left out, so that it does not look exact.
-    let mut put = |name, value: f64, gradient: &[(usize, f64)], unit| {
+    let motion = &problem.motion.joints[joint];
+    let [torque, speed] = [&motion.torque, &motion.v].map(|signal| largest(signal));
+    // A parameter that the data do not determine has no error, or one beyond all that was recorded: it is left out, so that it does not look exact.
+    let mut put = |name, value: f64, gradient: &[(usize, f64)], unit, scale: f64| {
         let statistical = uncertainty.std_error(gradient);
-        if statistical > 0.0 && statistical.is_finite() {
+        if statistical > 0.0 && statistical < UNDETERMINED * scale {
             friction.insert(name, Measured { value, std_error: statistical.hypot(SYSTEMATIC * value), unit });
         }
     };
-    put("coulomb", law.coulomb, &[(at + COULOMB, 1.0)], effort);
+    put("coulomb", law.coulomb, &[(at + COULOMB, 1.0)], effort, torque);
     let viscous_unit = if position == "rad" { "N·m·s/rad" } else { "N·s/m" };
-    put("viscous", law.viscous, &[(at + VISCOUS, 1.0)], viscous_unit);
+    put("viscous", law.viscous, &[(at + VISCOUS, 1.0)], viscous_unit, torque / speed);
     match problem.baseline[joint].falling() {
         Falling::Free(_) => {
-            put("breakaway", law.breakaway, &[(at + COULOMB, 1.0), (at + FALLING, 1.0)], effort);
+            put("breakaway", law.breakaway, &[(at + COULOMB, 1.0), (at + FALLING, 1.0)], effort, torque);
             let speed_unit = if position == "rad" { "rad/s" } else { "m/s" };
             if let Some(position) = uncertainty.stribeck_at[joint] {
-                put("stribeck_velocity", law.stribeck_velocity, &[(position, 1.0)], speed_unit);
+                put("stribeck_velocity", law.stribeck_velocity, &[(position, 1.0)], speed_unit, speed);
             }
         }
-        Falling::Given(_) => put("breakaway", law.breakaway, &[(at + COULOMB, 1.0)], effort),
+        Falling::Given(_) => put("breakaway", law.breakaway, &[(at + COULOMB, 1.0)], effort, torque),
     }
     friction
 }

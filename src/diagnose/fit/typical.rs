@@ -22,7 +22,7 @@ pub fn typical(
 ) -> Result<Option<EffectEntry>> {
     let Some(effect) = options.catalogue.find(effect).and_then(|effect| effect.diagnosable()) else { return Ok(None) };
     let own: Vec<&TimeSeries> = sessions.iter().collect();
-    let mut problem = pose(model, &own, Division::new(own.len(), own.len(), options.held_out_share), options)?;
+    let mut problem = pose(model, &own, Division::of(&own, own.len(), options.held_out_share), options)?;
     problem.settle(&[]).ok_or_else(|| nothing_moves(model))?;
     let motion = &problem.motion;
     let rms =

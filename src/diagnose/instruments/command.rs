@@ -10,6 +10,8 @@
 //! response beyond it.
 //! Reference: J.-W. Choi, S.-K. Sul (1996), Inverter output voltage synthesis using novel dead time compensation.
 
+use std::ops::Range;
+
 use super::claims::{Sighting, claimed};
 use super::{FittedRows, Instrument, Measurement};
 use crate::diagnose::result::EffectGain;
@@ -94,8 +96,8 @@ struct Samples {
 pub fn dead_band(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Option<DeadBand> {
     let read = |held_out: bool| -> Vec<Samples> {
         let of_session = |(number, session): (usize, &&TimeSeries)| {
-            let parts = division.parts(number).into_iter().filter(|(_, held)| *held == held_out).collect::<Vec<_>>();
-            parts.into_iter().filter_map(|(part, _)| Samples::new(model, joint, session, part)).collect::<Vec<_>>()
+            let parts = division.parts(number, session).into_iter().filter(|(_, held)| *held == held_out);
+            parts.filter_map(|(part, _)| Samples::new(model, joint, session, part)).collect::<Vec<_>>()
         };
         sessions.iter().enumerate().flat_map(of_session).collect()
     };
@@ -106,7 +108,7 @@ pub fn dead_band(model: &Model, joint: usize, sessions: &[&TimeSeries], division
 
 impl Samples {
     /// The samples of a part of a session; `None` where it has no signed current or no command.
-    fn new(model: &Model, joint: usize, session: &TimeSeries, [from, to]: [f64; 2]) -> Option<Self> {
+    fn new(model: &Model, joint: usize, session: &TimeSeries, samples: Range<usize>) -> Option<Self> {
         let joint = &model.joints[joint];
         if joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute) {
             return None;
@@ -114,8 +116,7 @@ impl Samples {
         let series = session.joint(&joint.name)?;
         let (current, command) = (series.get(Channel::Current)?, series.get(Channel::CommandCurrent)?);
         let limit = joint.amplifier.current_limit;
-        let place = |part: f64| (part * current.len() as f64) as usize;
-        let (current, command) = (&current[place(from)..place(to)], &command[place(from)..place(to)]);
+        let (current, command) = (&current[samples.clone()], &command[samples.clone()]);
         let mut command: Vec<f64> = command.iter().map(|u| u.clamp(-limit, limit)).collect();
         let dt = session.sample_interval();
         let longest = (LONGEST / dt) as usize;
@@ -124,7 +125,7 @@ impl Samples {
         }
         let (delay, part) = delay(current, &command, longest);
         command.truncate(command.len() - delay);
-        let time = session.time[place(from)..place(to)][delay + 1..].to_vec();
+        let time = session.time[samples][delay + 1..].to_vec();
         let mut samples = Self { time, current: current[delay + 1..].to_vec(), command, part, scale: 1.0 };
         samples.settle();
         Some(samples)

@@ -84,18 +84,16 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division)
 /// Runs of training samples in a session: those at even times, and where there are none, those between pauses.
 fn runs(sessions: &[&TimeSeries], division: Division, number: usize) -> Vec<Range<usize>> {
     let session = sessions[number];
-    let Some(part) = division.training(number) else { return Vec::new() };
-    let [from, to] = part.map(|place| (place * session.len() as f64) as usize);
     let dt = session.sample_interval();
     // Both ends lose half of the wide kernel, and what remains has to be at least as long as both losses together.
     let long = |run: &Range<usize>| run.len() as f64 * dt > 4.0 * BAND[1];
     let sampling = Sampling::new(&session.time, dt);
-    let even: Vec<_> = sampling.even_runs(from..to).into_iter().filter(long).collect();
+    let training = division.training(number, session);
+    let even: Vec<_> = training.iter().flat_map(|part| sampling.even_runs(part.clone())).filter(long).collect();
     if !even.is_empty() {
         return even;
     }
-    let parts = sampling.parts.iter().map(|part| part.start.max(from)..part.end.min(to));
-    parts.filter(|part| !part.is_empty()).filter(long).collect()
+    training.iter().flat_map(|part| sampling.within(part)).filter(long).collect()
 }
 
 /// Lag of the correlation's peak for one joint in samples of a session.

@@ -4,6 +4,7 @@
 //! its neighbourhood, whatever causes that level: `P(g > r ḡ) = e^{−r}`. A joint that covers the range `R` resolves orders at a distance of
 //! `2π/R`; `ḡ` is the median over orders beyond that distance, divided by `ln 2`. Of `N` orders the largest gain exceeds `r = ln(N/p)`
 //! by chance with the probability `p`. A delay, or friction of another shape, raises all orders together and does not exceed it.
+//! The level is that of the rows without the line: a line of 2000 nats leaves 20 nats in its own side lobes.
 //! Left out: a second line among the neighbours; the median tolerates lines in up to half of them.
 //! Reference: H. Rohling (1983), Radar CFAR thresholding in clutter and multiple target situations.
 
@@ -42,6 +43,8 @@ struct Scan<'m> {
     joint: usize,
     motion: Motion<'m>,
     score: Score,
+    /// Scale of the error.
+    scale: f64,
     /// Independent rows per row of the scan.
     weight: f64,
     /// `2π/R`.
@@ -66,13 +69,14 @@ impl<'m> Scan<'m> {
             joint,
             motion: problem.motion.at_rows(&picked),
             score,
+            scale: solution.scale[joint],
             weight: stride as f64 * problem.independence[joint],
             resolution: TAU / problem.motion.range(joint).max(1e-9),
         }
     }
 
-    /// Whether a gain at an order exceeds its neighbours as a line does; it is the largest of `tried` orders.
-    fn stands_out(&self, columns: Columns, order: f64, gain: f64, tried: usize) -> bool {
+    /// [nats of rows] Mean gain of the neighbours of an order; infinite where it has none.
+    fn level(&self, columns: Columns, order: f64) -> f64 {
         let [nearest, farthest, step] = NEIGHBOURS;
         let count = ((farthest - nearest) / step) as usize;
         let away = (0..=count).map(|k| (nearest + k as f64 * step) * self.resolution);
@@ -81,49 +85,69 @@ impl<'m> Scan<'m> {
             .filter(|order| *order > self.resolution)
             .map(|order| self.score.gain(&columns(&self.motion, self.joint, order)))
             .collect();
+        if level.is_empty() {
+            return f64::INFINITY;
+        }
         let middle = level.len() / 2;
-        let median = *level.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let mean = median / std::f64::consts::LN_2;
-        self.weight * mean < MOST_LEVEL && gain > mean * (tried as f64 / CHANCE).ln()
+        *level.select_nth_unstable_by(middle, f64::total_cmp).1 / std::f64::consts::LN_2
     }
 
-    /// Whether the best shape of an effect is a line.
-    fn has(&self, effect: &dyn Diagnosable, motion: &Motion) -> bool {
-        let shapes = effect.shapes(motion, self.joint);
+    /// Whether a term exceeds its neighbours as a line does; it is the largest of `tried` orders. `beside`: the rows with the line fitted.
+    fn stands_out(&self, beside: &Self, term: &Term, problem: &Problem, tried: usize) -> bool {
+        let Some((order, columns)) = line_of(&*term.effect, &problem.motion, self.joint, &term.shape) else {
+            return false;
+        };
+        // With less than one and a half periods in the range of the joint it is a slow curve, which a spring or a load draws as well.
+        if order < NEIGHBOURS[0] * self.resolution {
+            return false;
+        }
+        let level = beside.level(columns, order);
+        // Gains are relative to the error that is left.
+        let gain = self.score.gain(&term.effect.columns(&self.motion, self.joint, &term.shape));
+        let gain = gain * (self.scale / beside.scale).powi(2);
+        self.weight * level < MOST_LEVEL && gain > level * (tried as f64 / CHANCE).ln()
+    }
+
+    /// The effect's best shape, and the number of all, where its gain is worth a look.
+    fn best(&self, effect: &dyn Diagnosable, motion: &Motion) -> Option<(Vec<f64>, usize)> {
+        let mut shapes = effect.shapes(motion, self.joint);
         let gains: Vec<f64> =
             shapes.iter().map(|shape| self.score.gain(&effect.columns(&self.motion, self.joint, shape))).collect();
         let raised = gains.iter().filter(|gain| self.weight * **gain > LEAST_GAIN).count();
-        if raised > 1 && raised as f64 > MOST_RAISED * gains.len() as f64 {
-            return false;
+        if raised == 0 || (raised > 1 && raised as f64 > MOST_RAISED * gains.len() as f64) {
+            return None;
         }
-        let best = gains.into_iter().zip(&shapes).max_by(|a, b| a.0.total_cmp(&b.0));
-        best.is_some_and(|(gain, shape)| {
-            let line = |(order, columns)| self.stands_out(columns, order, gain, shapes.len());
-            self.weight * gain > LEAST_GAIN && line_of(effect, motion, self.joint, shape).is_some_and(line)
-        })
+        let best = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
+        Some((shapes.swap_remove(best), gains.len()))
     }
 }
 
 /// Whether the rows show a line of any effect that needs narrow rows, beside the baseline.
 pub fn any(problem: &Problem, fitted: &Fitted) -> bool {
-    problem.joints().into_iter().any(|joint| {
+    let shown_on = |joint: usize| {
         let scan = Scan::new(problem, &[], fitted, joint);
+        let is_shown = |effect: &'static dyn Diagnosable| {
+            let (shape, tried) = scan.best(effect, &problem.motion)?;
+            let term = Term::new(&problem.motion, effect, &[joint], shape);
+            let with = problem.fit_near(&[joint], &[&term], Part::Train, fitted)?;
+            Some(scan.stands_out(&Scan::new(problem, &[&term], &with, joint), &term, problem, tried))
+        };
         let narrow = problem.catalogue.diagnosable().filter(|effect| needs_narrow_rows(*effect));
-        narrow.filter(|effect| effect.applies(&problem.motion, joint)).any(|effect| scan.has(effect, &problem.motion))
-    })
+        narrow.filter(|effect| effect.applies(&problem.motion, joint)).any(|effect| is_shown(effect) == Some(true))
+    };
+    problem.joints().into_iter().any(shown_on)
 }
 
 /// Whether one of the terms is a line beside the others; a term that does not repeat with an angle is not.
 pub fn is_line(problem: &Problem, terms: &[&Term], index: usize) -> bool {
     let others: Vec<&Term> =
         terms.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, term)| *term).collect();
-    let (term, motion) = (terms[index], &problem.motion);
-    let Some(fitted) = problem.fit(&others, Part::Train, crate::diagnose::fit::regression::NU) else { return false };
+    let fit = |terms: &[&Term]| problem.fit(terms, Part::Train, crate::diagnose::fit::regression::NU);
+    let (Some(without), Some(with)) = (fit(&others), fit(terms)) else { return false };
+    let term = terms[index];
     term.joints.iter().all(|joint| {
-        let scan = Scan::new(problem, &others, &fitted, *joint);
-        let gain = scan.score.gain(&term.effect.columns(&scan.motion, *joint, &term.shape));
-        let tried = term.effect.shapes(motion, *joint).len();
-        let line = line_of(&*term.effect, motion, *joint, &term.shape);
-        line.is_some_and(|(order, columns)| scan.stands_out(columns, order, gain, tried))
+        let [without, with] =
+            [(&others[..], &without), (terms, &with)].map(|(terms, fitted)| Scan::new(problem, terms, fitted, *joint));
+        without.stands_out(&with, term, problem, term.effect.shapes(&problem.motion, *joint).len())
     })
 }

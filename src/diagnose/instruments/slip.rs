@@ -25,11 +25,12 @@ use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::observe::motor_torque;
+use crate::diagnose::rows::sampling::Sampling;
 use crate::effects::Phenomenon;
 use crate::error::Result;
 use crate::replay::Gain;
 use crate::robot::{Masses, Model};
-use crate::timeseries::{Channel, Estimate, TimeSeries, uninterrupted};
+use crate::timeseries::{Channel, Estimate, TimeSeries};
 
 /// `T` [s].
 const STEP: f64 = 8e-3;
@@ -97,8 +98,9 @@ impl Instrument<FittedRows<'_>> for Slip {
         }
         let with_rotor = typical_inertia(model).into_iter().zip(&model.joints);
         let link: Vec<f64> = with_rotor.map(|(inertia, joint)| inertia - joint.reflected_inertia()).collect();
-        let parts: Vec<[f64; 2]> = (0..sessions.len()).filter_map(|session| division.training(session)).collect();
         let (trained, held_out) = sessions.split_at(division.trained());
+        let parts: Vec<Vec<Range<usize>>> =
+            trained.iter().enumerate().map(|(number, session)| division.training(number, session)).collect();
         let sighting = |one: Step| Sighting {
             phenomenon: Phenomenon::Step { jump: one.jump, time: one.time },
             joints: vec![one.joint],
@@ -128,7 +130,7 @@ fn in_words(model: &Model, one: &Step) -> String {
 fn gain(model: &Model, one: &Step, held_out: &[&TimeSeries]) -> Option<Gain> {
     let count = model.joints[one.joint].encoder_step();
     let largest = |session: &&TimeSeries, of_step: bool| {
-        let throws = of_place(model, one.joint, 0, std::slice::from_ref(session), [0.0, 1.0]);
+        let throws = of_place(model, one.joint, 0, std::slice::from_ref(session), &[0..session.len()]);
         let picked = throws.into_iter().filter(|throw| belongs(throw, one.time.value) == of_step);
         picked.map(|throw| throw.excess).fold(0.0, f64::max)
     };
@@ -144,13 +146,13 @@ fn gain(model: &Model, one: &Step, held_out: &[&TimeSeries]) -> Option<Gain> {
 }
 
 /// Slips, the strongest of each joint first. `link` is the inertia that each joint moves, without its rotor.
-/// `parts` of the sessions are searched, each as a range from 0 to 1 of its length.
-fn steps(model: &Model, sessions: &[&TimeSeries], parts: &[[f64; 2]], link: &[f64]) -> Vec<Step> {
+/// `parts`: samples of each session that are searched.
+fn steps(model: &Model, sessions: &[&TimeSeries], parts: &[Vec<Range<usize>>], link: &[f64]) -> Vec<Step> {
     let places: Vec<(usize, usize)> =
         (0..sessions.len()).flat_map(|session| (0..model.joints.len()).map(move |joint| (session, joint))).collect();
     let mut throws: Vec<Throw> = places
         .par_iter()
-        .flat_map_iter(|(session, joint)| of_place(model, *joint, *session, sessions, parts[*session]))
+        .flat_map_iter(|(session, joint)| of_place(model, *joint, *session, sessions, &parts[*session]))
         .collect();
     let mut found = Vec::new();
     // A slip shakes other joints too: take it where it is largest, then ignore it on all joints.
@@ -165,8 +167,14 @@ fn belongs(throw: &Throw, time: f64) -> bool {
     throw.time > time - AROUND[0] && throw.time < time + AROUND[1]
 }
 
-/// Largest separate throws of one joint in a part of one session.
-fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries], [from, to]: [f64; 2]) -> Vec<Throw> {
+/// Largest separate throws of one joint in parts of one session.
+fn of_place(
+    model: &Model,
+    joint: usize,
+    session: usize,
+    sessions: &[&TimeSeries],
+    parts: &[Range<usize>],
+) -> Vec<Throw> {
     let recorded = sessions[session];
     let rotor = model.joints[joint].reflected_inertia();
     let blur = BLUR * model.joints[joint].encoder_step();
@@ -180,9 +188,8 @@ fn of_place(model: &Model, joint: usize, session: usize, sessions: &[&TimeSeries
         return Vec::new();
     }
     let lag = lag as usize;
-    let [first, last] = [from, to].map(|place| (place * q.len() as f64) as usize);
-    let parts = uninterrupted(&recorded.time).into_iter().map(|part| part.start.max(first)..part.end.min(last));
-    let long = parts.filter(|part| part.len() >= 4 * lag);
+    let sampling = Sampling::new(&recorded.time, dt);
+    let long = parts.iter().flat_map(|part| sampling.within(part)).filter(|piece| piece.len() >= 4 * lag);
     let bends = Bends { time: &recorded.time, q, torque: &torque, dt, step: lag as f64 * dt, rotor, blur };
     let place = |(k, excess)| Throw { session, joint, time: recorded.time[k] - recorded.time[0], excess };
     separate(long.flat_map(|part| bends.of(part)).map(place))

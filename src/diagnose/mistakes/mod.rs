@@ -58,15 +58,14 @@ use crate::timeseries::{Channel, JointSeries, TimeSeries};
 /// the file cannot judge a model. It does not reach the fit, whose data and model are what they are without it.
 pub fn suspected_by_part(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<Mistake> {
     let training = |(number, session): (usize, &&TimeSeries)| {
-        let after = division.held_out_after(number, session);
-        let samples = session.time.partition_point(|time| *time <= after);
-        (samples > 0).then(|| session.part(0..samples))
+        let parts = division.training(number, session).into_iter();
+        parts.filter(|part| !part.is_empty()).map(|part| session.part(part)).collect::<Vec<_>>()
     };
     let trained = &sessions[..division.trained()];
     let found = if division.by_session() {
         suspected(model, trained)
     } else {
-        let parts: Vec<TimeSeries> = trained.iter().enumerate().filter_map(training).collect();
+        let parts: Vec<TimeSeries> = trained.iter().enumerate().flat_map(training).collect();
         suspected(model, &parts.iter().collect::<Vec<_>>())
     };
     if found.is_empty() { suspected(model, &sessions[division.trained()..]) } else { found }

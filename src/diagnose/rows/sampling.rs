@@ -77,6 +77,12 @@ impl<'t> Sampling<'t> {
         if steps == 0 { self.median } else { span / steps as f64 }
     }
 
+    /// The samples of a range between pauses.
+    pub fn within(&self, range: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        let [start, end] = [range.start, range.end];
+        self.parts.iter().map(move |part| part.start.max(start)..part.end.min(end)).filter(|part| !part.is_empty())
+    }
+
     /// Runs of samples at even times within a range.
     pub fn even_runs(&self, range: Range<usize>) -> Vec<Range<usize>> {
         if self.uneven.is_empty() {

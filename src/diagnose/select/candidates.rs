@@ -290,9 +290,8 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
 /// An effect that is unlikely beforehand yields to a likelier one with no larger an error.
 pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
     let strongest = found.iter().find(|candidate| candidate.is_accepted(rules))?;
-    let as_good = |other: &&Candidate| {
-        other.total() > strongest.total() * (1.0 - rules.tie) && other.log_scale() > strongest.log_scale() - MODEL_ERROR
-    };
+    let least = strongest.total() - rules.tied(strongest.total());
+    let as_good = |other: &&Candidate| other.total() > least && other.log_scale() > strongest.log_scale() - MODEL_ERROR;
     let accepted = || found.iter().filter(|other| other.is_accepted(rules));
     let chosen = accepted().filter(as_good).min_by_key(|other| other.complexity())?;
     let likelier = chosen.effect().yields_to();

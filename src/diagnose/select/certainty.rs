@@ -69,7 +69,7 @@ fn rivals(taken: &Taken, rules: &Rules) -> (Vec<String>, f64) {
 /// to the evidence. A rival is penalised if it has more parameters than the effect. No effect at all is a rival too, with as much evidence
 /// as inaccurate laws leave behind.
 pub fn probability<'c>(total: f64, own: usize, rules: &Rules, rivals: impl Iterator<Item = &'c Candidate>) -> f64 {
-    let unit = 0.02 * total + 3.0;
+    let unit = rules.tied(total);
     let odds = |difference: f64| (difference / unit).exp();
     let of_rival = |rival: &Candidate| {
         let extra = rival.complexity().saturating_sub(own).min(1) as f64;

@@ -133,7 +133,8 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
         let before = taken.len();
         prune(problem, rules, &mut taken);
         join(&mut taken);
-        if taken.len() == 1 && before > 1 {
+        let fewer_joints = prune_joints(problem, rules, &mut taken)?;
+        if taken.len() == 1 && (before > 1 || fewer_joints) {
             fitted = resettle(problem, &mut taken)?;
             problem.count_independent(&fitted);
             judge_again(problem, rules, &mut taken, false);
@@ -322,6 +323,39 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
     }
     taken.retain(|taken| !taken.terms.is_empty());
     resettle(problem, taken).map(|_| ())
+}
+
+/// Drops joints of effects that have little evidence beside the other joints of the same effect: each was found alone, and what the nominal
+/// model's deviations share may have moved from one joint to another. Returns whether any was dropped.
+fn prune_joints(problem: &mut Problem, rules: &Rules, taken: &mut [Taken]) -> Option<bool> {
+    let mut any = false;
+    while let Some((index, term)) = superfluous_joint(problem, rules, taken) {
+        taken[index].terms.remove(term);
+        problem.settle(&terms_of(taken))?;
+        any = true;
+    }
+    Some(any)
+}
+
+/// Effect and term of the joint with the least evidence of its own, if that is too little.
+fn superfluous_joint(problem: &Problem, rules: &Rules, taken: &[Taken]) -> Option<(usize, usize)> {
+    let mut weakest: Option<(usize, usize, f64)> = None;
+    for (index, several) in taken.iter().enumerate().filter(|(_, taken)| taken.terms.len() > 1) {
+        let of_all = evidence_beside(problem, taken, index, several.inaccuracy(rules))?;
+        for (place, term) in several.terms.iter().enumerate() {
+            if term.joints.iter().map(|joint| of_all[*joint].nats).sum::<f64>() > rules.nats {
+                continue;
+            }
+            let mut parted = taken.to_vec();
+            let one = parted[index].terms.remove(place);
+            parted.push(Taken { terms: vec![one], ..several.clone() });
+            let nats = total(&evidence_beside(problem, &parted, taken.len(), several.inaccuracy(rules))?);
+            if nats <= rules.nats && weakest.is_none_or(|(_, _, least)| nats < least) {
+                weakest = Some((index, place, nats));
+            }
+        }
+    }
+    weakest.map(|(index, place, _)| (index, place))
 }
 
 /// Drops effects that the others make superfluous, the weakest first.

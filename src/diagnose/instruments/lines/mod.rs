@@ -109,37 +109,34 @@ fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(us
 fn pieces(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Vec<Piece> {
     let all = sessions.iter().enumerate().flat_map(|(number, session)| {
         let sampling = Sampling::new(&session.time, session.sample_interval());
-        let of_part = |(part, held): ([f64; 2], bool)| {
-            let [first, last] = part.map(|place| (place * session.len() as f64) as usize);
+        let of_part = |(samples, held): (Range<usize>, bool)| {
             let long = |run: &Range<usize>| run.len() as f64 * sampling.median > piece::SHORTEST_RUN;
-            let mut even = sampling.even_runs(first..last).into_iter().filter(long).peekable();
+            let mut even = sampling.even_runs(samples.clone()).into_iter().filter(long).peekable();
             if even.peek().is_some() {
                 return even.filter_map(|run| Piece::new(model, joint, session, run, held)).collect::<Vec<_>>();
             }
-            let parts = sampling.parts.iter().map(|part| part.start.max(first)..part.end.min(last));
-            let parts = parts.filter(|part| !part.is_empty()).filter(long);
+            let parts = sampling.within(&samples).filter(long);
             parts.filter_map(|part| Piece::uneven(model, joint, (session, &sampling), part, held)).collect()
         };
-        division.parts(number).into_iter().flat_map(of_part).collect::<Vec<_>>()
+        division.parts(number, session).into_iter().flat_map(of_part).collect::<Vec<_>>()
     });
     let mut all: Vec<Piece> = all.collect();
     all.sort_by_key(|piece| piece.held_out);
     all
 }
 
-/// Torque of the motor of a joint in the training part of each session.
+/// Torque of the motor of a joint in each training part of the sessions.
 struct MotorTorque<'s>(Vec<(&'s [f64], Vec<f64>)>);
 
 impl<'s> MotorTorque<'s> {
     fn new(model: &Model, joint: usize, sessions: &[&'s TimeSeries], division: Division) -> Self {
         let of_session = |(number, session): (usize, &&'s TimeSeries)| {
             let series = session.joint(&model.joints[joint].name)?;
-            let part = division.training(number)?;
-            let [first, last] = part.map(|place| (place * session.len() as f64) as usize);
             let torque = observe::motor_torque(model, joint, series, None)?.0;
-            Some((&session.time[first..last], torque[first..last].to_vec()))
+            let of_part = |part: Range<usize>| (&session.time[part.clone()], torque[part].to_vec());
+            Some(division.training(number, session).into_iter().map(of_part).collect::<Vec<_>>())
         };
-        Self(sessions.iter().enumerate().filter_map(of_session).collect())
+        Self(sessions.iter().enumerate().filter_map(of_session).flatten().collect())
     }
 
     /// [N·m or N] RMS over all sessions.
@@ -149,7 +146,7 @@ impl<'s> MotorTorque<'s> {
         )
     }
 
-    /// [N·m or N] Largest amplitude of a session at a frequency [Hz]: `2/T |Σ Δt τ e^{−iωt}|`, `Δt` the time that a sample stands for.
+    /// [N·m or N] Largest amplitude of a part at a frequency [Hz]: `2/T |Σ Δt τ e^{−iωt}|`, `Δt` the time that a sample stands for.
     fn amplitude(&self, frequency: f64) -> f64 {
         let of_session = |(time, torque): &(&[f64], Vec<f64>)| {
             let stands_for = |k: usize| {

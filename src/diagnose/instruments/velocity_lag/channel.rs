@@ -63,8 +63,8 @@ impl Channels {
                 continue;
             }
             channels.step = channels.step.max(sampling.mean());
-            let until = division.held_out_after(number, session);
-            channels.stretches.extend(stretches(number, &session.time, &sampling, [q, v], nominal, until));
+            let held_out = |time: f64| division.holds_out(number, session, time);
+            channels.stretches.extend(stretches(number, &session.time, &sampling, [q, v], nominal, held_out));
         }
         (!channels.stretches.is_empty()).then_some(channels)
     }
@@ -76,18 +76,20 @@ fn stretches(
     sampling: &Sampling,
     [q, v]: [&[f64]; 2],
     nominal: f64,
-    until: f64,
+    held_out: impl Fn(f64) -> bool,
 ) -> Vec<Stretch> {
     let reach = ((HALF_WIDTH / sampling.median).round() as usize).max(SAMPLES);
     let kernel = Kernel::new(reach, sampling.median);
     let steps = ((reach as f64 / POINTS) as usize).max(1);
     let mut stretches: Vec<Stretch> = Vec::new();
-    let mut parts: Vec<usize> = Vec::new();
+    let mut before: Option<(usize, bool)> = None;
     for (centre, part) in sampling.centres(kernel.half_width, steps) {
-        if parts.last() != Some(&part) {
-            parts.push(part);
+        // A stretch is held out from some point on: after that point training data begin a new one.
+        let now = (part, held_out(time[centre]));
+        if before.is_none_or(|before| before.0 != now.0 || (before.1 && !now.1)) {
             stretches.push(Stretch::empty(session));
         }
+        before = Some(now);
         let Some(stretch) = stretches.last_mut() else { continue };
         let window = sampling.window(&kernel, centre, part);
         let motion = window.averages(q);
@@ -101,7 +103,7 @@ fn stretches(
         (stretch.expected, stretch.slope) = (expected, slope);
         let begin = stretch.time[0] + SETTLING;
         stretch.first = stretch.time.partition_point(|t| *t < begin);
-        stretch.held_out = stretch.time.partition_point(|t| *t <= until).max(stretch.first);
+        stretch.held_out = stretch.time.partition_point(|t| !held_out(*t)).max(stretch.first);
     }
     stretches.retain(|stretch| stretch.first < stretch.time.len());
     stretches
