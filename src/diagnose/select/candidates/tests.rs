@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
+use crate::diagnose::instruments::order_lines;
 use crate::effects::{CATALOGUE, Catalogue, JointMotion, Motion};
 use crate::robot::Model;
 
@@ -22,13 +23,15 @@ const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"one\"\nurdf = \"o
 const STEP: f64 = 0.0036;
 const HALF_WIDTH: f64 = 0.006;
 const LENGTH: f64 = 10.0;
+/// [N·m] White noise of the torque.
+const NOISE: f64 = 0.15;
 
 /// A line of this order and amplitude [N·m] that the rotor feels.
 type Line = Option<(f64, f64)>;
 
 /// A motion of three drawn waves, and a torque with friction, a slow error of correlation time 0.1 to 0.5 s, white noise, and errors of the
 /// model: friction that falls and grows with speed in a way that no baseline contains, a mass, a spring.
-fn drawn<'m>(model: &'m Model, seed: u64, line: Line) -> Motion<'m> {
+fn drawn<'m>(model: &'m Model, seed: u64, line: Line, length: f64) -> Motion<'m> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let waves: Vec<[f64; 3]> = (0..3)
         .map(|_| [rng.random_range(0.2..0.7), TAU * rng.random_range(0.15..0.8), rng.random_range(0.0..TAU)])
@@ -39,7 +42,7 @@ fn drawn<'m>(model: &'m Model, seed: u64, line: Line) -> Motion<'m> {
     let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
     let mut m = JointMotion { has_current: true, ..JointMotion::default() };
     let mut slow = 0.0;
-    let rows = (LENGTH / STEP) as usize;
+    let rows = (length / STEP) as usize;
     for row in 0..rows {
         let t = row as f64 * STEP;
         let sum =
@@ -58,7 +61,7 @@ fn drawn<'m>(model: &'m Model, seed: u64, line: Line) -> Motion<'m> {
         m.v.push(v);
         m.a.push(a);
         m.direction.push(v.signum());
-        m.torque.push(rigid + 2.0 * v.signum() + 1.3 * v + wrong + slow + 0.15 * normal() - ripple);
+        m.torque.push(rigid + 2.0 * v.signum() + 1.3 * v + wrong + slow + NOISE * normal() - ripple);
         m.torque_rate.push(0.0);
         m.rigid.push(rigid);
         m.link_torque.push(0.2 * a);
@@ -78,7 +81,7 @@ fn drawn<'m>(model: &'m Model, seed: u64, line: Line) -> Motion<'m> {
 
 /// Cogging, torque ripple and friction that varies with the angle, judged on a drawn recording.
 fn judged(model: &Model, seed: u64, line: Line) -> Vec<Candidate> {
-    let motion = drawn(model, seed, line);
+    let motion = drawn(model, seed, line, LENGTH);
     let held_out = vec![false; motion.rows()];
     let mut problem = Problem::new(motion, held_out);
     let names = ["cogging", "torque_ripple", "position_dependent_friction"];
@@ -128,5 +131,29 @@ fn recover_a_line_in_slow_errors() {
         // A rate of 0.5 or 0.85 gives fewer than that in 13 and 2 of a hundred sets of 20.
         assert!(named.iter().filter(|named| right(named)).count() >= least, "{size} N·m: {named:?}");
         assert!(named.iter().flatten().all(|(name, _)| *name == "cogging"), "{size} N·m: {named:?}");
+    }
+}
+
+/// A ripple of thousands of nats leaves dozens in its own side lobes, which are no broad structure: it stays a line. Its torque is up to 100 times the
+/// noise.
+#[test]
+fn recover_a_ripple_however_strong() {
+    let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+    let effect = crate::effects::find("transmission_error")
+        .and_then(|effect| effect.diagnosable())
+        .expect("an effect of torque");
+    for seed in 0..6 {
+        for times_noise in [3.0, 10.0, 30.0, 100.0] {
+            let mut motion = drawn(&model, seed, None, 6.0 * LENGTH);
+            let term = Term::new(&motion, effect, &[0], vec![90.0]);
+            let column = &term.columns[0][0];
+            let size = times_noise * NOISE / crate::timeseries::root_mean_square(column);
+            motion.joints[0].torque.iter_mut().zip(column).for_each(|(torque, x)| *torque += size * x);
+            let held_out = vec![false; motion.rows()];
+            let mut problem = Problem::new(motion, held_out);
+            let fitted = problem.settle(&[]).expect("a baseline");
+            problem.count_independent(&fitted);
+            assert!(order_lines::is_line(&problem, &[&term], 0), "seed {seed}, {times_noise} times the noise");
+        }
     }
 }
