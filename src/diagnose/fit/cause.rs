@@ -26,6 +26,11 @@ impl Cause {
         Self { within: None, ..self }
     }
 
+    /// The same of another effect.
+    pub fn by(self, effect: &'static dyn Diagnosable) -> Self {
+        Self { effect, ..self }
+    }
+
     /// Its name in a report: the name of the effect, with a mark if it is a change.
     pub fn label(&self) -> String {
         match self.within {

@@ -200,6 +200,14 @@ impl<'m> Problem<'m> {
         }
     }
 
+    /// Bars another cause of the machine, which explains as much as a withdrawn one: between the two nothing is decided.
+    pub fn bar_rival(&mut self, term: &Term, rival: &str) {
+        let rival = self.catalogue.find(rival).and_then(|effect| effect.diagnosable());
+        if let Some(rival) = rival.filter(|rival| term.is_machine() && rival.about().scope == Scope::Machine) {
+            self.withdrawn.push(term.effect.by(rival));
+        }
+    }
+
     /// The joints whose torque is judged.
     pub fn joints(&self) -> Vec<usize> {
         (0..self.baseline.len()).filter(|joint| self.motion.joints[*joint].left_out.is_none()).collect()

@@ -24,6 +24,13 @@ const LIKELY: f64 = 0.5;
 /// [`LIKELY`] on drawn arms, all two were right (`docs/blind.md`).
 const UNLIKELY: f64 = 0.25;
 
+/// A term that gets no name, why, and what would explain as much in its place.
+struct Refused {
+    index: usize,
+    reason: String,
+    rivals: Vec<String>,
+}
+
 /// What is named, and what is withdrawn.
 pub struct Confirmed {
     /// Gain of each term of the selection.
@@ -67,12 +74,14 @@ pub fn confirm(
         };
         let weak = || weakest(selection, &judged().collect::<Vec<_>>(), &strength, rules);
         let unsure = || least_sure(problem, selection, &judged().collect::<Vec<_>>(), rules);
-        let found = outside.or(without_gain).or_else(compensating).or_else(weak).or_else(unsure);
-        let Some((index, reason)) = found else {
+        let alone = |(index, reason)| Refused { index, reason, rivals: Vec::new() };
+        let found = outside.or(without_gain).or_else(compensating).or_else(weak).map(alone).or_else(unsure);
+        let Some(Refused { index, reason, rivals }) = found else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
         withdrawn.push(Withdrawn { effect: terms[index].effect.label(), joints: names(problem, terms[index]), reason });
         problem.bar(terms[index]);
+        rivals.iter().for_each(|rival| problem.bar_rival(terms[index], rival));
         remove(selection, index);
         if given == 0 {
             selection.settle(problem)?;
@@ -121,12 +130,7 @@ fn weakest(
 }
 
 /// The least certain term, and why it is withdrawn: it is [too small](too_small), or [improbable](unlikely).
-fn least_sure(
-    problem: &Problem,
-    selection: &Selection,
-    judged: &[usize],
-    rules: Option<&Rules>,
-) -> Option<(usize, String)> {
+fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize], rules: Option<&Rules>) -> Option<Refused> {
     if judged.is_empty() {
         return None;
     }
@@ -141,7 +145,8 @@ fn least_sure(
     };
     let small = judged.iter().filter_map(|index| Some((*index, too_small(size(*index))?)));
     if let Some((index, size)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        return Some((index, format!("its size is only {size:.1} standard errors")));
+        let reason = format!("its size is only {size:.1} standard errors");
+        return Some(Refused { index, reason, rivals: Vec::new() });
     }
     let taken: Vec<&Taken> =
         selection.taken.iter().flat_map(|taken| std::iter::repeat_n(taken, taken.terms.len())).collect();
@@ -152,7 +157,7 @@ fn least_sure(
         Some((rivals, p))
     };
     let certain: Vec<(Vec<String>, f64)> = judged.iter().filter_map(certain).collect();
-    unlikely(&certain).map(|(at, reason)| (judged[at], reason))
+    unlikely(&certain).map(|(at, reason)| Refused { index: judged[at], reason, rivals: certain[at].0.clone() })
 }
 
 /// Whether one of two effects lists the other as a look-alike.
