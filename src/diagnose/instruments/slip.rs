@@ -130,7 +130,8 @@ fn in_words(model: &Model, one: &Step) -> String {
 fn gain(model: &Model, one: &Step, held_out: &[&TimeSeries]) -> Option<Gain> {
     let count = model.joints[one.joint].encoder_step();
     let largest = |session: &&TimeSeries, of_step: bool| {
-        let throws = of_place(model, one.joint, 0, std::slice::from_ref(session), &[0..session.len()]);
+        let whole = 0..session.len();
+        let throws = of_place(model, one.joint, 0, std::slice::from_ref(session), std::slice::from_ref(&whole));
         let picked = throws.into_iter().filter(|throw| belongs(throw, one.time.value) == of_step);
         picked.map(|throw| throw.excess).fold(0.0, f64::max)
     };
