@@ -105,6 +105,17 @@ fn recover_presliding() {
     }
 }
 
+/// These machines have no second encoder, which alone would rule out a softer gear.
+#[test]
+fn property_presliding_is_told_with_the_soft_gear_that_looks_alike() {
+    let (found, _) = diagnosed(&Order::one("presliding", 1.0, 520_000));
+    let named: Vec<&FoundEffect> = found.effects.iter().filter(|one| one.effect == "presliding").collect();
+    assert!(!named.is_empty(), "{:?}", found.effects);
+    for one in named {
+        assert!(one.confusable_with.iter().any(|rival| rival == "joint_compliance"), "{one:?}");
+    }
+}
+
 /// Friction that grows at rest is not named on these machines, whose rests are short beside its time constant: neither is anything else.
 #[test]
 fn property_dwell_stiction_is_taken_for_nothing_else() {

@@ -22,12 +22,11 @@ mod turn_rows;
 mod tests;
 
 use crate::diagnose::evidence::probability::beside_rivals;
-use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::instruments::{FittedRows, Instrument, Measurement};
 use crate::diagnose::result::{EffectGain, FoundEffect, Measured, Standing};
 use crate::diagnose::select::confirm::part;
 use crate::error::Result;
-use crate::timeseries::Estimate;
+use crate::timeseries::{Channel, Estimate, TimeSeries};
 use search::TurnCandidate;
 
 /// Conditions under which an effect is named at the reversals of a joint.
@@ -67,14 +66,14 @@ impl Instrument<FittedRows<'_>> for Reversal {
         let (rules, problem) = (TurnRules::default(), scene.problem);
         let candidates = search::candidates(problem, scene.sessions, scene.left);
         let found = search::named(&candidates, &rules);
-        let entries = found.iter().map(|one| entry(problem, one, &candidates, &rules)).collect();
+        let entries = found.iter().map(|one| entry(scene, one, &candidates, &rules)).collect();
         Ok(Measurement { findings: part(entries, &problem.catalogue), ..Measurement::default() })
     }
 }
 
-fn entry(problem: &Problem, one: &TurnCandidate, all: &[TurnCandidate], rules: &TurnRules) -> FoundEffect {
+fn entry(scene: &FittedRows, one: &TurnCandidate, all: &[TurnCandidate], rules: &TurnRules) -> FoundEffect {
     let about = one.effect.about();
-    let joint = &problem.motion.model.joints[one.joint];
+    let joint = &scene.problem.motion.model.joints[one.joint];
     let rivals = || all.iter().filter(|other| other.joint == one.joint && other.effect.name() != about.name);
     let unit = TurnRules::VAGUE * one.total() + 3.0;
     let odds = |difference: f64| (difference / unit).exp();
@@ -89,6 +88,22 @@ fn entry(problem: &Problem, one: &TurnCandidate, all: &[TurnCandidate], rules: &
         gain: EffectGain::of(one.gain, "torque around reversals"),
     };
     let close = rivals().filter(|rival| rival.total() > 0.85 * one.total());
-    let close = close.map(|rival| rival.effect.name().to_owned()).collect();
+    let close = close.map(|rival| rival.effect.name().to_owned()).chain(unseen(scene, one)).collect();
     FoundEffect::new(about, vec![joint.name.clone()], measured.collect(), standing).beside(close)
+}
+
+/// Look-alikes that show neither at reversals nor in a torque along the motion: without a second encoder nothing rules them out. A gear ten times as
+/// soft as stated bends at a reversal as bristles do.
+fn unseen(scene: &FittedRows, one: &TurnCandidate) -> Vec<String> {
+    let joint = &scene.problem.motion.model.joints[one.joint].name;
+    let link =
+        |session: &&TimeSeries| session.joint(joint).and_then(|series| series.get(Channel::LinkPosition)).is_some();
+    if scene.sessions.iter().any(link) {
+        return Vec::new();
+    }
+    let hidden = |name: &&&str| {
+        let effect = scene.options.catalogue.find(name);
+        effect.is_some_and(|effect| effect.at_turns().is_none() && effect.diagnosable().is_none())
+    };
+    one.effect.about().look_alikes.iter().filter(hidden).map(|name| (*name).to_owned()).collect()
 }
