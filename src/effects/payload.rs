@@ -133,7 +133,8 @@ impl Effect for Payload {
         let position = Vector3::new(given.get("x"), given.get("y"), given.get("z"));
         let index = body_of(&model.robot, given.get("link"));
         if let Some(body) = model.robot.bodies.get_mut(index) {
-            body.inertia = body.inertia.joined(&point(given.get("mass"), position));
+            // A load that is taken off elsewhere than where the model has it leaves second moments that no body has.
+            body.inertia = body.inertia.joined(&point(given.get("mass"), position)).physical();
             if let Some(fault) = body.inertia.fault() {
                 let expected = format!("a mass with which {} can exist as a body, not one with {fault}", body.name);
                 let place = crate::error::Place::File;
