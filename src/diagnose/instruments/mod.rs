@@ -23,7 +23,7 @@ pub mod claims;
 pub mod command;
 pub mod current_lag;
 pub mod lines;
-pub mod order_lines;
+mod order_lines;
 pub mod preparation;
 pub mod removal;
 pub mod reversal;

@@ -151,3 +151,36 @@ pub fn is_line(problem: &Problem, terms: &[&Term], index: usize) -> bool {
         without.stands_out(&with, term, problem, term.effect.shapes(&problem.motion, *joint).len())
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::diagnose::select::candidates::tests::{LENGTH, MODEL, NOISE, ROBOT, drawn};
+    use crate::robot::Model;
+
+    /// A ripple of thousands of nats leaves dozens in its own side lobes, which are no broad structure: it stays a line. Its torque is up to 100 times the
+    /// noise.
+    #[test]
+    fn recover_a_ripple_however_strong() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let effect = crate::effects::find("transmission_error")
+            .and_then(|effect| effect.diagnosable())
+            .expect("an effect of torque");
+        for seed in 0..6 {
+            for times_noise in [3.0, 10.0, 30.0, 100.0] {
+                let mut motion = drawn(&model, seed, None, 6.0 * LENGTH);
+                let term = Term::new(&motion, effect, &[0], vec![90.0]);
+                let column = &term.columns[0][0];
+                let size = times_noise * NOISE / crate::timeseries::root_mean_square(column);
+                motion.joints[0].torque.iter_mut().zip(column).for_each(|(torque, x)| *torque += size * x);
+                let held_out = vec![false; motion.rows()];
+                let mut problem = Problem::new(motion, held_out);
+                let fitted = problem.settle(&[]).expect("a baseline");
+                problem.count_independent(&fitted);
+                assert!(is_line(&problem, &[&term], 0), "seed {seed}, {times_noise} times the noise");
+            }
+        }
+    }
+}

@@ -412,4 +412,4 @@ pub fn is_sensible(problem: &Problem, term: &Term, coefficients: &[f64]) -> bool
 }
 
 #[cfg(test)]
-mod tests;
+pub mod tests;

@@ -7,31 +7,30 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::diagnose::instruments::order_lines;
 use crate::effects::{CATALOGUE, Catalogue, JointMotion, Motion};
 use crate::robot::Model;
 
-const ROBOT: &str = "<robot name=\"one\"><link name=\"base\"/><link name=\"arm\"><inertial><mass value=\"1\"/>\
+pub const ROBOT: &str = "<robot name=\"one\"><link name=\"base\"/><link name=\"arm\"><inertial><mass value=\"1\"/>\
     <inertia ixx=\"0.2\" ixy=\"0\" ixz=\"0\" iyy=\"0.2\" iyz=\"0\" izz=\"0.2\"/></inertial></link>\
     <joint name=\"joint1\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm\"/><axis xyz=\"0 0 1\"/>\
     <limit lower=\"-3\" upper=\"3\" effort=\"30\" velocity=\"9\"/></joint></robot>";
-const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"one\"\nurdf = \"one.urdf\"\n[accuracy]\nmasses = 0\ncentres = 0\n\
+pub const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"one\"\nurdf = \"one.urdf\"\n[accuracy]\nmasses = 0\ncentres = 0\n\
     inertias = 0\n[joints.joint1]\ngear_ratio = 45.0\nrotor_inertia = 2e-5\nbacklash = 0.0\n[joints.joint1.motor]\n\
     torque_constant = 0.02\n";
 
 /// [s] Distance of rows, half width of their kernels, and length of the recording.
 const STEP: f64 = 0.0036;
 const HALF_WIDTH: f64 = 0.006;
-const LENGTH: f64 = 10.0;
+pub const LENGTH: f64 = 10.0;
 /// [N·m] White noise of the torque.
-const NOISE: f64 = 0.15;
+pub const NOISE: f64 = 0.15;
 
 /// A line of this order and amplitude [N·m] that the rotor feels.
-type Line = Option<(f64, f64)>;
+pub type Line = Option<(f64, f64)>;
 
 /// A motion of three drawn waves, and a torque with friction, a slow error of correlation time 0.1 to 0.5 s, white noise, and errors of the
 /// model: friction that falls and grows with speed in a way that no baseline contains, a mass, a spring.
-fn drawn<'m>(model: &'m Model, seed: u64, line: Line, length: f64) -> Motion<'m> {
+pub fn drawn<'m>(model: &'m Model, seed: u64, line: Line, length: f64) -> Motion<'m> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let waves: Vec<[f64; 3]> = (0..3)
         .map(|_| [rng.random_range(0.2..0.7), TAU * rng.random_range(0.15..0.8), rng.random_range(0.0..TAU)])
@@ -131,29 +130,5 @@ fn recover_a_line_in_slow_errors() {
         // A rate of 0.5 or 0.85 gives fewer than that in 13 and 2 of a hundred sets of 20.
         assert!(named.iter().filter(|named| right(named)).count() >= least, "{size} N·m: {named:?}");
         assert!(named.iter().flatten().all(|(name, _)| *name == "cogging"), "{size} N·m: {named:?}");
-    }
-}
-
-/// A ripple of thousands of nats leaves dozens in its own side lobes, which are no broad structure: it stays a line. Its torque is up to 100 times the
-/// noise.
-#[test]
-fn recover_a_ripple_however_strong() {
-    let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
-    let effect = crate::effects::find("transmission_error")
-        .and_then(|effect| effect.diagnosable())
-        .expect("an effect of torque");
-    for seed in 0..6 {
-        for times_noise in [3.0, 10.0, 30.0, 100.0] {
-            let mut motion = drawn(&model, seed, None, 6.0 * LENGTH);
-            let term = Term::new(&motion, effect, &[0], vec![90.0]);
-            let column = &term.columns[0][0];
-            let size = times_noise * NOISE / crate::timeseries::root_mean_square(column);
-            motion.joints[0].torque.iter_mut().zip(column).for_each(|(torque, x)| *torque += size * x);
-            let held_out = vec![false; motion.rows()];
-            let mut problem = Problem::new(motion, held_out);
-            let fitted = problem.settle(&[]).expect("a baseline");
-            problem.count_independent(&fitted);
-            assert!(order_lines::is_line(&problem, &[&term], 0), "seed {seed}, {times_noise} times the noise");
-        }
     }
 }
