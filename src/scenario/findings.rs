@@ -148,7 +148,8 @@ fn series(sessions: &[Session]) -> Vec<TimeSeries> {
 
 /// The held-out parts of a session, each with samples of its own: the rest can be freed.
 fn held_out_of(session: &Session, number: usize, division: Division) -> Vec<Session> {
-    let parts = division.held_out(number, &session.series).into_iter();
+    // A pause may take all samples of a part.
+    let parts = division.held_out(number, &session.series).into_iter().filter(|part| part.len() > 1);
     let copied = |part| Session { series: session.series.part(part).on_its_own(), ..session.clone() };
     parts.map(copied).collect()
 }
