@@ -7,7 +7,7 @@ use crate::record;
 use std::path::Path;
 
 use crate::machine::{JOINTS, Machine};
-use lostmotion::diagnose::{Diagnosis, Options, diagnose};
+use lostmotion::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use lostmotion::drive::LinkEncoder;
 use lostmotion::robot::{EffectEntry, Model};
 use rand::SeedableRng;
@@ -21,6 +21,8 @@ struct Case {
     machine: Machine,
     rng: ChaCha8Rng,
     effects: Vec<EffectEntry>,
+    /// Whether the gears have no gap, and the model file says so.
+    rigid: bool,
 }
 
 impl Case {
@@ -28,7 +30,7 @@ impl Case {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut machine = Machine::draw(&mut rng);
         machine.friction_unknown = true;
-        Self { machine, rng, effects: Vec::new() }
+        Self { machine, rng, effects: Vec::new(), rigid: false }
     }
 
     /// With an effect.
@@ -44,6 +46,9 @@ impl Case {
             let mut model = Model::from_texts(&text, &self.machine.urdf(), Path::new("model.toml")).expect("a model");
             let encoder = second_encoder.then_some(LinkEncoder { resolution: LINK_COUNT });
             model.joints.iter_mut().for_each(|joint| joint.link_encoder = encoder);
+            if self.rigid {
+                model.joints.iter_mut().for_each(|joint| joint.backlash = Some(0.0));
+            }
             model
         };
         let (truth, nominal) = (model(self.machine.truth(&self.effects)), model(self.machine.nominal()));
@@ -91,6 +96,17 @@ fn recover_the_gaps_of_a_machine_whose_friction_is_asymmetric() {
         let gap = baseline.backlash.as_ref().expect("a gap");
         // A count of the motor's encoder is a tenth of the gap.
         assert!((gap.value / truth - 1.0).abs() < 0.1, "{joint}: {gap:?}, true {truth}");
+    }
+}
+
+#[test]
+fn property_rests_of_a_gear_without_a_gap_are_no_error_of_its_model() {
+    // A staircase rests between its steps, and friction then holds the joint with any torque below breakaway.
+    let found = Case { rigid: true, ..Case::new(3008) }.diagnosed(false);
+    assert_eq!(found.verdict, Verdict::NothingFound, "{:?} {:?}", found.effects, found.unexplained);
+    for error in &found.fit {
+        // What is left at low speed, where a kernel rounds the friction law off, is below 3 % of the torque. With the rests it is 13 to 19 %.
+        assert!(error.before_percent < 5.0, "{error:?}");
     }
 }
 

@@ -118,7 +118,7 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division) -
         filter: filter(sessions),
         half_width,
         zones: format!(
-            "left out: from 0.1 s before to 0.2 s after reversals and from 0.1 s before to 0.15 s after changes of flank (for error figures to 0.4 s and 0.3 s after them), only for joints with a gap, and no longer than the link takes to cross it{}; fitted: {}",
+            "left out: from 0.1 s before to 0.2 s after reversals and from 0.1 s before to 0.15 s after changes of flank (for error figures to 0.4 s and 0.3 s after them), only for joints with a gap, and no longer than the link takes to cross it{}; a joint at rest; fitted: {}",
             problem.widest_gap.words(),
             rigid.join(", ")
         ),

@@ -6,7 +6,8 @@
 //! friction of `0.15` to `0.35` of Coulomb friction behind the gear, the flank is in doubt while
 //! `−0.35 < T sgn v / F_C < −0.15`. Another share of friction moves the change of flank only within the times that are left out anyway.
 //! Other loads on a link, such as a contact, are not in `T`. Where rigid body and friction leave more torque than an error of friction
-//! can explain, that torque is added to `T`. A machine without gaps is rigid everywhere.
+//! can explain, that torque is added to `T`. A joint without a gap is rigid everywhere; of its own rows only rests are left out, where friction
+//! is whatever holds the joint, and what a kernel mixes with them.
 //!
 //! Two rules reduce what is left out. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, with the RMS acceleration `a` of
 //! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
@@ -114,13 +115,17 @@ pub fn rigid_zone(
     let dof = motion.joints.len();
     let felt = felt(motion, held_out);
     let mut zones = vec![vec![true; motion.rows()]; dof];
-    for joint in (0..dof).filter(|joint| motion.model.joints[*joint].backlash != Some(0.0)) {
+    for joint in 0..dof {
+        let gap = motion.model.joints[joint].backlash.unwrap_or_else(|| widest.gap(motion.model.joints[joint].kind));
         let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
-        let states = states(motion, joint, coulomb[joint], &load, margins.doubt);
-        let known = known(motion, &states, margins, longest(motion, joint, widest));
-        for (other, zone) in zones.iter_mut().enumerate().filter(|(other, _)| felt[*other][joint]) {
+        let doubt = (gap > 0.0).then(|| margins.doubt.map(|share| share * coulomb[joint]));
+        let states = states(motion, joint, &load, doubt);
+        let known = known(motion, &states, margins, longest(motion, joint, gap));
+        for (other, zone) in zones.iter_mut().enumerate() {
             let of_row = |row: usize| known[row] && (other != joint || !matches!(states[row], State::Rest));
-            zone.iter_mut().enumerate().for_each(|(row, rigid)| *rigid &= of_row(row));
+            if other == joint || (gap > 0.0 && felt[other][joint]) {
+                zone.iter_mut().enumerate().for_each(|(row, rigid)| *rigid &= of_row(row));
+            }
         }
     }
     zones
@@ -147,10 +152,8 @@ fn felt(motion: &Motion, held_out: &[bool]) -> Vec<Vec<bool>> {
     (0..dof).map(|i| (0..dof).map(|j| i == j || misses(i, j) > FELT * torque[i]).collect()).collect()
 }
 
-/// [s] Longest time that the link of a joint takes through its gap.
-fn longest(motion: &Motion, joint: usize, widest: Widest) -> f64 {
-    let model = &motion.model.joints[joint];
-    let gap = model.backlash.unwrap_or_else(|| widest.gap(model.kind));
+/// [s] Longest time that the link of a joint takes through its gap [rad or m].
+fn longest(motion: &Motion, joint: usize, gap: f64) -> f64 {
     if gap.is_infinite() {
         return f64::INFINITY;
     }
@@ -168,12 +171,13 @@ fn load(motion: &Motion, joint: usize, coulomb: f64, left_over: Option<&[f64]>) 
     load
 }
 
-fn states(motion: &Motion, joint: usize, coulomb: f64, load: &[f64], doubt: [f64; 2]) -> Vec<State> {
-    let state = |(heading, load): (i8, &f64)| match load * f64::from(heading) {
+/// State of a joint in each row, by the `load` on its link and the loads between which the flank is in `doubt`; `None` without a gap.
+fn states(motion: &Motion, joint: usize, load: &[f64], doubt: Option<[f64; 2]>) -> Vec<State> {
+    let state = |(heading, load): (i8, &f64)| match (load * f64::from(heading), doubt) {
         _ if heading == 0 => State::Rest,
-        driven if driven > doubt[1] * coulomb => State::Carried(heading > 0, true),
-        driven if driven < doubt[0] * coulomb => State::Carried(heading > 0, false),
-        _ => State::InDoubt(heading > 0),
+        (driven, Some([low, high])) if driven <= high && driven >= low => State::InDoubt(heading > 0),
+        (driven, Some([low, _])) if driven < low => State::Carried(heading > 0, false),
+        _ => State::Carried(heading > 0, true),
     };
     heading(motion, joint).into_iter().zip(load).map(state).collect()
 }
