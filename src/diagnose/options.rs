@@ -34,7 +34,7 @@ pub struct Rules {
     pub further: f64,
     /// [1] Logarithm by which the error scale has to fall, on the joint where it falls most.
     pub log_scale: f64,
-    /// [1] Part by which evidence for one effect has to exceed that for another to be more, beyond 3 nats (see [`Rules::tied`]).
+    /// [1] Part by which evidence for one effect has to exceed that for another to be more, beyond a fixed margin (see [`Rules::tied`]).
     pub tie: f64,
     /// [1] Torque that a further effect has to move on a joint, relative to the torque of the strongest effect there. An effect whose true
     /// law differs a little from the catalogue's leaves a residue of a few per cent, which other effects can fit.

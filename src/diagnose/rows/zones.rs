@@ -6,8 +6,8 @@
 //! friction of `0.15` to `0.35` of Coulomb friction behind the gear, the flank is in doubt while
 //! `−0.35 < T sgn v / F_C < −0.15`. Another share of friction moves the change of flank only within the times that are left out anyway.
 //! Other loads on a link, such as a contact, are not in `T`. Where rigid body and friction leave more torque than an error of friction
-//! can explain, that torque is added to `T`. A joint without a gap is rigid everywhere; of its own rows only rests are left out, where friction
-//! is whatever holds the joint, and what a kernel mixes with them.
+//! can explain, that torque is added to `T`. A joint without a gap is rigid everywhere. Of its own rows only rests
+//! are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
 //!
 //! Two rules reduce what is left out. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, with the RMS acceleration `a` of
 //! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
