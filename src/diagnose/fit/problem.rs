@@ -5,6 +5,7 @@ use super::cause::Cause;
 use super::inertial::{Inertial, Treated};
 use super::regression::Solution;
 use super::term::Term;
+use crate::diagnose::rows::felt::Felt;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
 use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion, Scope};
@@ -42,6 +43,8 @@ pub struct Problem<'m> {
     pub floating: Vec<bool>,
     /// How wide unknown gaps were taken to be.
     pub widest_gap: Widest,
+    /// Whose links the joints feel while they float.
+    pub felt: Felt,
     /// Whether a row is held out.
     pub held_out: Vec<bool>,
     /// One baseline per joint.
@@ -127,6 +130,7 @@ impl<'m> Problem<'m> {
             judged,
             floating,
             widest_gap: Widest::Any,
+            felt: Felt::default(),
             held_out,
             baseline,
             independence,
