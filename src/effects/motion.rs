@@ -265,6 +265,30 @@ impl Motion<'_> {
         }
     }
 
+    /// Change of the nominal gravity torque with the position of each joint's link: `slopes[moved][joint][row]` [N·m/rad or N/m].
+    pub fn gravity_slopes(&self) -> Vec<Vec<Vec<f64>>> {
+        /// [rad or m] The second derivative adds half of this, relative to a torque; rounding 1e-10.
+        const STEP: f64 = 1e-6;
+        let dof = self.joints.len();
+        let mut slopes = vec![vec![Vec::with_capacity(self.rows()); dof]; dof];
+        let mut dynamics = Dynamics::new(&self.model.robot);
+        let [mut here, mut beside] = [(); 2].map(|()| vec![0.0; dof]);
+        for row in 0..self.rows() {
+            let mut q: Vec<f64> = self.joints.iter().map(|motion| motion.link_position(row)).collect();
+            dynamics.gravity(&q, &mut here);
+            for (moved, slopes) in slopes.iter_mut().enumerate() {
+                let from = q[moved];
+                q[moved] += STEP;
+                dynamics.gravity(&q, &mut beside);
+                q[moved] = from;
+                for ((slope, beside), here) in slopes.iter_mut().zip(&beside).zip(&here) {
+                    slope.push((beside - here) / STEP);
+                }
+            }
+        }
+        slopes
+    }
+
     /// Distance that a joint covers, the largest of all sessions [rad or m].
     pub fn range(&self, joint: usize) -> f64 {
         let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); self.sessions];

@@ -9,7 +9,7 @@ use crate::diagnose::rows::sampling::Sampling;
 use crate::diagnose::select::candidates::Candidate;
 use crate::diagnose::select::selection::Selection;
 use crate::effects::{JointMotion, LeftOut};
-use crate::robot::JointModel;
+use crate::robot::{Accuracy, JointModel};
 use crate::timeseries::TimeSeries;
 
 /// [1] Share of uneven steps up to which a session counts as even: single lost samples cut it into runs that are long enough for every instrument.
@@ -82,15 +82,21 @@ fn filter(sessions: &[&TimeSeries]) -> String {
 }
 
 /// What is fitted beside every effect.
-fn baseline(deviates: bool) -> String {
-    let nominal = match deviates {
+fn baseline(problem: &Problem) -> String {
+    let accuracy = &problem.motion.model.accuracy;
+    let exact = Accuracy { stiffness: accuracy.stiffness, ..Accuracy::EXACT };
+    let nominal = match problem.inertial.is_some() && *accuracy != exact {
         true => {
             "masses, centres, inertias, rotors and torque constants deviate from the model file within its accuracy"
         }
         false => "masses and inertias stay as the model file gives them",
     };
+    let posture = match problem.inertial.is_some() {
+        true => "; the weight of the links acts where gaps and wind-ups put them",
+        false => "",
+    };
     format!(
-        "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one per session; {nominal}"
+        "Coulomb, Stribeck and viscous friction, both directions alike; the gap; a rotor inertia that the model file does not give; the zero of a recorded torque, one per session; {nominal}{posture}"
     )
 }
 
@@ -123,7 +129,7 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division) -
             unseen_gaps(problem),
             rigid.join(", ")
         ),
-        baseline: baseline(problem.inertial.is_some()),
+        baseline: baseline(problem),
         held_out,
         left_out: left_out(problem),
     }

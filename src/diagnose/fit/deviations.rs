@@ -1,14 +1,15 @@
 //! A fit whose nominal model deviates within its stated accuracy: what is free in it, what is held, and what one joint's rows can decide.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::cause::Cause;
 use super::inertial::{Deviations, Inertial, Treated, torques};
+use super::pose::rough_coulomb;
 use super::problem::{Fitted, Part, Problem};
 use super::term::Term;
 use super::view::{Information, View, combined};
 use crate::effects::{JointMotion, Kind, Motion};
-use crate::robot::{Accuracy, Model};
+use crate::robot::Model;
 
 /// [1] Precision of what has no prior, as a share of what all rows say of it: half of the digits.
 const FLAT: f64 = 1e-8;
@@ -16,7 +17,8 @@ const FLAT: f64 = 1e-8;
 impl Problem<'_> {
     /// From now on the nominal model may deviate within its stated accuracy.
     pub fn deviate(&mut self) {
-        self.inertial = Inertial::new(&self.motion);
+        let coulomb = (0..self.baseline.len()).map(|joint| rough_coulomb(self, joint)).collect();
+        self.inertial = Inertial::new(&self.motion, coulomb);
     }
 
     /// The joints that a fit of some joints has to include: all, where deviations of the model couple several.
@@ -86,10 +88,10 @@ impl Problem<'_> {
         let accuracy = self.motion.model.accuracy;
         let deviations = accuracy.inertial_deviations(&self.motion.model.robot);
         let changes = &deviations * inertial.directions.rows(0, deviations.ncols());
-        let (motion, directions) = (&self.motion, &inertial.directions);
+        let motion = &self.motion;
         let of_term = |(term, at): (&&Term, &usize)| {
             let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
-            let by_scale = rescaled(motion, &accuracy, directions, term, own);
+            let by_scale = rescaled(motion, inertial, term, own);
             term.effect.on_changed_bodies(motion, &changes, own).into_iter().chain([by_scale])
         };
         let physical = |term: &&Term| term.is_machine() && term.effect.about().kind == Kind::Physics;
@@ -99,7 +101,7 @@ impl Problem<'_> {
             return;
         }
         inertial.altered = !altered.is_empty();
-        inertial.columns = torques(&self.motion, &accuracy, &deviations, &inertial.directions);
+        inertial.columns = torques(&self.motion, &inertial.coulomb, &deviations, &inertial.directions);
         inertial.views.fill(None);
         for torque in &altered {
             for (column, torque) in inertial.columns.iter_mut().flatten().zip(torque.iter().flatten()) {
@@ -136,16 +138,15 @@ impl Problem<'_> {
     pub fn deviating_model(&self) -> (Model, Vec<f64>) {
         let (model, dof) = (self.motion.model, self.baseline.len());
         let held = self.inertial.as_ref().and_then(|inertial| Some((inertial, inertial.values(&inertial.held()?.z))));
-        let Some((_, u)) = held else { return (model.clone(), vec![1.0; dof]) };
-        let factor = |joint: usize| model.accuracy.torque_factor(u[u.len() - dof + joint]);
+        let Some((inertial, u)) = held else { return (model.clone(), vec![1.0; dof]) };
+        let factor = |joint: usize| model.accuracy.torque_factor(u[inertial.constant_at(joint)]);
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
     }
 
     /// Row of a joint's torque constant in the directions, and its deviation `u` where deviations are held.
     pub fn constant(&self, joint: usize) -> Option<(Vec<f64>, f64)> {
         let inertial = self.inertial.as_ref()?;
-        let at = inertial.directions.nrows() - self.baseline.len() + joint;
-        let row: Vec<f64> = inertial.directions.row(at).iter().copied().collect();
+        let row: Vec<f64> = inertial.directions.row(inertial.constant_at(joint)).iter().copied().collect();
         let u = inertial.held()?.z.iter().zip(&row).map(|(z, v)| z * v).sum();
         Some((row, u))
     }
@@ -191,20 +192,14 @@ impl Problem<'_> {
 }
 
 /// What the torque constants in each direction do to the torque of an effect of the machine.
-fn rescaled(
-    motion: &Motion,
-    accuracy: &Accuracy,
-    directions: &DMatrix<f64>,
-    term: &Term,
-    coefficients: &[f64],
-) -> Vec<Vec<Vec<f64>>> {
-    let first = directions.nrows() - motion.joints.len();
+fn rescaled(motion: &Motion, inertial: &Inertial, term: &Term, coefficients: &[f64]) -> Vec<Vec<Vec<f64>>> {
+    let accuracy = &motion.model.accuracy;
     let of_joint = |(joint, m): (usize, &JointMotion)| -> Vec<Vec<f64>> {
         let place = term.joints.iter().position(|own| *own == joint).filter(|_| m.has_current);
         let torque =
             place.map_or_else(|| vec![0.0; motion.rows()], |place| combined(&term.columns[place], coefficients));
         let scale = |u: &f64| torque.iter().map(|torque| -accuracy.torque_constants * u * torque).collect();
-        directions.row(first + joint).iter().map(scale).collect()
+        inertial.directions.row(inertial.constant_at(joint)).iter().map(scale).collect()
     };
     motion.joints.iter().enumerate().map(of_joint).collect()
 }

@@ -1,8 +1,8 @@
-//! Errors of the nominal inertias and scales, within the accuracy that the model states for them.
+//! Errors of the nominal inertias, scales and posture, within the accuracy that the model states for them.
 //!
 //! `τ = Y(q, q̇, q̈) (π̄ + D u) + J_r (1 + s_J u) a − s_K u τ_rigid + …`, every `u ~ N(0, 1)`. `Y` is the regressor of the bodies' ten parameters `π`
 //! and `D` their change by one standard deviation of each nominal value ([`Accuracy`]); `J_r` the rotor on the joint side. A torque constant
-//! larger by `s_K u` makes the torque computed from a current too small.
+//! larger by `s_K u` makes the torque computed from a current too small. Unknown gaps and wind-ups move the [posture](super::posture).
 //! What the motion shows of `u` are the directions `z = Vᵀ u` with the largest torque: `V` are eigenvectors of the Gram matrix of the
 //! torques, each divided by the RMS torque of its joint. Their prior is `N(0, 1)` again; all other directions are left out.
 //!
@@ -12,10 +12,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::posture::Posture;
 use super::term::Term;
 use super::view::{View, combined};
 use crate::effects::Motion;
-use crate::robot::Accuracy;
 use crate::timeseries::root_mean_square;
 
 /// [1] Torque of one standard deviation, as a share of the RMS torque, below which a direction is left out. Beside a residual of 1 % of the torque it
@@ -27,10 +27,12 @@ const ROWS: usize = 2000;
 /// Unknown deviations of the nominal model, and what is known of them.
 #[derive(Debug, Clone)]
 pub struct Inertial {
-    /// `V`: one row per nominal value (ten a body, then rotors, then torque constants), one column per direction.
+    /// `V`: one row per nominal value (ten a body, then rotors, torque constants, gaps and wind-ups), one column per direction.
     pub directions: DMatrix<f64>,
     /// `columns[joint][direction][row]` [N·m or N]: torque of one standard deviation.
     pub columns: Vec<Vec<Vec<f64>>>,
+    /// `F_C` [N·m or N] Rough Coulomb friction of each joint, which decides on flanks.
+    pub coulomb: Vec<f64>,
     /// Whether the columns contain what deviations do to the torque of effects.
     pub altered: bool,
     /// What each joint can still decide; `None` before the first fit.
@@ -86,27 +88,26 @@ impl Treated {
 }
 
 impl Inertial {
-    /// The directions that a motion shows; `None` where the stated accuracy leaves nothing that it shows.
-    pub fn new(motion: &Motion) -> Option<Self> {
+    /// The directions that a motion of joints with the Coulomb friction `F_C` shows; `None` where the stated accuracy leaves nothing that it shows.
+    pub fn new(motion: &Motion, coulomb: Vec<f64>) -> Option<Self> {
         let accuracy = motion.model.accuracy;
         let deviations = accuracy.inertial_deviations(&motion.model.robot);
         let rows: Vec<usize> = (0..motion.rows()).step_by(motion.rows().div_ceil(ROWS).max(1)).collect();
         let few = motion.at_rows(&rows);
-        let unit = DMatrix::identity(
-            deviations.ncols() + 2 * motion.joints.len(),
-            deviations.ncols() + 2 * motion.joints.len(),
-        );
-        let eigen = gram(&few, &torques(&few, &accuracy, &deviations, &unit)).symmetric_eigen();
+        let count = deviations.ncols() + 2 * motion.joints.len() + Posture::count(motion.joints.len());
+        let unit = DMatrix::identity(count, count);
+        let eigen = gram(&few, &torques(&few, &coulomb, &deviations, &unit)).symmetric_eigen();
         let shown: Vec<usize> =
             (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > LEAST_TORQUE * LEAST_TORQUE).collect();
         if shown.is_empty() {
             return None;
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
-        let columns = self::torques(motion, &accuracy, &deviations, &directions);
+        let columns = self::torques(motion, &coulomb, &deviations, &directions);
         Some(Self {
             directions,
             columns,
+            coulomb,
             views: vec![None; motion.joints.len()],
             last: None,
             fixed: false,
@@ -117,6 +118,12 @@ impl Inertial {
     /// Number of directions.
     pub fn count(&self) -> usize {
         self.directions.ncols()
+    }
+
+    /// Row of a joint's torque constant in the directions.
+    pub fn constant_at(&self, joint: usize) -> usize {
+        let dof = self.columns.len();
+        self.directions.nrows() - Posture::count(dof) - dof + joint
     }
 
     /// `u`: deviations of the nominal values, in standard deviations.
@@ -177,17 +184,20 @@ fn gram(motion: &Motion, torques: &[Vec<Vec<f64>>]) -> DMatrix<f64> {
 /// Torque of each direction on each joint.
 pub fn torques(
     motion: &Motion,
-    accuracy: &Accuracy,
+    coulomb: &[f64],
     deviations: &DMatrix<f64>,
     directions: &DMatrix<f64>,
 ) -> Vec<Vec<Vec<f64>>> {
     let (of_bodies, dof) = (deviations.ncols(), motion.joints.len());
+    let accuracy = &motion.model.accuracy;
+    let posture = Posture::new(motion, coulomb);
     let mut torques = motion.regressed(&(deviations * directions.rows(0, of_bodies)));
     for (joint, torques) in torques.iter_mut().enumerate() {
         let m = &motion.joints[joint];
         let rotor = accuracy.rotor_inertias * motion.model.joints[joint].reflected_inertia();
         let scale = if m.has_current { -accuracy.torque_constants } else { 0.0 };
         for (torque, direction) in torques.iter_mut().zip(directions.column_iter()) {
+            posture.add_to(torque, joint, direction.rows(of_bodies + 2 * dof, Posture::count(dof)));
             let (rotor, scale) = (rotor * direction[of_bodies + joint], scale * direction[of_bodies + dof + joint]);
             if rotor != 0.0 || scale != 0.0 {
                 torque.iter_mut().enumerate().for_each(|(row, x)| *x += rotor * m.a[row] + scale * m.rigid[row]);

@@ -2,6 +2,7 @@
 //!
 //! Takes rows and the terms of a model. Gives coefficients, shapes and Stribeck velocities with standard errors.
 //! - `pose`: from sessions to the regression problem
+//! - `posture`: what unknown gaps and wind-ups do to the weight of the links
 //! - `problem`: rows, zones, parts of the data; `term`: a cause in a fit
 //! - `assembly`: the system of equations of a fit, and its solution
 //! - `stribeck`: the Stribeck velocities that suit the terms
@@ -26,6 +27,7 @@ pub mod golden;
 pub mod inertial;
 mod new_sessions;
 pub mod pose;
+mod posture;
 pub mod problem;
 pub mod regression;
 mod stribeck;

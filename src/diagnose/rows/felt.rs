@@ -28,7 +28,7 @@ const JUMP: f64 = 0.1;
 /// [1] Logarithm of the ratio of scales from which on a gap is felt. A fifth more scatter is what a floating link adds whose torque is two
 /// thirds of the residual that is there anyway, `√(1.2² − 1)`.
 const MORE_SCATTER: f64 = 0.2;
-/// Fewest jumps of either kind that can be compared.
+/// Fewest jumps of either kind of a session that can be compared.
 const FEWEST_JUMPS: usize = 30;
 /// [s] Jumps within such a time count as one event in the error of their mean.
 const EVENT: f64 = 0.5;
@@ -93,13 +93,7 @@ impl Felt {
     }
 
     /// Forgets what does not show: unknown gaps, with the `residual` of a fit to the rigid rows, one per joint.
-    pub fn forget_unseen(
-        &mut self,
-        motion: &Motion,
-        contacts: &[Contact],
-        residual: &[Vec<f64>],
-        held_out: &[bool],
-    ) {
+    pub fn forget_unseen(&mut self, motion: &Motion, contacts: &[Contact], residual: &[Vec<f64>], held_out: &[bool]) {
         let mut unseen = self.unseen.clone();
         for (i, unseen) in unseen.iter_mut().enumerate() {
             let unknown = |j: &usize| self.feels(i, *j) && motion.model.joints[*j].backlash.is_none();
@@ -126,6 +120,7 @@ impl Felt {
 struct Jump {
     rows: [usize; 2],
     size: f64,
+    session: usize,
     event: (usize, i64),
 }
 
@@ -141,25 +136,32 @@ fn jumps(motion: &Motion, residual: &[f64], held_out: &[bool]) -> Vec<Jump> {
         (same(later) && !held_out[row] && !held_out[later]).then(|| Jump {
             rows: [row, later],
             size: residual[later] - residual[row],
+            session: motion.session[row],
             event: (motion.part[row], (motion.time[row] / EVENT) as i64),
         })
     };
     (0..motion.rows()).filter_map(&mut from).collect()
 }
 
-/// `x` plus its standard error; `None` where too few can be compared. `floating` gives the kind of a row, `None` where it is neither.
+/// `x` plus its standard error, the mean over the sessions by the number of their floating jumps; `None` where too few can be compared. A session is
+/// compared with itself, because fast motion leaves larger errors than slow motion. `floating` gives the kind of a row, `None` where it is neither.
 fn more_scatter(jumps: &[Jump], floating: impl Fn(usize) -> Option<bool>) -> Option<f64> {
-    let [mut elsewhere, mut afloat] = [Vec::new(), Vec::new()];
+    let mut sessions = BTreeMap::<usize, [Vec<&Jump>; 2]>::new();
     for jump in jumps {
         let [Some(a), Some(b)] = jump.rows.map(&floating) else { continue };
-        if a || b { afloat.push(jump) } else { elsewhere.push(jump) }
+        sessions.entry(jump.session).or_default()[usize::from(a || b)].push(jump);
     }
-    if elsewhere.len().min(afloat.len()) < FEWEST_JUMPS {
-        return None;
+    let (mut count, mut sum, mut noise) = (0.0, 0.0, 0.0);
+    for [elsewhere, afloat] in sessions.values().filter(|kinds| kinds.iter().all(|jumps| jumps.len() >= FEWEST_JUMPS)) {
+        let s = scale(&elsewhere.iter().map(|jump| jump.size).collect::<Vec<_>>(), NU);
+        let [(elsewhere, noise_elsewhere), (floating, noise_floating)] =
+            [elsewhere, afloat].map(|jumps| mean_rho(jumps, s));
+        let n = afloat.len() as f64;
+        count += n;
+        sum += n * (floating - elsewhere);
+        noise += n * n * (noise_elsewhere + noise_floating);
     }
-    let s = scale(&elsewhere.iter().map(|jump| jump.size).collect::<Vec<_>>(), NU);
-    let [(afloat, noise_a), (elsewhere, noise_b)] = [afloat, elsewhere].map(|jumps| mean_rho(&jumps, s));
-    Some(afloat - elsewhere + (noise_a + noise_b).sqrt())
+    (count > 0.0).then(|| (sum + noise.sqrt()) / count)
 }
 
 /// Mean of `ρ`, and the variance of this mean from the scatter between events.
@@ -171,4 +173,36 @@ fn mean_rho(jumps: &[&Jump], s: f64) -> (f64, f64) {
         *events.entry(jump.event).or_default() += rho(jump) - mean;
     }
     (mean, events.values().map(|sum| sum * sum).sum::<f64>() / (jumps.len() as f64).powi(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Jumps of two sessions; in the second one everything is ten times as large. Those of the first hundred rows float, `factor` times as large.
+    fn jumps(factor: f64) -> Vec<Jump> {
+        let of_row = |row: usize| {
+            let (session, place) = (row / 1000, row % 1000);
+            let afloat = if place < 100 { factor } else { 1.0 };
+            // Low-discrepancy numbers from −1 to 1.
+            let even = 2.0 * (row as f64 * 0.618_034).fract() - 1.0;
+            Jump {
+                rows: [row, row],
+                size: even * afloat * 10_f64.powi(session as i32),
+                session,
+                event: (0, row as i64),
+            }
+        };
+        (0..2000).map(of_row).collect()
+    }
+
+    #[test]
+    fn property_sessions_are_compared_with_themselves_and_more_scatter_is_seen() {
+        let floating = |row: usize| Some(row % 1000 < 100);
+        let (alike, wider) = (more_scatter(&jumps(1.0), floating), more_scatter(&jumps(1.5), floating));
+        // The logarithm of the ratio is 0 and 0.41; its standard error, which is added, is some 0.7/√200 = 0.05.
+        assert!(alike.is_some_and(|x| (0.0..0.1).contains(&x)), "{alike:?}");
+        assert!(wider.is_some_and(|x| (0.25..0.5).contains(&x)), "{wider:?}");
+        assert_eq!(more_scatter(&jumps(1.0), |row| Some(row < 20)), None);
+    }
 }

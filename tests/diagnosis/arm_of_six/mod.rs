@@ -132,6 +132,20 @@ fn recover_friction_of_one_joint_that_differs_by_direction() {
     }
 }
 
+/// Half a gap lets the weight of an arm act elsewhere than where the motors say, and so does the wind-up of a gear: as much as a cable does.
+#[test]
+fn property_gaps_and_soft_gears_that_the_model_does_not_give_are_no_cable() {
+    let (mut machine, mut nominal) = (symmetric(), symmetric());
+    for (joint, gap) in machine.joints.iter_mut().zip([0.001, 0.004, 0.005, 0.007, 0.003, 0.005]) {
+        joint.backlash = Some(gap);
+    }
+    for joint in &mut nominal.joints {
+        (joint.backlash, joint.gear_stiffness, joint.gear_damping) = (None, None, None);
+    }
+    let found = diagnosed_from(nominal, &recorded_on(&machine, &[], 52));
+    assert!(found.effects.is_empty() && found.withdrawn.is_empty(), "{:?} {:?}", found.effects, found.withdrawn);
+}
+
 /// Every nominal value is off by as much as a vendor's model is.
 #[test]
 fn property_nothing_is_found_in_a_sound_arm_with_a_rough_model() {
