@@ -182,6 +182,11 @@ pub trait Diagnosable: Effect {
         true
     }
 
+    /// Whether a shape is one that the machine gives, such as a turn of its motor. It then is no free parameter of the effect.
+    fn is_given(&self, _motion: &Motion, _joint: usize, _shape: &[f64]) -> bool {
+        false
+    }
+
     /// How it repeats with the angle of its joint, if it does.
     fn harmonic(&self) -> Option<Harmonic> {
         None

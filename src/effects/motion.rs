@@ -6,7 +6,7 @@
 //! Every row averages torque and motion of the recording around its sample with the kernel
 //! `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`; its first and second derivative give velocity and acceleration.
 //! An oscillation along the path, `cos(n θ)` at the order `n`, passes it with the gain
-//! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`.
+//! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`, and its rates with [gains of their own](Gains) while the motion accelerates.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 
 use crate::dynamics::Dynamics;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
-use crate::robot::{Body, Model, Robot};
+use crate::robot::{Body, Model, Robot, TorqueAt};
 
 /// Smooth measured motion, row by row; the rows of the sessions follow each other.
 #[derive(Debug, Clone)]
@@ -180,6 +180,18 @@ impl Motion<'_> {
         }
     }
 
+    /// `T` [N·m or N] Torque through the gear, as it was measured: the motor's without what its rotor and friction take.
+    pub fn through_gear(&self, joint: usize, row: usize) -> f64 {
+        let (m, model) = (&self.joints[joint], &self.model.joints[joint]);
+        match model.torque_at {
+            TorqueAt::Link => m.torque[row],
+            TorqueAt::Motor => {
+                let friction = m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
+                m.torque[row] - model.reflected_inertia() * m.a[row] - friction
+            }
+        }
+    }
+
     /// Gain of the kernel of a row for `cos(order · q)` of a joint.
     pub fn gain(&self, joint: usize, row: usize, order: f64) -> f64 {
         kernel_gain(order * self.joints[joint].v[row] * self.half_width[row])
@@ -205,13 +217,18 @@ impl Motion<'_> {
     }
 
     /// First and second time derivative of `cos(order · q)` and `sin(order · q)` after the kernel:
-    /// `[[d cos, d sin], [d² cos, d² sin]]` of a row.
+    /// `[[d cos, d sin], [d² cos, d² sin]]` of a row, to first order in the acceleration.
     pub fn harmonic_rates(&self, joint: usize, row: usize, order: f64) -> [[f64; 2]; 2] {
         let m = &self.joints[joint];
         let (v, a) = (order * m.v[row], order * m.a[row]);
         let (sin, cos) = (order * m.q[row]).sin_cos();
-        let gain = self.gain(joint, row, order);
-        [[-v * sin, v * cos], [-a * sin - v * v * cos, a * cos - v * v * sin]].map(|pair| pair.map(|x| gain * x))
+        let w = self.half_width[row];
+        let Gains { value, rate, curvature } = Gains::at(v * w);
+        let (drift, v2) = (rate * a * w, value * v * v);
+        [
+            [drift * cos - value * v * sin, drift * sin + value * v * cos],
+            [-curvature * a * sin - v2 * cos, curvature * a * cos - v2 * sin],
+        ]
     }
 
     /// Position of a joint's link [rad or m] in each row, which is the position of its axis where axes are not coupled. The wind-up
@@ -373,6 +390,37 @@ impl Motion<'_> {
     }
 }
 
+/// Gains of the kernel at `x = n v w` for `e^{inθ}` and its derivatives, where `θ` moves with `v` and `a`. Within the kernel,
+/// `θ(t + s) = θ + v s + a s²/2`, so that its mean is `E = e^{inθ} (K̂ − i n a w² K̂″/2)`, and to first order in `a`
+///
+/// ```text
+///   Ė = e^{inθ} ( i n v K̂ + n a w (K̂′ + x K̂″/2) )
+///   Ë = e^{inθ} ( −(n v)² K̂ + i n a (K̂ + 2 x K̂′ + x² K̂″/2) )
+/// ```
+/// With the spherical Bessel functions, `K̂ = 15 j₂/x²`, `K̂′ = −15 j₃/x²` and `K̂″ = −15 (j₃/x³ − j₄/x²)`.
+struct Gains {
+    /// `K̂`
+    value: f64,
+    /// `K̂′ + x K̂″/2 = 30 j₃/x² − 7.5 j₂/x`
+    rate: f64,
+    /// `K̂ + 2 x K̂′ + x² K̂″/2 = (15/x² − 7.5) j₂ + 15 j₃/x`
+    curvature: f64,
+}
+
+impl Gains {
+    fn at(x: f64) -> Self {
+        let x2 = x * x;
+        let value = kernel_gain(x);
+        if x2 < 0.01 {
+            return Self { value, rate: -3.0 / 14.0 * x, curvature: 1.0 - 3.0 / 7.0 * x2 };
+        }
+        let (sin, cos) = x.sin_cos();
+        let j2 = value * x2 / 15.0;
+        let j3 = ((15.0 - 6.0 * x2) * sin - (15.0 - x2) * x * cos) / (x2 * x2);
+        Self { value, rate: 30.0 * j3 / x2 - 7.5 * j2 / x, curvature: (15.0 / x2 - 7.5) * j2 + 15.0 * j3 / x }
+    }
+}
+
 /// Fourier transform of the kernel at `x = ω w`.
 pub fn kernel_gain(x: f64) -> f64 {
     let x2 = x * x;
@@ -381,4 +429,42 @@ pub fn kernel_gain(x: f64) -> f64 {
     }
     let (sin, cos) = x.sin_cos();
     15.0 * ((3.0 - x2) * sin - 3.0 * x * cos) / (x2 * x2 * x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean over a kernel of `e^{inθ}` and of its derivatives, for a motion that accelerates, by a fine sum.
+    #[test]
+    fn equivalent_rates_of_a_ripple_are_means_over_the_kernel() {
+        let (w, n) = (0.02, 80.0);
+        for (v, a) in [(0.02, 1.0), (0.4, 3.0), (1.0, -3.0), (2.5, 3.0)] {
+            let theta = |s: f64| v * s + 0.5 * a * s * s;
+            let mean = |of: &dyn Fn(f64) -> f64| -> f64 {
+                const STEPS: i32 = 4000;
+                let at = |k: i32| {
+                    let u = f64::from(k) / f64::from(STEPS);
+                    15.0 / 16.0 * (1.0 - u * u).powi(2) * of(w * u) / f64::from(STEPS)
+                };
+                (-STEPS..=STEPS).map(at).sum()
+            };
+            let speed = |s: f64| n * (v + a * s);
+            let rate = [mean(&|s| -speed(s) * (n * theta(s)).sin()), mean(&|s| speed(s) * (n * theta(s)).cos())];
+            let curvature = [
+                mean(&|s| -n * a * (n * theta(s)).sin() - speed(s).powi(2) * (n * theta(s)).cos()),
+                mean(&|s| n * a * (n * theta(s)).cos() - speed(s).powi(2) * (n * theta(s)).sin()),
+            ];
+            let Gains { value, rate: drift, curvature: chirp } = Gains::at(n * v * w);
+            // Terms in a² remain: (n a w²)² is 0.01, and less than a tenth of that comes through the kernel.
+            let close = |found: f64, mean: f64, scale: f64| {
+                assert!((found - mean).abs() < 2e-3 * scale, "{v} {a}: {found}, {mean}")
+            };
+            let fast = n * (v.abs() + a.abs() * w);
+            close(drift * n * a * w, rate[0], fast);
+            close(value * n * v, rate[1], fast);
+            close(-value * (n * v).powi(2), curvature[0], fast * fast + n * a.abs());
+            close(chirp * n * a, curvature[1], fast * fast + n * a.abs());
+        }
+    }
 }

@@ -120,6 +120,7 @@ fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidat
         effect: term.effect,
         joints: term.joints.clone(),
         shape: term.shape.clone(),
+        free_shapes: term.free_shapes,
         columns: term.columns.iter().map(|of_joint| vec![Vec::new(); of_joint.len()]).collect(),
     };
     let of_candidate = |candidate: &Candidate| Candidate {

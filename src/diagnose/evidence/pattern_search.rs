@@ -66,6 +66,7 @@ fn smooth_trials(problem: &Problem, joint: usize) -> Vec<TriedPattern> {
             effect: Cause::from(&Smooth),
             joints: vec![joint],
             shape: vec![index as f64],
+            free_shapes: 1,
             columns: vec![vec![column]],
         },
         tried,

@@ -12,6 +12,8 @@ pub struct Term {
     pub joints: Vec<usize>,
     /// Its shape.
     pub shape: Vec<f64>,
+    /// Numbers of the shape that are free.
+    pub free_shapes: usize,
     /// `columns[position in joints][coefficient][row]`.
     pub columns: Vec<Vec<Vec<f64>>>,
 }
@@ -21,12 +23,18 @@ impl Term {
     pub fn new(motion: &Motion, effect: impl Into<Cause>, joints: &[usize], shape: Vec<f64>) -> Self {
         let effect = effect.into();
         let columns = effect.columns_of(motion, joints, &shape);
-        Self { effect, joints: joints.to_vec(), shape, columns }
+        let free_shapes = if effect.is_given(motion, joints[0], &shape) { 0 } else { shape.len() };
+        Self { effect, joints: joints.to_vec(), shape, free_shapes, columns }
     }
 
     /// Number of linear coefficients.
     pub fn coefficients(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// Number of coefficients and free numbers of the shape.
+    pub fn complexity(&self) -> usize {
+        self.coefficients() + self.free_shapes
     }
 
     /// Joints that it is an effect of: all, or one.

@@ -48,9 +48,9 @@ impl Candidate {
         self.evidence.iter().map(|evidence| evidence.nats).sum()
     }
 
-    /// Number of coefficients and refined shapes.
+    /// Number of coefficients and free numbers of the shapes.
     pub fn complexity(&self) -> usize {
-        self.terms.iter().map(|term| term.coefficients() + term.shape.len()).sum()
+        self.terms.iter().map(Term::complexity).sum()
     }
 
     /// Joints that it acts on.

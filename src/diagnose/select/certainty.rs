@@ -50,7 +50,7 @@ const FAR: f64 = 0.3;
 fn rivals(taken: &Taken, rules: &Rules) -> (Vec<String>, f64) {
     let total: f64 = taken.evidence.iter().map(|evidence| evidence.nats).sum();
     let joints: Vec<usize> = taken.terms.iter().flat_map(|term| term.joints.clone()).collect();
-    let own: usize = taken.terms.iter().map(|term| term.coefficients() + term.shape.len()).sum();
+    let own: usize = taken.terms.iter().map(Term::complexity).sum();
     // An inaccurate law costs evidence in proportion to the number of rows; the error that it leaves does not depend on that number.
     let worse = |rival: &Candidate| {
         let on = |joint: &usize| taken.evidence[*joint].log_scale - rival.evidence[*joint].log_scale;
