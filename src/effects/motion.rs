@@ -6,7 +6,7 @@
 //! Every row averages torque and motion of the recording around its sample with the kernel
 //! `K(s) = 15/(16 w) (1 − (s/w)²)²`, `|s| ≤ w`; its first and second derivative give velocity and acceleration.
 //! An oscillation along the path, `cos(n θ)` at the order `n`, passes it with the gain
-//! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`, and its rates with [gains of their own](Gains) while the motion accelerates.
+//! `K̂(x) = 15 ((3 − x²) sin x − 3 x cos x)/x⁵`, `x = n θ̇ w`, and its rates with gains of their own while the motion accelerates.
 
 use std::borrow::Cow;
 
