@@ -245,6 +245,15 @@ fn equivalent_columns_of_a_ripple_of_position_are_the_torque_of_the_motion_that_
             let links = motion.inverse_dynamics(&nominal.robot, false);
             let inertias = motion.link_inertias(&nominal.robot);
             motion.joints[joint].link_torque.clone_from(&links[joint]);
+            // The motor turns its rotor against friction and drives the links.
+            let m = &mut motion.joints[joint];
+            let reflected = nominal.joints[joint].reflected_inertia();
+            m.torque = (0..links[joint].len())
+                .map(|row| {
+                    let friction = m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
+                    links[joint][row] + reflected * m.a[row] + friction
+                })
+                .collect();
             motion.joints[joint].link_inertia.clone_from(&inertias[joint]);
             let coefficients = [0.6 * amplitude, -0.8 * amplitude];
             let parameters = named(effect, &effect.parameters(&motion, joint, &shape, &coefficients));

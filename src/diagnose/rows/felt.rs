@@ -200,9 +200,10 @@ mod tests {
     fn property_sessions_are_compared_with_themselves_and_more_scatter_is_seen() {
         let floating = |row: usize| Some(row % 1000 < 100);
         let (alike, wider) = (more_scatter(&jumps(1.0), floating), more_scatter(&jumps(1.5), floating));
-        // The logarithm of the ratio is 0 and 0.41; its standard error, which is added, is some 0.7/√200 = 0.05.
+        // The logarithm of the ratio is 0 and 0.41, and its standard error of some 0.7/√200 = 0.05 is added. The slope of mean ρ is 1 at the scale that fits
+        // and grows from there, the more the fewer outliers there are: to 2 at most with even numbers.
         assert!(alike.is_some_and(|x| (0.0..0.1).contains(&x)), "{alike:?}");
-        assert!(wider.is_some_and(|x| (0.25..0.5).contains(&x)), "{wider:?}");
+        assert!(wider.is_some_and(|x| (0.41..0.82).contains(&x)), "{wider:?}");
         assert_eq!(more_scatter(&jumps(1.0), |row| Some(row < 20)), None);
     }
 }
