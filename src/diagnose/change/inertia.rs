@@ -13,7 +13,7 @@ use super::select::{Changes, Sides};
 use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::term::Term;
-use crate::diagnose::rows::zones::{Margins, contacts, rigid_zone};
+use crate::diagnose::rows::zones::{Margins, rigid_zone};
 use crate::effects::{Diagnosable, Effect};
 
 /// Margins that leave out only rows in which the link floats for certain. On the tuning seeds 38100 to 38104 a change of 10 % is found
@@ -32,8 +32,7 @@ pub fn look_closer(
     coulomb: &[f64],
     sides: &Sides,
 ) -> Option<(Changes, Vec<f64>)> {
-    let contacts = contacts(&problem.motion, coulomb, None, &CLOSER, problem.widest_gap);
-    let zones = rigid_zone(&problem.felt, &contacts);
+    let zones = rigid_zone(&problem.motion, coulomb, None, &problem.held_out, &CLOSER, problem.widest_gap);
     let usual = std::mem::replace(&mut problem.zones, zones);
     let found = standing_out(problem, changes, sides);
     problem.zones = usual;

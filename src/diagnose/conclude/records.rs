@@ -124,28 +124,13 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division) -
         filter: filter(sessions),
         half_width,
         zones: format!(
-            "left out: from 0.1 s before to 0.2 s after reversals and from 0.1 s before to 0.15 s after changes of flank (for error figures to 0.4 s and 0.3 s after them), only for joints with a gap, and no longer than the link takes to cross it{}{}; a joint at rest; fitted: {}",
+            "left out: from 0.1 s before to 0.2 s after reversals and from 0.1 s before to 0.15 s after changes of flank (for error figures to 0.4 s and 0.3 s after them), only for joints with a gap, and no longer than the link takes to cross it{}; a joint at rest; fitted: {}",
             problem.widest_gap.words(),
-            unseen_gaps(problem),
             rigid.join(", ")
         ),
         baseline: baseline(problem),
         held_out,
         left_out: left_out(problem),
-    }
-}
-
-/// The joints that keep rows because a gap does not show, to be added to a sentence.
-fn unseen_gaps(problem: &Problem) -> String {
-    let joints = &problem.motion.model.joints;
-    let of_joint = |joint: usize| {
-        let unseen: Vec<&str> = problem.felt.unseen_by(joint).map(|other| joints[other].name.as_str()).collect();
-        (!unseen.is_empty()).then(|| format!("{} of {}", joints[joint].name, unseen.join(", ")))
-    };
-    let unseen: Vec<String> = problem.joints().into_iter().filter_map(of_joint).collect();
-    match unseen.is_empty() {
-        true => String::new(),
-        false => format!(", and not where another joint shows nothing of a gap ({})", unseen.join("; ")),
     }
 }
 

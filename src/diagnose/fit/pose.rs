@@ -4,7 +4,6 @@ use super::problem::{Part, Problem};
 use super::regression;
 use crate::diagnose::options::Options;
 use crate::diagnose::rows::division::{Division, held_out_rows};
-use crate::diagnose::rows::felt::Felt;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
@@ -54,23 +53,19 @@ fn has_many_rows(problem: &Problem, joint: usize) -> bool {
     problem.rows(joint, Part::Train).len() >= FEWEST_ROWS.max((LEAST_SHARE * moving as f64) as usize)
 }
 
-/// Finds the rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves, which also shows whose links
-/// a joint does not feel.
+/// Finds the rigid zones with a rough Coulomb friction, and again with the torque that a first fit leaves.
 fn find_zones_of(problem: &mut Problem, widest: Widest) {
     let coulomb: Vec<f64> = (0..problem.baseline.len()).map(|joint| rough_coulomb(problem, joint)).collect();
-    let contacts = |problem: &Problem, left_over: Option<&[Vec<f64>]>, margins: &zones::Margins| {
-        zones::contacts(&problem.motion, &coulomb, left_over, margins, widest)
+    let zones = |problem: &Problem, left_over: Option<&[Vec<f64>]>, margins: &zones::Margins| {
+        zones::rigid_zone(&problem.motion, &coulomb, left_over, &problem.held_out, margins, widest)
     };
-    problem.felt = Felt::by_inertia(&problem.motion, &problem.held_out);
-    problem.zones = zones::rigid_zone(&problem.felt, &contacts(problem, None, &zones::RIGID));
+    problem.zones = zones(problem, None, &zones::RIGID);
     clear_left_out(problem);
     if let Some(fitted) = problem.fit(&[], Part::Train, regression::NU) {
         let of_joint = |joint| problem.residual(&[], &fitted, joint);
         let left_over: Vec<Vec<f64>> = (0..coulomb.len()).map(of_joint).collect();
-        let fitted = contacts(problem, Some(&left_over), &zones::RIGID);
-        problem.felt.forget_unseen(&problem.motion, &fitted, &left_over, &problem.held_out);
-        problem.zones = zones::rigid_zone(&problem.felt, &fitted);
-        problem.judged = zones::rigid_zone(&problem.felt, &contacts(problem, Some(&left_over), &zones::JUDGED));
+        problem.zones = zones(problem, Some(&left_over), &zones::RIGID);
+        problem.judged = zones(problem, Some(&left_over), &zones::JUDGED);
         clear_left_out(problem);
     }
     for joint in problem.joints() {

@@ -5,7 +5,6 @@ use super::cause::Cause;
 use super::inertial::{Inertial, Treated};
 use super::regression::Solution;
 use super::term::Term;
-use crate::diagnose::rows::felt::Felt;
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
 use crate::effects::{Catalogue, Diagnosable, LeftOut, Motion, Scope};
@@ -43,8 +42,6 @@ pub struct Problem<'m> {
     pub floating: Vec<bool>,
     /// How wide unknown gaps were taken to be.
     pub widest_gap: Widest,
-    /// Whose links the joints feel while they float.
-    pub felt: Felt,
     /// Whether a row is held out.
     pub held_out: Vec<bool>,
     /// One baseline per joint.
@@ -130,7 +127,6 @@ impl<'m> Problem<'m> {
             judged,
             floating,
             widest_gap: Widest::Any,
-            felt: Felt::default(),
             held_out,
             baseline,
             independence,

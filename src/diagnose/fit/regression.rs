@@ -112,11 +112,6 @@ fn log_likelihood(errors: &[f64], s: f64, nu: f64) -> f64 {
 
 /// Largest log-likelihood of errors over their scale. With a scale of their own, held-out rows may have any share of outliers.
 pub fn profile_likelihood(errors: &[f64], nu: f64) -> f64 {
-    log_likelihood(errors, scale(errors, nu), nu)
-}
-
-/// The scale of errors at which their likelihood is largest.
-pub fn scale(errors: &[f64], nu: f64) -> f64 {
     let mut s2 = mean_square(errors).max(1e-24);
     for _ in 0..MOST_ITERATIONS {
         let weight = |e: f64| (nu + 1.0) / (nu + e * e / s2);
@@ -128,7 +123,7 @@ pub fn scale(errors: &[f64], nu: f64) -> f64 {
             break;
         }
     }
-    s2.sqrt()
+    log_likelihood(errors, s2.sqrt(), nu)
 }
 
 impl System {

@@ -5,7 +5,7 @@
 //! - `observe`: makes the rows; `kernel`: the smoothing kernel; `local`: its weights at uneven times; `sampling`: even times, uneven ones, pauses
 //! - `resonance`: motion that is too fast for links to follow their rotors
 //! - `division`: training data and held-out data
-//! - `zones`: the rigid zone, in which the links follow the rotors; `felt`: whose links a joint feels
+//! - `zones`: the rigid zone, in which the links follow the rotors
 //! - `reversals`: times since reversals, and durations of rests
 //! - `standstill`: currents before the first motion
 //! - `gentlest`: the sessions with the gentlest reversals
@@ -14,7 +14,6 @@
 //! - `side_by_side`: parallel work on joints within a memory limit
 
 pub mod division;
-pub mod felt;
 pub mod gentlest;
 pub mod inertia;
 pub mod kernel;

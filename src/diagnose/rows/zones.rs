@@ -10,11 +10,14 @@
 //! are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
 //!
 //! Two rules reduce what is left out. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, with the RMS acceleration `a` of
-//! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And a joint keeps its rows where it does not
-//! [feel](super::felt) the link that may float.
+//! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
+//! than [`FELT`] of the RMS torque of `i`, because in an arm of six joints some wrist joint reverses almost all the time.
 
-use super::felt::{Contact, Felt};
+use nalgebra::DMatrix;
+
+use super::observe::NOISE_SHARE;
 use super::reversals::heading;
+use crate::dynamics::Dynamics;
 use crate::effects::Motion;
 use crate::timeseries::root_mean_square;
 use crate::units::JointKind;
@@ -34,6 +37,10 @@ const SETTLING: f64 = 0.1;
 /// [1] Multiple of the crossing time of a gap after which the link rests on the other flank. For an unknown gap 0.2 s are left out, which
 /// corresponds to 8 mrad at 4 rad/s².
 const CROSSINGS: f64 = 3.0;
+/// [1] Part of a joint's RMS torque that may be neglected: as much as the noise of the acceleration causes in a row.
+const FELT: f64 = NOISE_SHARE;
+/// Number of poses over which the coupling of the joints is averaged.
+const POSES: usize = 16;
 
 /// How wide an unknown gap may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,31 +102,54 @@ enum State {
     InDoubt(bool),
 }
 
-/// Rows of each joint in which the flank of its link is known. Inputs are the current estimate of the Coulomb friction `F_C` and, after a
-/// first fit, the torque that rigid body and friction leave in all rows.
-pub fn contacts(
+/// Whether each row of each joint is rigid: `zones[joint][row]`. Inputs are the current estimate of the Coulomb friction `F_C` and, after a
+/// first fit, the torque that rigid body and friction leave in all rows. Held-out rows have zones, but do not decide what a joint feels.
+pub fn rigid_zone(
     motion: &Motion,
     coulomb: &[f64],
     left_over: Option<&[Vec<f64>]>,
+    held_out: &[bool],
     margins: &Margins,
     widest: Widest,
-) -> Vec<Contact> {
-    let of_joint = |joint: usize| {
+) -> Vec<Vec<bool>> {
+    let dof = motion.joints.len();
+    let felt = felt(motion, held_out);
+    let mut zones = vec![vec![true; motion.rows()]; dof];
+    for joint in 0..dof {
         let gap = motion.model.joints[joint].backlash.unwrap_or_else(|| widest.gap(motion.model.joints[joint].kind));
         let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
         let doubt = (gap > 0.0).then(|| margins.doubt.map(|share| share * coulomb[joint]));
         let states = states(motion, joint, &load, doubt);
         let known = known(motion, &states, margins, longest(motion, joint, gap));
-        let moves = |(known, state): (&bool, &State)| *known && !matches!(state, State::Rest);
-        let own = known.iter().zip(&states).map(moves).collect();
-        Contact { own, link: if gap > 0.0 { known } else { vec![true; motion.rows()] } }
-    };
-    (0..motion.joints.len()).map(of_joint).collect()
+        for (other, zone) in zones.iter_mut().enumerate() {
+            let of_row = |row: usize| known[row] && (other != joint || !matches!(states[row], State::Rest));
+            if other == joint || (gap > 0.0 && felt[other][joint]) {
+                zone.iter_mut().enumerate().for_each(|(row, rigid)| *rigid &= of_row(row));
+            }
+        }
+    }
+    zones
 }
 
-/// Whether each row of each joint is rigid: `zones[joint][row]`.
-pub fn rigid_zone(felt: &Felt, contacts: &[Contact]) -> Vec<Vec<bool>> {
-    (0..contacts.len()).map(|joint| felt.rigid(joint, contacts)).collect()
+/// Whether joint `i` feels the motion of the link of joint `j` in its gap: `felt[i][j]`.
+fn felt(motion: &Motion, held_out: &[bool]) -> Vec<Vec<bool>> {
+    let dof = motion.joints.len();
+    let mut dynamics = Dynamics::new(&motion.model.robot);
+    let mut mass = DMatrix::zeros(dof, dof);
+    let mut coupling = DMatrix::<f64>::zeros(dof, dof);
+    let rows = motion.rows();
+    for pose in 0..POSES.min(rows) {
+        let row = pose * rows / POSES.min(rows);
+        let q: Vec<f64> = motion.joints.iter().map(|m| m.q[row]).collect();
+        dynamics.mass_matrix(&q, &mut mass);
+        coupling += mass.abs() / POSES.min(rows) as f64;
+    }
+    let misses = |i: usize, j: usize| coupling[(i, j)] * root_mean_square(&motion.joints[j].a);
+    let trained = |values: &[f64]| -> Vec<f64> {
+        values.iter().zip(held_out).filter(|(_, held_out)| !**held_out).map(|(value, _)| *value).collect()
+    };
+    let torque: Vec<f64> = motion.joints.iter().map(|m| root_mean_square(&trained(&m.torque))).collect();
+    (0..dof).map(|i| (0..dof).map(|j| i == j || misses(i, j) > FELT * torque[i]).collect()).collect()
 }
 
 /// [s] Longest time that the link of a joint takes through its gap [rad or m].
