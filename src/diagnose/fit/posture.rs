@@ -5,21 +5,17 @@
 //! ```text
 //!   q_link = q − (b/2) sgn(T + s F_C sgn v) − T/k,      τ_i changes by  −(∂g_i/∂q_j) ((b/2) sgn(…) + T/k)
 //! ```
-//! with the load `T` of the links, the share `s` of Coulomb friction behind the gear and the gravity torque `g`. Where the model file gives no gap
-//! or no stiffness, half a gap of 5 mrad at a slope of gravity of 20 N·m/rad is worth as much as a cable, and looks like one. The columns
-//! here are those of one standard deviation of the gap and of the wind-up. Inertial torques change by less than their own accuracy, and are left out.
+//! with the load `T` of the links, the share `s` of Coulomb friction behind the gear and the gravity torque `g`. Where the model file gives no gap,
+//! half a gap of 5 mrad at a slope of gravity of 20 N·m/rad is worth as much as a cable, and looks like one. The columns
+//! here are those of one standard deviation of the gap and of the wind-up; a gear without a stiffness counts as rigid beyond its gap. Inertial torques change by less than their own accuracy, and are left out.
 
 use nalgebra::DVectorView;
 
 use crate::effects::Motion;
-use crate::timeseries::root_mean_square;
 use crate::units::JointKind;
 
 /// [rad, m] One standard deviation of an unknown gap: a third of the widest that gears of robots have.
 const GAP: [f64; 2] = [0.005, 1.7e-4];
-/// [rad, m] One standard deviation of the wind-up of a gear of unknown stiffness under the RMS load. Strain wave and planetary gears for robots
-/// yield by 1 to 3 mrad at their rated torque (catalogues of their makers).
-const WIND_UP: [f64; 2] = [0.002, 7e-5];
 /// `s` [1] Typical share of Coulomb friction behind the gear.
 const SHARE_BEHIND: f64 = 0.25;
 /// [1] Part of Coulomb friction over which the load changes the flank in the mean: the spread of that share.
@@ -64,13 +60,10 @@ fn half_gap(motion: &Motion, joint: usize, coulomb: f64) -> Vec<f64> {
     })
 }
 
-/// [rad or m] One standard deviation of the wind-up.
+/// [rad or m] One standard deviation of the wind-up; none where the model file gives no stiffness.
 fn wind_up(motion: &Motion, joint: usize) -> Vec<f64> {
     let (model, m) = (&motion.model.joints[joint], &motion.joints[joint]);
-    let softness = match model.gear_stiffness {
-        Some(stiffness) => motion.model.accuracy.stiffness / stiffness,
-        None => of_kind(WIND_UP, model.kind) / root_mean_square(&m.link_torque).max(f64::MIN_POSITIVE),
-    };
+    let softness = model.gear_stiffness.map_or(0.0, |stiffness| motion.model.accuracy.stiffness / stiffness);
     m.link_torque.iter().map(|torque| softness * torque).collect()
 }
 
