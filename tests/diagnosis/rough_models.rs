@@ -63,11 +63,12 @@ fn property_a_healthy_machine_with_a_rough_model_gets_no_name() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// The load sits at the tip, where 0.7 kg have as much inertia as the whole nominal link: the accuracy of masses does not hide it.
+/// The load sits at the tip, where half of it has as much inertia as the whole nominal link: the accuracy of masses does not hide it. Its mass, which
+/// has to be more than chance on two links (2.24 standard errors), is known to 0.2 kg: half a link would not always be enough.
 #[test]
-fn recover_a_load_of_half_a_link_beside_a_rough_model() {
+fn recover_a_load_of_a_link_beside_a_rough_model() {
     (7110..7112).into_par_iter().for_each(|seed| {
-        let load = 0.5 * SECOND_LINK;
+        let load = SECOND_LINK;
         let found = diagnosed(seed, Some(load));
         let first = found.effects.first().expect("something is found");
         assert_eq!(first.effect, "payload", "{seed}");

@@ -26,7 +26,9 @@ pub fn certainty(
     let at = selection.fitted.term_at[position];
     let own = at..at + term.coefficients();
     let all = uncertainty.size_in_errors(own, &selection.fitted.solution.coefficients);
-    (confusable_with, probability * not_zero(all.min(least_size(term.effect.about(), parameters))))
+    let least = least_size(term.effect.about(), parameters);
+    let by_chance = by_chance(all, 1).max(by_chance(least, selection.nominal.residuals.len()));
+    (confusable_with, probability * (1.0 - by_chance))
 }
 
 /// [standard errors] Size of the least parameter without which an effect would be another; infinite where it has none.
@@ -35,9 +37,10 @@ pub fn least_size(about: &About, parameters: &BTreeMap<String, Measured>) -> f64
     sizes.map(|one| (one.value / one.std_error).abs()).fold(f64::INFINITY, f64::min)
 }
 
-/// Probability that a size of `z` standard errors is not zero: `1 − 2 (1 − Φ(z))`.
-fn not_zero(z: f64) -> f64 {
-    (1.0 - 2.0 * normal_upper_tail(z)).max(0.0)
+/// Bound of Bonferroni on the probability that the largest of `tries` sizes that are zero reaches `z` standard errors: `2n (1 − Φ(z))`. A parameter
+/// is tried on each of `n` joints, or links, and named where it is largest.
+pub fn by_chance(z: f64, tries: usize) -> f64 {
+    (2.0 * normal_upper_tail(z) * tries as f64).min(1.0)
 }
 
 /// Share of the evidence above which a rival cannot be rejected.
@@ -97,8 +100,9 @@ mod tests {
         let spring = measured([("stiffness", 2.5, 2.7), ("rest_position", 0.95, 0.98)]);
         let size = least_size(about, &spring).min(50.0);
         assert_eq!(size, 2.5 / 2.7);
-        // 1 − 2 (1 − Φ(0.9259)) = 0.6455.
-        assert!((not_zero(size) - 0.6455).abs() < 1e-4);
+        // 2 (1 − Φ(0.9259)) = 0.3545.
+        assert!((by_chance(size, 1) - 0.3545).abs() < 1e-4);
+        assert_eq!([by_chance(size, 3), by_chance(f64::INFINITY, 6)], [1.0, 0.0]);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! a later fit moves out of its range, the weakest of several effects that gain nothing together, one with too little evidence, an effect
 //! that is no larger than its standard error or whose decisive parameter may be zero, one that is improbable, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
 
-use super::certainty::{certainty, least_size};
+use super::certainty::{by_chance, certainty, least_size};
 use super::own_gains;
 use super::selection::{Selection, Taken, evidence_beside, resettle};
 use crate::diagnose::fit::estimate;
@@ -14,7 +14,6 @@ use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::options::{Inaccuracy, Rules};
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
-use crate::distributions::NORMAL_975;
 use crate::effects::{About, Catalogue};
 
 /// [1] Probability below which a name is more likely wrong than right.
@@ -143,11 +142,6 @@ fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize], rules:
         let all = uncertainty.size_in_errors(own, &fitted.solution.coefficients);
         [all, least_size(terms[index].effect.about(), &parameters(index))]
     };
-    let small = judged.iter().filter_map(|index| Some((*index, too_small(size(*index))?)));
-    if let Some((index, size)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        let reason = format!("its size is only {size:.1} standard errors");
-        return Some(Refused { index, reason, rivals: Vec::new() });
-    }
     let taken: Vec<&Taken> =
         selection.taken.iter().flat_map(|taken| std::iter::repeat_n(taken, taken.terms.len())).collect();
     let certain = |index: &usize| {
@@ -156,6 +150,11 @@ fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize], rules:
         rivals.retain(|rival| look_alike(&problem.catalogue, terms[*index].effect.about(), rival));
         Some((rivals, p))
     };
+    let small = judged.iter().filter_map(|index| Some((*index, too_small(size(*index), problem.baseline.len())?)));
+    if let Some((index, size)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        let reason = format!("its size is only {size:.1} standard errors");
+        return Some(Refused { index, reason, rivals: certain(&index).map_or_else(Vec::new, |(rivals, _)| rivals) });
+    }
     let certain: Vec<(Vec<String>, f64)> = judged.iter().filter_map(certain).collect();
     unlikely(&certain).map(|(at, reason)| Refused { index: judged[at], reason, rivals: certain[at].0.clone() })
 }
@@ -166,10 +165,13 @@ fn look_alike(catalogue: &Catalogue, about: &About, other: &str) -> bool {
     about.look_alikes.contains(&other) || listed()
 }
 
+/// [1] Chance of a parameter of zero above which its size decides nothing: that of a 95 % interval.
+const CHANCE: f64 = 0.05;
+
 /// [standard errors] The size of an effect that is too small for a name: that of all its coefficients together below one, or that of a parameter without
-/// which it would be another effect within a 95 % interval that contains zero.
-fn too_small([all, least]: [f64; 2]) -> Option<f64> {
-    (all < 1.0 || least < NORMAL_975).then_some(all.min(least))
+/// which it would be another effect reached by [chance](by_chance) on one of `joints`.
+fn too_small([all, least]: [f64; 2], joints: usize) -> Option<f64> {
+    (all < 1.0 || by_chance(least, joints) > CHANCE).then_some(all.min(least))
 }
 
 /// The least probable of several names, each with the look-alikes among its rivals and its probability, if it has one and is less probable than
@@ -281,8 +283,10 @@ mod tests {
 
     #[test]
     fn property_a_load_whose_interval_contains_zero_has_no_name_and_a_ripple_of_its_own_error_has() {
-        assert_eq!([too_small([5.0, 1.7]), too_small([0.9, f64::INFINITY])], [Some(1.7), Some(0.9)]);
-        assert_eq!([too_small([1.4, f64::INFINITY]), too_small([5.0, 2.0])], [None, None]);
+        assert_eq!([too_small([5.0, 1.7], 1), too_small([0.9, f64::INFINITY], 1)], [Some(1.7), Some(0.9)]);
+        assert_eq!([too_small([1.4, f64::INFINITY], 6), too_small([5.0, 2.0], 1)], [None, None]);
+        // The largest of six: 2 · 6 (1 − Φ(2.638)) = 0.05.
+        assert_eq!([too_small([5.0, 2.62], 6), too_small([5.0, 2.65], 6)], [Some(2.62), None]);
     }
 
     #[test]
