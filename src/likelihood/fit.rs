@@ -167,6 +167,18 @@ pub fn refine(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Resu
     fit.go_on(&fitted.name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
 }
 
+/// The baseline, from where the fit of a hypothesis brought the parameters that both have: a rival must not win because it found better
+/// values of those.
+///
+/// # Errors
+/// As [`fit`](fit()).
+pub fn without_effects(fitted: &Fitted, baseline: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let Fitted { model, parameters, .. } = baseline;
+    let fit = Fit { model, effects: &[], parameters: parameters.clone(), train, settings };
+    let from = fit.climb(fitted.x[..parameters.len()].to_vec(), fitted.lambda.clone())?;
+    fit.go_on(&baseline.name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
+}
+
 /// `λ` by which starts are compared and first refined.
 fn noisier(baseline: &Fitted) -> Vec<f64> {
     baseline.lambda.iter().map(|lambda| lambda.max(NOISE_AT_STARTS)).collect()

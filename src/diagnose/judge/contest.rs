@@ -1,8 +1,8 @@
 //! The contest of sets: fits on some windows, scores on others.
 //!
 //! Every set is fitted roughly: its starts are compared on the first seconds of the windows, the best of them are searched along single
-//! lines, and what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them: a
-//! rival must not win because its fit went on longer.
+//! lines, and what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them, also
+//! from where each of them ended: a rival must not win because its fit went on longer, or found better values of what both have.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::sets;
 use crate::error::Result;
 use crate::likelihood::{
-    Fitted, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, most_probable, refine,
+    Fitted, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, most_probable, refine, without_effects,
 };
 use crate::robot::Model;
 use crate::timeseries::Estimate;
@@ -79,6 +79,13 @@ impl Contender {
     /// The set with its fitted sizes as its start.
     fn fitted_start(&self) -> Hypothesis {
         Hypothesis { starts: vec![Start::new(self.fitted.effects())], ..self.hypothesis.clone() }
+    }
+}
+
+/// Puts a contender in its place if the training windows prefer it, whatever the others say of it.
+fn prefer(contenders: &mut [Contender], (index, contender): (usize, Contender)) {
+    if contender.height() > contenders[index].height() {
+        contenders[index] = contender;
     }
 }
 
@@ -161,19 +168,20 @@ impl Contest {
             _ => None,
         };
         let settings = Settings { steps: CLOSE, rounds: 1, ..self.settings.clone() };
-        let again: Vec<usize> = order.into_iter().chain([0]).collect();
+        let again: Vec<usize> = order.iter().copied().chain([0]).collect();
         let closer = |index: &usize| -> Result<(usize, Contender)> {
             let old = &contenders[*index];
             let fitted = refine(&old.fitted, &self.train, &settings)?;
             Ok((*index, self.contender(&old.hypothesis, fitted)?))
         };
         let refined: Vec<Result<(usize, Contender)>> = again.par_iter().map(closer).collect();
-        for (index, contender) in refined.into_iter().flatten() {
-            // What the training windows prefer counts, whatever the others say of it.
-            if contender.height() > contenders[index].height() {
-                contenders[index] = contender;
-            }
-        }
+        refined.into_iter().flatten().for_each(|one| prefer(contenders, one));
+        let beside = |index: &usize| -> Result<(usize, Contender)> {
+            let fitted = without_effects(&contenders[*index].fitted, baseline, &self.train, &settings)?;
+            Ok((0, self.contender(&contenders[0].hypothesis, fitted)?))
+        };
+        let beside: Vec<Result<(usize, Contender)>> = order.par_iter().map(beside).collect();
+        beside.into_iter().flatten().for_each(|one| prefer(contenders, one));
         contenders.extend(union);
     }
 
