@@ -16,6 +16,10 @@ use crate::dynamics::Dynamics;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
 use crate::robot::{Body, Model, Robot, TorqueAt};
 
+/// `ω/ω_r` [1] Largest frequency of a ripple in the rotor's torque that rows describe, over the resonance of the link on its gear. Rows take the link's
+/// acceleration from the rotor, and the link's is `1/(1 − (ω/ω_r)²)` times that: 1.19 at this frequency.
+const FOLLOWS: f64 = 0.4;
+
 /// Smooth measured motion, row by row; the rows of the sessions follow each other.
 #[derive(Debug, Clone)]
 pub struct Motion<'a> {
@@ -203,13 +207,23 @@ impl Motion<'_> {
         (0..self.rows()).map(|row| value(motion, row)).collect()
     }
 
-    /// The columns `cos(order · q)` and `sin(order · q)` after the kernel, times `amplitude`.
+    /// `ω_r` [rad/s] Resonance of the link on its gear with the rotor held; infinite where the gear counts as rigid.
+    fn resonance(&self, joint: usize, row: usize) -> f64 {
+        let inertia = self.joints[joint].link_inertia.get(row);
+        let stiffness = self.model.joints[joint].gear_stiffness;
+        stiffness.zip(inertia).map_or(f64::INFINITY, |(k, inertia)| (k / inertia).sqrt())
+    }
+
+    /// The columns `cos(order · q)` and `sin(order · q)` after the kernel, times `amplitude`, in rows that are passed so slowly that the link
+    /// [follows](FOLLOWS) its rotor.
     pub fn harmonic(&self, joint: usize, order: f64, amplitude: impl Fn(&JointMotion, usize) -> f64) -> [Vec<f64>; 2] {
         let motion = &self.joints[joint];
         let mut columns = [Vec::with_capacity(self.rows()), Vec::with_capacity(self.rows())];
         for row in 0..self.rows() {
             let (sin, cos) = (order * motion.q[row]).sin_cos();
-            let scale = amplitude(motion, row) * self.gain(joint, row, order);
+            let follows = (order * motion.v[row]).abs() <= FOLLOWS * self.resonance(joint, row);
+            let gain = if follows { self.gain(joint, row, order) } else { 0.0 };
+            let scale = amplitude(motion, row) * gain;
             columns[0].push(scale * cos);
             columns[1].push(scale * sin);
         }

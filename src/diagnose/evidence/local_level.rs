@@ -54,7 +54,8 @@ pub fn count_lines(
     }
 }
 
-/// `ι g` [nats] of one term on its joint; `None` if it does not repeat with an angle, or too slowly.
+/// `ι g` [nats] of one term on its joint: 0 where a neighbour shows in no more rows than there are columns, which then tell nothing from one
+/// another. `None` if the term does not repeat with an angle, or too slowly.
 fn of_line(problem: &Problem, terms: &[&Term], fitted: &Fitted, index: usize, joint: usize) -> Option<f64> {
     let term = terms[index];
     let order = (term.effect.harmonic()?.order)(&problem.motion, joint, &term.shape);
@@ -62,9 +63,14 @@ fn of_line(problem: &Problem, terms: &[&Term], fitted: &Fitted, index: usize, jo
     let white = Prewhitened::new(problem, terms, fitted, (index, joint))?;
     let motion = problem.motion.at_rows(&problem.rows(joint, Part::Train));
     let orders = away.iter().flat_map(|away| [order - away, order + away]);
-    let beside: Option<Vec<_>> = orders.map(|order| columns_at(term, &motion, joint, order)).collect();
+    let beside: Vec<_> = orders.map(|order| columns_at(term, &motion, joint, order)).collect::<Option<_>>()?;
+    let rows = |columns: &Vec<Vec<f64>>| columns[0].iter().filter(|x| **x != 0.0).count();
+    let columns = (beside.len() + 1) * term.coefficients();
+    if beside.iter().any(|neighbour| rows(neighbour) <= columns) {
+        return Some(0.0);
+    }
     let tried = term.effect.shapes(&problem.motion, joint).len();
-    let independence = independence(white.gains_of(&beside?), NEEDED + (tried.max(1) as f64).ln());
+    let independence = independence(white.gains_of(&beside), NEEDED + (tried.max(1) as f64).ln());
     Some(independence * white.gain()?)
 }
 
