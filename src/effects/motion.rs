@@ -215,7 +215,7 @@ impl Motion<'_> {
     }
 
     /// The columns `cos(order · q)` and `sin(order · q)` after the kernel, times `amplitude`, in rows that are passed so slowly that the link
-    /// [follows](FOLLOWS) its rotor.
+    /// follows its rotor: up to 0.4 of their resonance, where the stiffness of the gear is stated.
     pub fn harmonic(&self, joint: usize, order: f64, amplitude: impl Fn(&JointMotion, usize) -> f64) -> [Vec<f64>; 2] {
         let motion = &self.joints[joint];
         let mut columns = [Vec::with_capacity(self.rows()), Vec::with_capacity(self.rows())];
