@@ -8,7 +8,7 @@ use super::table::Table;
 pub struct Document {
     /// The task and the machine.
     pub title: String,
-    /// The result in one or two sentences.
+    /// The result, a sentence in each line.
     pub verdict: String,
     /// Warnings that the reader needs before using the result.
     pub warnings: Vec<String>,
@@ -57,7 +57,8 @@ impl Document {
 
     /// Title, verdict, texts and tables as Markdown.
     pub fn to_markdown(&self) -> String {
-        let mut text = format!("# {}\n\n**{}**\n\n", self.title, self.verdict);
+        let mut text = format!("# {}\n\n", self.title);
+        self.verdict.lines().for_each(|line| text += &format!("**{line}**\n\n"));
         self.warnings.iter().for_each(|warning| text += &format!("> {warning}\n\n"));
         for section in self.sections.iter().filter(|section| section.has_words()) {
             text += &format!("## {}\n\n", section.title);
