@@ -64,7 +64,7 @@ fn of_line(problem: &Problem, terms: &[&Term], fitted: &Fitted, index: usize, jo
     let motion = problem.motion.at_rows(&problem.rows(joint, Part::Train));
     let orders = away.iter().flat_map(|away| [order - away, order + away]);
     let beside: Vec<_> = orders.map(|order| columns_at(term, &motion, joint, order)).collect::<Option<_>>()?;
-    let rows = |columns: &Vec<Vec<f64>>| columns[0].iter().filter(|x| **x != 0.0).count();
+    let rows = |columns: &Vec<Vec<f64>>| columns.iter().flatten().filter(|x| **x != 0.0).count() / columns.len().max(1);
     let columns = (beside.len() + 1) * term.coefficients();
     if beside.iter().any(|neighbour| rows(neighbour) <= columns) {
         return Some(0.0);
