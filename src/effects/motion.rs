@@ -209,9 +209,9 @@ impl Motion<'_> {
 
     /// `ω_r` [rad/s] Resonance of the link on its gear with the rotor held; infinite where the gear counts as rigid.
     fn resonance(&self, joint: usize, row: usize) -> f64 {
-        let inertia = self.joints[joint].link_inertia.get(row);
-        let stiffness = self.model.joints[joint].gear_stiffness;
-        stiffness.zip(inertia).map_or(f64::INFINITY, |(k, inertia)| (k / inertia).sqrt())
+        let model = &self.model.joints[joint];
+        let inertia = self.joints[joint].link_inertia.get(row).filter(|_| model.gear_stiffness.is_some());
+        inertia.map_or(f64::INFINITY, |inertia| model.resonance(*inertia))
     }
 
     /// The columns `cos(order · q)` and `sin(order · q)` after the kernel, times `amplitude`, in rows that are passed so slowly that the link
