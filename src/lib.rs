@@ -21,6 +21,8 @@ pub mod effects;
 pub mod error;
 /// Files on disk and in the catalogue, and valid file names.
 pub mod files;
+/// Fourier transforms at even and uneven times.
+pub mod fourier;
 /// Friction and dead zone between rotor and link.
 pub mod gearhead;
 /// Friction and backlash from data.

@@ -221,13 +221,17 @@ impl Motion<'_> {
         let mut columns = [Vec::with_capacity(self.rows()), Vec::with_capacity(self.rows())];
         for row in 0..self.rows() {
             let (sin, cos) = (order * motion.q[row]).sin_cos();
-            let follows = (order * motion.v[row]).abs() <= FOLLOWS * self.resonance(joint, row);
-            let gain = if follows { self.gain(joint, row, order) } else { 0.0 };
-            let scale = amplitude(motion, row) * gain;
+            let scale = amplitude(motion, row) * self.passed(joint, row, order);
             columns[0].push(scale * cos);
             columns[1].push(scale * sin);
         }
         columns
+    }
+
+    /// Gain of the kernel of a row for `cos(order · q)` of a joint; 0 where the link cannot follow its rotor.
+    pub fn passed(&self, joint: usize, row: usize, order: f64) -> f64 {
+        let follows = (order * self.joints[joint].v[row]).abs() <= FOLLOWS * self.resonance(joint, row);
+        if follows { self.gain(joint, row, order) } else { 0.0 }
     }
 
     /// First and second time derivative of `cos(order · q)` and `sin(order · q)` after the kernel:

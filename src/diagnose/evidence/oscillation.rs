@@ -7,13 +7,14 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
-use std::ops::Range;
 
+use nalgebra::Complex;
 use rayon::prelude::*;
 
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::effects::{About, Action, Diagnosable, Effect, Kind, Motion, Scope, kernel_gain};
 use crate::error::Result;
+use crate::fourier::{Uneven, of_pair};
 use crate::identify::statistics::median;
 use crate::robot::Model;
 
@@ -86,39 +87,40 @@ pub fn strongest(problem: &Problem, fitted: &Fitted, joint: usize) -> Option<(f6
     let rows = problem.rows(joint, Part::Train);
     let longest = sessions(motion, &rows).map(|rows| duration(motion, rows)).fold(0.0, f64::max);
     let width = rows.iter().map(|row| motion.half_width[*row]).fold(0.0, f64::max);
-    let lowest = LOWEST.max(PERIODS / longest.max(1e-9));
     let step = 1.0 / longest.max(1e-9);
-    let count = ((HIGHEST.min(kernel_limit(width)) - lowest) / step).max(0.0) as usize;
-    let grid = Grid { lowest, step, count };
+    let first = (LOWEST / step).max(PERIODS).ceil() as usize;
+    let last = (HIGHEST.min(kernel_limit(width)) / step) as usize;
+    let grid = Grid { first, count: (last + 1).saturating_sub(first), step };
     let solution = &fitted.solution;
     let weighted: Vec<f64> = solution.residual[joint]
         .iter()
         .zip(&solution.weights[joint])
         .map(|(residual, weight)| residual * weight)
         .collect();
-    let power = grid.power(motion, &rows, &weighted);
-    let of_motion = prominence_in_motion(motion, &rows, &grid);
+    let spectra = grid.spectra(motion, &rows);
+    let power = spectra.power(&[&weighted]).swap_remove(0);
+    let of_motion = prominence_in_motion(motion, &rows, &spectra);
     let tied_to_time = |k: &usize| prominence(&power, *k) > BEYOND_MOTION * of_motion[*k];
-    let best = (0..count).filter(tied_to_time).max_by(|a, b| power[*a].total_cmp(&power[*b]))?;
-    let fine = Grid { lowest: grid.frequency(best) - step, step: step / FINE as f64, count: 2 * FINE + 1 };
-    let power = fine.power(motion, &rows, &weighted);
-    let best = (0..fine.count).max_by(|a, b| power[*a].total_cmp(&power[*b]))?;
-    Some((fine.frequency(best), count))
+    let best = (0..grid.count).filter(tied_to_time).max_by(|a, b| power[*a].total_cmp(&power[*b]))?;
+    let near = (-(FINE as i32)..=FINE as i32).map(|k| grid.frequency(best) + step * f64::from(k) / FINE as f64);
+    let (best, _) = near.map(|f| (f, power_at(motion, &rows, &weighted, f))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some((best, grid.count))
 }
 
 /// At each frequency the largest [`prominence`] of a signal of the motion there or next to it.
-fn prominence_in_motion(motion: &Motion, rows: &[usize], grid: &Grid) -> Vec<f64> {
-    let mut largest = vec![0.0_f64; grid.count];
-    for signal in motion.joints.iter().flat_map(|m| [&m.v, &m.a, &m.direction, &m.rigid]) {
-        let values: Vec<f64> = rows.iter().map(|row| signal[*row]).collect();
-        let power = grid.power(motion, rows, &values);
-        let found: Vec<f64> = (0..grid.count).map(|k| prominence(&power, k)).collect();
-        for (k, largest) in largest.iter_mut().enumerate() {
-            let near = k.saturating_sub(1)..(k + 2).min(grid.count);
-            *largest = found[near].iter().fold(*largest, |most, found| most.max(*found));
-        }
-    }
-    largest
+fn prominence_in_motion(motion: &Motion, rows: &[usize], spectra: &Spectra) -> Vec<f64> {
+    let signals: Vec<&Vec<f64>> = motion.joints.iter().flat_map(|m| [&m.v, &m.a, &m.direction, &m.rigid]).collect();
+    let found = |pair: &[&Vec<f64>]| -> Vec<Vec<f64>> {
+        let values: Vec<Vec<f64>> = pair.iter().map(|signal| rows.iter().map(|row| signal[*row]).collect()).collect();
+        let powers = spectra.power(&values.iter().map(|values| &values[..]).collect::<Vec<_>>());
+        powers.iter().map(|power| (0..power.len()).map(|k| prominence(power, k)).collect()).collect()
+    };
+    let found: Vec<Vec<f64>> = signals.par_chunks(2).flat_map_iter(found).collect();
+    let most = |k: usize| {
+        let near = k.saturating_sub(1)..(k + 2).min(spectra.grid.count);
+        found.iter().flat_map(|found| &found[near.clone()]).fold(0.0, |most: f64, found| most.max(*found))
+    };
+    (0..spectra.grid.count).map(most).collect()
 }
 
 /// Power relative to the median of its neighbours.
@@ -147,63 +149,76 @@ fn duration(motion: &Motion, rows: &[usize]) -> f64 {
     rows.first().zip(rows.last()).map_or(0.0, |(first, last)| motion.time[*last] - motion.time[*first])
 }
 
-/// Frequencies `lowest + k step` [Hz].
+/// Frequencies `(first + k) step` [Hz].
+#[derive(Clone, Copy)]
 struct Grid {
-    lowest: f64,
-    step: f64,
+    first: usize,
     count: usize,
+    step: f64,
 }
 
 impl Grid {
     /// [Hz]
-    fn frequency(&self, k: usize) -> f64 {
-        self.lowest + self.step * k as f64
+    fn frequency(self, k: usize) -> f64 {
+        self.step * (self.first + k) as f64
     }
 
-    /// `Σ_s |Σ w x e^{−iωt}|²/Σ w²` over the sessions, with a Hann window `w` over each.
-    fn power(&self, motion: &Motion, rows: &[usize], values: &[f64]) -> Vec<f64> {
-        let mut sums = vec![0.0; self.count];
-        let mut first = 0;
-        for session in sessions(motion, rows) {
-            let of_session = &values[first..first + session.len()];
-            first += session.len();
-            let (windowed, total) = windowed(motion, session, of_session);
-            let part = |range: Range<usize>| -> Vec<f64> { self.transform(range, &windowed) };
-            let parts: Vec<Range<usize>> =
-                (0..self.count).step_by(PART).map(|k| k..(k + PART).min(self.count)).collect();
-            let powers: Vec<f64> = parts.into_par_iter().flat_map_iter(part).collect();
-            sums.iter_mut().zip(powers).for_each(|(sum, power)| *sum += power / total.max(1e-300));
-        }
-        sums
-    }
-
-    /// `|Σ x e^{−iωt}|²` of some of the frequencies, from times and values.
-    fn transform(&self, range: Range<usize>, samples: &[(f64, f64)]) -> Vec<f64> {
-        let mut sums = vec![[0.0; 2]; range.len()];
-        let lowest = self.frequency(range.start);
-        for (t, x) in samples {
-            // Rotate from one frequency to the next instead of computing a sine each time.
-            let (sin, cos) = (TAU * self.step * t).sin_cos();
-            let (s, c) = (TAU * lowest * t).sin_cos();
-            let (mut re, mut im) = (x * c, x * s);
-            for sum in &mut sums {
-                sum[0] += re;
-                sum[1] += im;
-                (re, im) = (re * cos - im * sin, re * sin + im * cos);
-            }
-        }
-        sums.iter().map(|[re, im]| re * re + im * im).collect()
+    /// Prepares the spectra of signals of these rows.
+    fn spectra(self, motion: &Motion, rows: &[usize]) -> Spectra {
+        let of_session = |session: &[usize]| {
+            let (times, weights) = windowed(motion, session);
+            (Uneven::new(&times, self.step, 2 * (self.first + self.count)), weights)
+        };
+        Spectra { grid: self, sessions: sessions(motion, rows).map(of_session).collect() }
     }
 }
 
-/// Number of frequencies that one thread sums.
-const PART: usize = 512;
+/// Spectra of signals of the same rows.
+struct Spectra {
+    grid: Grid,
+    /// Of each session its transform and the window's weights.
+    sessions: Vec<(Uneven, Vec<f64>)>,
+}
 
-/// Times since the start of the session and values times a Hann window over the rows, and `Σ w²`.
-fn windowed(motion: &Motion, rows: &[usize], values: &[f64]) -> (Vec<(f64, f64)>, f64) {
+impl Spectra {
+    /// `Σ_s |Σ w x e^{−iωt}|²/Σ w²` over the sessions, with a Hann window `w` over each, of one signal or of two.
+    fn power(&self, signals: &[&[f64]]) -> Vec<Vec<f64>> {
+        let Grid { first, count, .. } = self.grid;
+        let mut powers = vec![vec![0.0; count]; signals.len()];
+        let mut from = 0;
+        for (transform, weights) in &self.sessions {
+            let value = |signal: usize, row: usize| signals.get(signal).map_or(0.0, |values| values[from + row]);
+            let samples = weights.iter().enumerate().map(|(row, w)| Complex::new(value(0, row), value(1, row)) * *w);
+            let z = transform.transform(samples);
+            let total = weights.iter().map(|w| w * w).sum::<f64>().max(1e-300);
+            for k in 0..count {
+                let pair = of_pair(&z, first + k);
+                powers.iter_mut().zip(pair).for_each(|(power, x)| power[k] += x.norm_sqr() / total);
+            }
+            from += weights.len();
+        }
+        powers
+    }
+}
+
+/// `Σ_s |Σ w x e^{−iωt}|²/Σ w²` at one frequency [Hz].
+fn power_at(motion: &Motion, rows: &[usize], values: &[f64], frequency: f64) -> f64 {
+    let mut rest = values;
+    let of_session = |session: &[usize]| {
+        let (times, weights) = windowed(motion, session);
+        let values = rest.split_off(..session.len()).unwrap_or_default();
+        let turned = |((t, w), x): ((&f64, &f64), &f64)| Complex::from_polar(w * x, -TAU * frequency * t);
+        let sum: Complex<f64> = times.iter().zip(&weights).zip(values).map(turned).sum();
+        sum.norm_sqr() / weights.iter().map(|w| w * w).sum::<f64>().max(1e-300)
+    };
+    sessions(motion, rows).map(of_session).sum()
+}
+
+/// Times since the start of the session, and a Hann window over the rows.
+fn windowed(motion: &Motion, rows: &[usize]) -> (Vec<f64>, Vec<f64>) {
     let span = duration(motion, rows).max(1e-9);
-    let start = rows.first().map_or(0.0, |row| motion.since_start(*row));
-    let weight = |row: usize| (PI * (motion.since_start(row) - start) / span).sin().powi(2);
-    let samples = rows.iter().zip(values).map(|(row, x)| (motion.since_start(*row), weight(*row) * x)).collect();
-    (samples, rows.iter().map(|row| weight(*row).powi(2)).sum())
+    let times: Vec<f64> = rows.iter().map(|row| motion.since_start(*row)).collect();
+    let start = times.first().copied().unwrap_or(0.0);
+    let weights = times.iter().map(|t| (PI * (t - start) / span).sin().powi(2)).collect();
+    (times, weights)
 }

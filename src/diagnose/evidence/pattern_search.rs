@@ -1,14 +1,16 @@
 //! The pattern without physics that best describes the residual of a fit.
 
-use crate::diagnose::fit::cause::Cause;
+use nalgebra::Complex;
 use rayon::prelude::*;
 
 use super::oscillation;
 use super::oscillation::Oscillation;
 use super::patterns::{PERIODIC, Periodic, Smooth, orders, smooth};
+use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::Score;
 use crate::diagnose::fit::term::Term;
+use crate::effects::Motion;
 
 /// Number of harmonics of a kind that are fitted in full after a scan of all orders.
 const SHORTLIST: usize = 2;
@@ -103,15 +105,16 @@ fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: u
     );
     let orders = orders(motion, joint);
     let seen = motion.at_rows(&rows);
+    let amplitudes = PERIODIC.each_ref().map(|kind| seen.column(joint, |m, row| kind.amplitude(m, row)));
     // All kinds in one pass: they differ only in the amplitude of the harmonic.
-    let gains = |order: &f64| -> [f64; PERIODIC.len()] {
-        let harmonic = seen.harmonic(joint, *order, |_, _| 1.0);
-        PERIODIC.each_ref().map(|kind| {
-            let size = |(row, x): (usize, &f64)| x * kind.amplitude(&seen.joints[joint], row);
-            score.gain(&harmonic.each_ref().map(|column| column.iter().enumerate().map(size).collect()))
+    let gains = |harmonic: [Vec<f64>; 2]| -> [f64; PERIODIC.len()] {
+        amplitudes.each_ref().map(|amplitude| {
+            let times = |column: &Vec<f64>| column.iter().zip(amplitude).map(|(x, size)| x * size).collect();
+            score.gain(&harmonic.each_ref().map(times))
         })
     };
-    let scored: Vec<[f64; PERIODIC.len()]> = orders.par_iter().map(gains).collect();
+    let of_part = |orders: &[f64]| harmonics(&seen, joint, orders).map(gains).collect::<Vec<_>>();
+    let scored: Vec<[f64; PERIODIC.len()]> = orders.par_chunks(PART).flat_map_iter(of_part).collect();
     let (ratio, range) = (motion.model.joints[joint].gear_ratio, motion.range(joint));
     let of_kind = |(index, kind): (usize, &'static Periodic)| {
         let mut best: Vec<usize> = (0..orders.len()).collect();
@@ -124,4 +127,56 @@ fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: u
         best.into_iter().take(SHORTLIST).map(|at| trial(orders[at])).collect::<Vec<_>>()
     };
     PERIODIC.iter().enumerate().flat_map(of_kind).collect()
+}
+
+/// Number of orders whose phases one thread turns on from one to the next: rounding grows by one digit.
+const PART: usize = 32;
+
+/// [`Motion::harmonic`] at equally spaced orders, by turning every row's phase on.
+fn harmonics(motion: &Motion, joint: usize, orders: &[f64]) -> impl Iterator<Item = [Vec<f64>; 2]> {
+    let first = orders.first().copied().unwrap_or(0.0);
+    let step = orders.get(1).map_or(0.0, |second| second - first);
+    let phasors = |order: f64| motion.joints[joint].q.iter().map(move |q| Complex::from_polar(1.0, order * q));
+    let mut phases: Vec<Complex<f64>> = phasors(first - step).collect();
+    let turns: Vec<Complex<f64>> = phasors(step).collect();
+    orders.iter().map(move |order| {
+        phases.iter_mut().zip(&turns).for_each(|(phase, turn)| *phase *= turn);
+        let passed = phases.iter().enumerate().map(|(row, phase)| phase * motion.passed(joint, row, *order));
+        passed.map(|x| (x.re, x.im)).collect::<(Vec<f64>, Vec<f64>)>().into()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::effects::JointMotion;
+    use crate::robot::Model;
+
+    #[test]
+    fn equivalent_phases_turned_on_and_computed_anew() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/elbow/model.toml");
+        let model = Model::load(&file).expect("a robot of the catalogue");
+        let rows = 50;
+        let position: Vec<f64> = (0..rows).map(|row| 0.03 * f64::from(row)).collect();
+        let joint = JointMotion { q: position.clone(), v: vec![0.4; position.len()], ..JointMotion::default() };
+        let motion = Motion {
+            model: &model,
+            sessions: 1,
+            session: vec![0; position.len()],
+            part: vec![0; position.len()],
+            start: vec![0.0],
+            half_width: vec![0.01; position.len()],
+            joints: vec![joint; model.joints.len()],
+            time: position,
+        };
+        let orders: Vec<f64> = (0..PART).map(|k| 3.0 + 0.7 * k as f64).collect();
+        for (order, turned) in orders.iter().zip(harmonics(&motion, 0, &orders)) {
+            for (turned, anew) in turned.iter().zip(motion.harmonic(0, *order, |_, _| 1.0)) {
+                // Rounding of 32 products of numbers of size one.
+                assert!(turned.iter().zip(anew).all(|(a, b)| (a - b).abs() < 1e-13), "{order}");
+            }
+        }
+    }
 }

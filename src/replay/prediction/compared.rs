@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{HORIZONS, Predicted, Prediction, predict, predictions};
+use super::{Extent, HORIZONS, Predicted, Prediction, predict_within, predictions};
 use crate::dataset::Session;
 use crate::error::Result;
 use crate::replay::Options;
@@ -44,18 +44,20 @@ pub struct AheadErrors {
     pub after: Vec<f64>,
 }
 
-/// Predicts the positions of recordings with two models; a model equal to the first is not simulated again.
+/// Predicts the positions of recordings with two models; a model equal to the first is not simulated again. All recordings share the number of
+/// instants from which [`predict`](super::predict) predicts in one.
 ///
 /// # Errors
-/// As [`predict`].
+/// As [`predict`](super::predict).
 pub fn compare_predictions(
     before: &Model,
     after: &Model,
     sessions: &[Session],
     options: &Options,
 ) -> Result<Vec<Ahead>> {
-    let of_first = |session: &Session| Ok(predictions(before, session, options, false)?.0);
-    let of_second = |session: &Session| predict(after, session, options);
+    let extent = Extent::of(sessions.len());
+    let of_first = |session: &Session| Ok(predictions(before, session, options, extent, false)?.0);
+    let of_second = |session: &Session| predict_within(after, session, options, extent);
     let first = || sessions.par_iter().map(of_first).collect::<Result<Vec<_>>>();
     let second = || sessions.par_iter().map(of_second).collect::<Result<Vec<_>>>();
     let (first, second) = match before == after {

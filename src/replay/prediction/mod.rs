@@ -13,6 +13,8 @@ mod compared;
 mod observer;
 mod releases;
 
+use rayon::prelude::*;
+
 use blurred::blurred;
 pub use compared::{Ahead, AheadErrors, compare_predictions};
 use observer::Observed;
@@ -33,13 +35,37 @@ pub const HORIZONS: [f64; 3] = [0.01, 0.1, 1.0];
 const BANDWIDTHS: [f64; 5] = [8.0, 16.0, 32.0, 64.0, 128.0];
 /// [s] Time in which the observer settles: its slowest memory, eightfold, leaves `e⁻⁸` of a wrong start.
 const SETTLES: f64 = 1.0;
-/// [s] Part of a recording on which bandwidths are compared.
+/// [s] Part of the recordings on which bandwidths are compared.
 const COMPARED: f64 = 20.0;
-/// Most instants of a recording from which one horizon is predicted: an RMS of 300 errors is known to 4 %.
+/// [s] Least part of each.
+const LEAST_COMPARED: f64 = 4.0 * SETTLES;
+/// Most instants from which one horizon is predicted, in all recordings together: an RMS of 300 errors is known to 4 %.
 const MOST_RELEASES: usize = 300;
 
-/// [s] Longest part of a recording that is predicted: room for that many of the longest horizon.
-const LONGEST: f64 = SETTLES + MOST_RELEASES as f64;
+/// How much of each of several recordings is predicted, which takes as long as one of them alone.
+#[derive(Debug, Clone, Copy)]
+struct Extent {
+    /// [s] Part on which bandwidths are compared.
+    compared: f64,
+    /// Most instants from which one horizon is predicted.
+    releases: usize,
+}
+
+impl Extent {
+    /// Of each of so many recordings.
+    fn of(recordings: usize) -> Self {
+        let recordings = recordings.max(1);
+        Self {
+            compared: (COMPARED / recordings as f64).max(LEAST_COMPARED),
+            releases: MOST_RELEASES.div_ceil(recordings),
+        }
+    }
+
+    /// [s] Longest part that is predicted: room for that many of the longest horizon.
+    fn longest(self) -> f64 {
+        SETTLES + self.releases as f64 * HORIZONS[HORIZONS.len() - 1]
+    }
+}
 
 /// Errors of a model's predictions over one horizon on one joint.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,15 +98,21 @@ impl Predicted {
 /// # Errors
 /// As [`replay`](super::replay).
 pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Vec<Predicted>> {
-    let (predictions, floors) = predictions(model, session, options, true)?;
+    predict_within(model, session, options, Extent::of(1))
+}
+
+/// [`predict`] in a part of the recording.
+fn predict_within(model: &Model, session: &Session, options: &Options, extent: Extent) -> Result<Vec<Predicted>> {
+    let (predictions, floors) = predictions(model, session, options, extent, true)?;
     Ok(predictions.into_iter().zip(floors).map(|(one, floor)| one.with(floor)).collect())
 }
 
-/// The predictions of [`predict`], and the floor of each if `floors`, which takes as long again.
+/// The predictions of [`predict_within`], and the floor of each if `floors`, which takes as long again.
 fn predictions(
     model: &Model,
     session: &Session,
     options: &Options,
+    extent: Extent,
     floors: bool,
 ) -> Result<(Vec<Prediction>, Vec<f64>)> {
     let model = &model.in_session(&session.series.name);
@@ -92,9 +124,9 @@ fn predictions(
         return Ok((Vec::new(), Vec::new()));
     }
     let steps: Vec<f64> = model.joints.iter().zip(&inputs).map(|(joint, input)| encoder_step(joint, input)).collect();
-    let followed = Followed { model, time: &session.series.time, inputs: &inputs, steps: &steps, options };
+    let followed = Followed { model, time: &session.series.time, inputs: &inputs, steps: &steps, options, extent };
     let bandwidths = followed.best_bandwidths(horizons[0])?;
-    let samples = followed.samples_within(LONGEST);
+    let samples = followed.samples_within(extent.longest());
     let all = |followed: &Followed| -> Result<Vec<Prediction>> {
         let observed = followed.observe(&bandwidths, samples, &horizons)?;
         let horizons = horizons.iter().zip(&observed.released);
@@ -172,23 +204,37 @@ struct Followed<'a> {
     /// [rad or m] Steps of the encoders.
     steps: &'a [f64],
     options: &'a Options,
+    extent: Extent,
 }
 
 impl Followed<'_> {
-    /// The bandwidth [rad/s] for each joint with which this horizon is predicted best at the start of the recording.
+    /// The bandwidth [rad/s] for each joint with which this horizon is predicted best at the start of the recording. Those at the ends are tried
+    /// where one beside them is the best so far.
     fn best_bandwidths(&self, horizon: f64) -> Result<Vec<f64>> {
-        let samples = self.samples_within(COMPARED);
-        let mut best = vec![(f64::INFINITY, BANDWIDTHS[0]); self.inputs.len()];
-        for bandwidth in BANDWIDTHS {
-            let observed = self.observe(&vec![bandwidth; self.inputs.len()], samples, &[horizon])?;
+        let [first, middle @ .., last] = BANDWIDTHS;
+        let middle = self.best_of(&middle, horizon)?;
+        let ends = [(first, BANDWIDTHS[1]), (last, BANDWIDTHS[BANDWIDTHS.len() - 2])];
+        let wanted = ends.iter().filter(|(_, beside)| middle.iter().any(|(_, best)| best == beside));
+        let ends = self.best_of(&wanted.map(|(end, _)| *end).collect::<Vec<_>>(), horizon)?;
+        Ok(middle.iter().zip(ends).map(|(middle, end)| if end.0 < middle.0 { end.1 } else { middle.1 }).collect())
+    }
+
+    /// For each joint the least error [rad or m] with one of these bandwidths, and that bandwidth [rad/s].
+    fn best_of(&self, bandwidths: &[f64], horizon: f64) -> Result<Vec<(f64, f64)>> {
+        let samples = self.samples_within(self.extent.compared);
+        let errors = |bandwidth: &f64| -> Result<Vec<(f64, f64)>> {
+            let observed = self.observe(&vec![*bandwidth; self.inputs.len()], samples, &[horizon])?;
             let predicted = self.predictions(&observed, horizon, &observed.released[0])?;
-            for (best, one) in best.iter_mut().zip(predicted).filter(|(_, one)| !one.error.is_empty()) {
-                if root_mean_square(&one.error) < best.0 {
-                    *best = (root_mean_square(&one.error), bandwidth);
-                }
-            }
-        }
-        Ok(best.into_iter().map(|(_, bandwidth)| bandwidth).collect())
+            let error = |one: &Prediction| match one.error.is_empty() {
+                true => f64::INFINITY,
+                false => root_mean_square(&one.error),
+            };
+            Ok(predicted.iter().map(|one| (error(one), *bandwidth)).collect())
+        };
+        let all = bandwidths.par_iter().map(errors).collect::<Result<Vec<_>>>()?;
+        let better = |one: (f64, f64), other: (f64, f64)| if other.0 < one.0 { other } else { one };
+        let none = vec![(f64::INFINITY, BANDWIDTHS[0]); self.inputs.len()];
+        Ok(all.into_iter().fold(none, |best, of| best.into_iter().zip(of).map(|(a, b)| better(a, b)).collect()))
     }
 
     /// Number of samples in the first part of the recording, so long [s].
@@ -227,7 +273,7 @@ impl Followed<'_> {
     fn releases(&self, horizon: f64, samples: usize) -> Vec<usize> {
         let (Some(first), Some(last)) = (self.time.first(), self.time[..samples].last()) else { return Vec::new() };
         let (from, to) = (first + SETTLES, last - horizon);
-        let spacing = horizon.max((to - from) / MOST_RELEASES as f64);
+        let spacing = horizon.max((to - from) / self.extent.releases as f64);
         let count = if to > from { ((to - from) / spacing) as usize } else { 0 };
         let mut at: Vec<usize> =
             (0..count).map(|k| self.time.partition_point(|time| *time < from + k as f64 * spacing)).collect();

@@ -5,7 +5,7 @@
 //! differences between them beyond noise increase the errors.
 
 use crate::diagnose::fit::golden::golden_section;
-use rustfft::num_complex::Complex;
+use nalgebra::Complex;
 use std::f64::consts::TAU;
 
 use super::balance::Stiffness;

@@ -8,8 +8,7 @@
 //! Of a slow motion it leaves only the part that is due to the fourth derivative within `w`; sums over uneven times would spread a larger
 //! rest over all frequencies. Each sample is weighted with the time that it stands for.
 
-use nalgebra::DMatrix;
-use rustfft::num_complex::Complex;
+use nalgebra::{Complex, DMatrix};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
