@@ -78,10 +78,10 @@ impl Block {
         for (first, weights) in (0..).step_by(ROWS).zip(weights.chunks(ROWS)) {
             let rows = weights.len();
             for (k, side) in sides.iter().enumerate() {
-                let side = &side[first..first + rows];
-                columns[k * rows..(k + 1) * rows].copy_from_slice(side);
-                let places = weighted[k..].iter_mut().step_by(n);
-                places.zip(side).zip(weights).for_each(|((to, x), w)| *to = x * w);
+                columns[k * rows..(k + 1) * rows].copy_from_slice(&side[first..first + rows]);
+            }
+            for ((row, w), to) in weights.iter().enumerate().zip(weighted.chunks_exact_mut(n)) {
+                to.iter_mut().zip(columns[row..].iter().step_by(rows)).for_each(|(to, x)| *to = x * w);
             }
             let columns = DMatrixView::from_slice(&columns, rows, n);
             products.gemm(1.0, &DMatrixView::from_slice(&weighted, n, rows), &columns, 1.0);
@@ -229,9 +229,9 @@ impl Score {
         let (m, n) = (new.len(), self.columns.len());
         let b = DVector::from_iterator(m, new.iter().map(|x| dot(x, &self.gradient)));
         let cross = DMatrix::from_fn(n, m, |i, k| dot(&self.weighted[i], &new[k]));
-        let mut own = DMatrix::from_fn(m, m, |k, l| {
-            new[k].iter().zip(&new[l]).zip(&self.weights).map(|((x, y), w)| x * y * w).sum::<f64>()
-        });
+        let weighted: Vec<Vec<f64>> =
+            new.iter().map(|x| x.iter().zip(&self.weights).map(|(x, w)| x * w).collect()).collect();
+        let mut own = DMatrix::from_fn(m, m, |k, l| dot(&weighted[k.max(l)], &new[k.min(l)]));
         let before = own.diagonal();
         own -= cross.transpose() * factor.solve(&cross);
         // A linear combination of the other columns adds nothing.
