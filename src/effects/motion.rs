@@ -33,6 +33,8 @@ pub struct Motion<'a> {
     pub part: Vec<usize>,
     /// [s] Time of the first sample of each session.
     pub start: Vec<f64>,
+    /// [s] Interval of the samples, the longest of the sessions.
+    pub interval: f64,
     /// [s] Time of each row.
     pub time: Vec<f64>,
     /// `w` [s] Half width of each row's kernel.
@@ -176,6 +178,7 @@ impl Motion<'_> {
             model: self.model,
             sessions: self.sessions,
             start: self.start.clone(),
+            interval: self.interval,
             session: rows.iter().map(|row| self.session[*row]).collect(),
             part: rows.iter().map(|row| self.part[*row]).collect(),
             time: pick(&self.time),

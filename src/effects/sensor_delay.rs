@@ -117,6 +117,11 @@ impl Diagnosable for SensorDelay {
         vec![motion.column(joint, |m, row| -m.torque_rate[row])]
     }
 
+    /// Channels of one sample may have been read at its beginning or at its end: a delay shorter than half an interval cannot be told from that.
+    fn is_itself(&self, motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> bool {
+        coefficients[0].abs() > 0.5 * motion.interval
+    }
+
     fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
         vec![coefficients[0].max(0.0), (-coefficients[0]).max(0.0)]
     }

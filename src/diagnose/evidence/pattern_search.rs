@@ -167,6 +167,7 @@ mod tests {
             session: vec![0; position.len()],
             part: vec![0; position.len()],
             start: vec![0.0],
+            interval: 0.01,
             half_width: vec![0.01; position.len()],
             joints: vec![joint; model.joints.len()],
             time: position,

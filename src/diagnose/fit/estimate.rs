@@ -37,6 +37,7 @@ pub fn parameters(
             model: problem.motion.model,
             sessions: problem.motion.sessions,
             start: Vec::new(),
+            interval: problem.motion.interval,
             session: Vec::new(),
             part: Vec::new(),
             time: Vec::new(),

@@ -83,6 +83,7 @@ fn at_samples<'m>(motion: &Motion<'m>, number: usize, time: &[f64]) -> Option<Mo
         part: vec![number; time.len()],
         time: time.to_vec(),
         start: motion.start.clone(),
+        interval: motion.interval,
         half_width: vec![0.0; time.len()],
         joints: motion.joints.iter().map(|joint| joint.each(&between)).collect(),
     })

@@ -116,6 +116,7 @@ pub fn observe<'a>(
         model,
         sessions: sessions.len(),
         start: sessions.iter().map(|session| session.time.first().copied().unwrap_or(0.0)).collect(),
+        interval: sessions.iter().map(|session| session.sample_interval()).fold(0.0, f64::max),
         session: Vec::new(),
         part: Vec::new(),
         time: Vec::new(),

@@ -72,6 +72,7 @@ pub fn drawn<'m>(model: &'m Model, seed: u64, line: Line, length: f64) -> Motion
         session: vec![0; rows],
         part: vec![0; rows],
         start: vec![0.0],
+        interval: STEP,
         time: (0..rows).map(|row| row as f64 * STEP).collect(),
         half_width: vec![HALF_WIDTH; rows],
         joints: vec![m],
