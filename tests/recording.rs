@@ -87,6 +87,7 @@ fn document() -> Document {
         verdict: "Friction and backlash recovered.".into(),
         warnings: Vec::new(),
         sections: vec![section],
+        in_front: Some("elbow".into()),
     }
 }
 
@@ -145,6 +146,34 @@ fn property_recording_holds_arm_traces_plots_and_result() {
     assert!(arranged.contains("/viewport"), "no layout among {arranged:?}");
     // arm, result, two plots, residual to contact of two joints
     assert!(arranged.iter().filter(|path| path.starts_with("/view/") && !path.contains("ViewContents")).count() >= 12);
+}
+
+#[test]
+fn property_the_joint_of_the_result_is_in_front() {
+    let bytes = recording();
+    let messages = DecoderApp::decode_lazy(bytes.as_slice()).map(|message| message.expect("a message"));
+    let arranged = messages.filter_map(|message| match message {
+        LogMsg::ArrowMsg(store, content) if store.kind() == rerun::StoreKind::Blueprint => Some(content),
+        _ => None,
+    });
+    let chunks: Vec<(String, String)> = arranged
+        .map(|content| {
+            let path = Chunk::from_arrow_msg(&content).expect("a chunk").entity_path().to_string();
+            (path, format!("{:?}", content.batch))
+        })
+        .collect();
+    let named = |name: &str| {
+        let has_name = |(path, content): &&(String, String)| {
+            path.starts_with("/container/")
+                && content.contains("display_name")
+                && content.contains(&format!("{name:?}"))
+        };
+        chunks.iter().find(has_name).map(|(path, _)| path.clone())
+    };
+    let [tabs, elbow] = ["Joints", "elbow"].map(|name| named(name).expect("a container"));
+    let front = chunks.iter().find(|(path, content)| *path == tabs && content.contains("active_tab"));
+    let (_, content) = front.expect("a tab in front");
+    assert!(content.contains(elbow.trim_start_matches('/')), "{elbow} is not in front: {content}");
 }
 
 #[test]

@@ -149,5 +149,5 @@ fn document(name: &str, question: &Question, found: &Designed) -> Document {
     let title = format!("{name}: an experiment for {causes}");
     let undecided = "scenario.toml is the best that was found; what it records may leave the question open";
     let warnings = if found.decides { Vec::new() } else { vec![undecided.to_owned()] };
-    Document { title, verdict, warnings, sections: vec![section] }
+    Document { title, verdict, warnings, sections: vec![section], ..Document::default() }
 }

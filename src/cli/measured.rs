@@ -64,6 +64,7 @@ pub fn document(model: &Model, asked: &Measurands, found: &Measurement) -> Docum
         ),
         warnings,
         sections: vec![section],
+        ..Document::default()
     }
 }
 

@@ -143,7 +143,8 @@ mod tests {
             half_width: Vec::new(),
             joints: vec![JointMotion::default(); model.joints.len()],
         };
-        let seen = Turns { motion: &motion, joint: 0, gap: 1e-3, rests: (1..=11).map(|k| 0.1 * f64::from(k)).collect() };
+        let seen =
+            Turns { motion: &motion, joint: 0, gap: 1e-3, rests: (1..=11).map(|k| 0.1 * f64::from(k)).collect() };
         assert_eq!(short_and_long(&seen.rests), [0.2, 1.0]);
         assert_eq!(short_and_long(&[]), [0.0; 2]);
         // 1 − e^{−0.2/T} is 0.9 at T = 0.087 s.

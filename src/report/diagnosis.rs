@@ -65,6 +65,7 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
             joints.push((&series.joint, series.kind));
         }
     }
+    by_concern(diagnosis, &mut joints, |(joint, _)| joint);
     sections.extend(joints.iter().map(|(joint, kind)| shortfall::multiples(diagnosis, joint, *kind)));
     sections.extend(joints.iter().map(|(joint, kind)| residuals(diagnosis, joint, *kind)));
     let judged = diagnosis.judgement.as_ref().filter(|one| one.not_applied.is_none());
@@ -79,7 +80,24 @@ pub fn document(name: &str, diagnosis: &Diagnosis) -> Document {
         verdict: verdict(diagnosis),
         warnings: [mistakes::warnings(&diagnosis.mistakes), mistakes::warnings(&diagnosis.dead_channels)].concat(),
         sections,
+        in_front: concerned(diagnosis).first().map(ToString::to_string),
     }
+}
+
+/// The joints that the result is about, most important first: those that have changed, those of effects, unless an effect concerns the whole
+/// machine, and those where something is unexplained.
+fn concerned(diagnosis: &Diagnosis) -> Vec<&str> {
+    let changed = diagnosis.changes.iter().flatten().map(|change| &change.joint);
+    let whole = diagnosis.baseline_model.joints.len();
+    let named = diagnosis.effects.iter().filter(|found| found.joints.len() < whole || whole == 1);
+    let unexplained = diagnosis.unexplained.iter().map(|one| &one.joint);
+    changed.chain(named.flat_map(|found| &found.joints)).chain(unexplained).map(String::as_str).collect()
+}
+
+/// Sorts what belongs to joints: those first that the result is about.
+pub(super) fn by_concern<T>(diagnosis: &Diagnosis, list: &mut [T], joint: impl Fn(&T) -> &str) {
+    let concerned = concerned(diagnosis);
+    list.sort_by_key(|one| concerned.iter().position(|name| *name == joint(one)).unwrap_or(concerned.len()));
 }
 
 /// The document of a diagnosis that ended with a suspected mistake.
@@ -89,6 +107,7 @@ fn mistaken(name: &str, diagnosis: &Diagnosis) -> Document {
         verdict: verdict(diagnosis),
         warnings: mistakes::warnings(&diagnosis.mistakes),
         sections: vec![suspicions(diagnosis)],
+        ..Document::default()
     }
 }
 

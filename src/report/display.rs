@@ -30,7 +30,9 @@ pub fn estimate(value: f64, std_error: f64, unit: &str) -> String {
     let (unit, factor) = shown(unit);
     // A choice among a few values, such as the order of a harmonic, is exact.
     if std_error == 0.0 {
-        return join(&number::significant(value * factor, 6), unit);
+        let value = value * factor;
+        let whole = value.fract() == 0.0;
+        return join(&if whole { format!("{value:.0}") } else { number::significant(value, 6) }, unit);
     }
     let (value, std_error) = number::with_error(value * factor, std_error * factor);
     join(&format!("{value} ± {std_error}"), unit)

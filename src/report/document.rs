@@ -14,6 +14,8 @@ pub struct Document {
     pub warnings: Vec<String>,
     /// The sections, most important first.
     pub sections: Vec<Section>,
+    /// The joint whose curves are in front when a recording is opened; its first one where there is none.
+    pub in_front: Option<String>,
 }
 
 /// A part of a document.

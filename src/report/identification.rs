@@ -58,6 +58,7 @@ pub fn document(name: &str, identification: &Identification, truth: Option<&Trut
             .iter()
             .map(|joint| section(joint, truth.and_then(|truth| truth.friction(&joint.joint)), drawn))
             .collect(),
+        ..Document::default()
     }
 }
 

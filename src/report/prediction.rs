@@ -1,5 +1,6 @@
 //! How far ahead the nominal and the extended model predict, for readers.
 
+use super::diagnosis::by_concern;
 use super::display::shown;
 use super::headline;
 use super::number::significant;
@@ -36,7 +37,7 @@ fn furthest(diagnosis: &Diagnosis) -> impl Iterator<Item = &PredictionSeries> {
     diagnosis.predictions.iter().filter(move |one| one.horizon == longest)
 }
 
-/// Errors over the longest horizon over time, for each joint and session.
+/// Errors over the longest horizon over time, for each joint and session, those first of the joints that the result is about.
 pub fn plots(diagnosis: &Diagnosis) -> Vec<Plot> {
     let plot = |series: &PredictionSeries| {
         let (unit, factor) = shown(series.unit);
@@ -52,7 +53,9 @@ pub fn plots(diagnosis: &Diagnosis) -> Vec<Plot> {
         .with(Layer::new("nominal", Mark::Line, Role::Before, points(&series.before)))
         .with(Layer::new("extended", Mark::Line, Role::After, points(&series.after)))
     };
-    furthest(diagnosis).map(plot).collect()
+    let mut series: Vec<&PredictionSeries> = furthest(diagnosis).collect();
+    by_concern(diagnosis, &mut series, |one| &one.joint);
+    series.into_iter().map(plot).collect()
 }
 
 /// The same for the recording.

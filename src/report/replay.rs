@@ -109,6 +109,7 @@ pub fn document(machine: &str, replays: &[(Replay, Shown)], control: Loop) -> Do
             .flat_map(|(replay, _)| replay.notes.iter().map(|note| format!("{}: {note}", replay.session)))
             .collect(),
         sections: replays.iter().map(|(replay, shown)| section(replay, shown)).collect(),
+        ..Document::default()
     }
 }
 

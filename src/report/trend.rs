@@ -68,6 +68,7 @@ fn document(source: &Source<'_>, trends: &[Trend]) -> Document {
         verdict,
         warnings: trends.iter().flat_map(|trend| apart(source, trend)).collect(),
         sections: vec![section],
+        ..Document::default()
     }
 }
 

@@ -43,12 +43,19 @@ pub struct Layout {
     panels: Vec<(String, &'static str, &'static str)>,
     /// Path and title.
     plots: Vec<(String, String)>,
+    /// The joint whose tab is in front.
+    in_front: Option<String>,
 }
 
 impl Layout {
     /// Only a result, and an arm if there is one.
     pub fn new(title: &str, robot: Option<(Vector3<f64>, f64)>, duration: f64) -> Self {
-        Self { title: title.to_owned(), robot, duration, panels: Vec::new(), plots: Vec::new() }
+        Self { title: title.to_owned(), robot, duration, panels: Vec::new(), plots: Vec::new(), in_front: None }
+    }
+
+    /// Brings the tab of a joint to the front.
+    pub fn bring_to_front(&mut self, joint: &str) {
+        self.in_front = Some(joint.to_owned());
     }
 
     /// Adds a panel of that joint, with an axis of that unit.
@@ -126,10 +133,10 @@ impl Layout {
             }
         }
         let mut tabs = Vec::new();
-        for joint in joints {
+        for joint in &joints {
             let mut panels = Vec::new();
             for panel in PANELS {
-                let known = self.panels.iter().find(|(known, name, _)| known == joint && *name == panel);
+                let known = self.panels.iter().find(|(known, name, _)| known == *joint && *name == panel);
                 if let Some((.., unit)) = known {
                     let origin = format!("joints/{joint}/{panel}");
                     let title = format!("{joint}: {} [{unit}]", panel.replace('_', " "));
@@ -138,7 +145,8 @@ impl Layout {
             }
             tabs.push((writer.container(components::ContainerKind::Vertical, joint, &panels)?, 1.0));
         }
-        writer.container(components::ContainerKind::Tabs, "Joints", &tabs)
+        let front = self.in_front.as_ref().and_then(|joint| joints.iter().position(|one| one == joint)).unwrap_or(0);
+        writer.tabs("Joints", &tabs, front)
     }
 
     /// The first plots below each other, and the others in tabs in the last place.
@@ -149,7 +157,7 @@ impl Layout {
         }
         if views.len() > PLOTS_AT_ONCE {
             let rest = views.split_off(PLOTS_AT_ONCE - 1);
-            views.push((writer.container(components::ContainerKind::Tabs, "Plots", &rest)?, 1.0));
+            views.push((writer.tabs("Plots", &rest, 0)?, 1.0));
         }
         writer.container(components::ContainerKind::Vertical, "Plots", &views)
     }
@@ -228,6 +236,16 @@ impl Writer<'_> {
         let bounds = datatypes::Range2D { x_range: [0.0, width].into(), y_range: [-12.0, height + 12.0].into() };
         let bounds = blueprint::VisualBounds2D::new(components::VisualBounds2D(bounds));
         self.view("2D", title, path, &[("VisualBounds2D", &bounds)])
+    }
+
+    /// Parts of which one is visible at a time, `front` at first.
+    fn tabs(&mut self, name: &str, parts: &[(Node, f32)], front: usize) -> Result<Node> {
+        let node = self.container(components::ContainerKind::Tabs, name, parts)?;
+        if let Some((part, _)) = parts.get(front) {
+            let active = blueprint::ContainerBlueprint::update_fields().with_active_tab(part.path.as_str());
+            self.log(&node.path, &active)?;
+        }
+        Ok(node)
     }
 
     fn container(&mut self, kind: components::ContainerKind, name: &str, parts: &[(Node, f32)]) -> Result<Node> {

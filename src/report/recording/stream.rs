@@ -58,6 +58,7 @@ fn layout(document: &Document, motions: &[Motion<'_>], traces: &[Vec<Trace>], pl
     for (motion, traces) in motions.iter().zip(traces) {
         traces.iter().for_each(|trace| layout.panel(&trace.joint, trace.panel, unit(motion, trace)));
     }
+    document.in_front.iter().for_each(|joint| layout.bring_to_front(joint));
     plots.iter().enumerate().for_each(|(index, plot)| layout.plot(&path_of_plot(index), &plot.title));
     layout
 }
