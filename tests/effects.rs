@@ -43,6 +43,7 @@ fn motion(model: &Model) -> Motion<'_> {
         model,
         sessions: 1,
         start: vec![0.0],
+        interval: 1e-3,
         session: vec![0; rows],
         part: vec![0; rows],
         time: (0..rows).map(|row| row as f64).collect(),
