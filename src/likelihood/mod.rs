@@ -19,7 +19,7 @@ mod recording;
 mod search;
 mod subject;
 
-pub use fit::{Fitted, fit, fit_baseline, most_probable, refine, without_effects};
+pub use fit::{Fitted, fit, fit_baseline, most_probable, refine, with_other_gaps, without_effects};
 pub use hypothesis::{Free, Hypothesis, Scale, Start};
 pub use recording::Recording;
 

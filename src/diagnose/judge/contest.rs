@@ -12,7 +12,8 @@ use rayon::prelude::*;
 use super::sets;
 use crate::error::Result;
 use crate::likelihood::{
-    Fitted, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, most_probable, refine, without_effects,
+    Fitted, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, most_probable, refine, with_other_gaps,
+    without_effects,
 };
 use crate::robot::Model;
 use crate::timeseries::Estimate;
@@ -171,7 +172,7 @@ impl Contest {
         let again: Vec<usize> = order.iter().copied().chain([0]).collect();
         let closer = |index: &usize| -> Result<(usize, Contender)> {
             let old = &contenders[*index];
-            let fitted = refine(&old.fitted, &self.train, &settings)?;
+            let fitted = self.closely(&old.fitted, &settings)?;
             Ok((*index, self.contender(&old.hypothesis, fitted)?))
         };
         let refined: Vec<Result<(usize, Contender)>> = again.par_iter().map(closer).collect();
@@ -183,6 +184,16 @@ impl Contest {
         let beside: Vec<Result<(usize, Contender)>> = order.par_iter().map(beside).collect();
         beside.into_iter().flatten().for_each(|one| prefer(contenders, one));
         contenders.extend(union);
+    }
+
+    /// A fit driven further; where it misses torque, also from other gaps.
+    fn closely(&self, fitted: &Fitted, settings: &Settings) -> Result<Fitted> {
+        let fitted = refine(fitted, &self.train, settings)?;
+        if fitted.lambda.iter().all(|lambda| *lambda <= 0.0) {
+            return Ok(fitted);
+        }
+        let other = with_other_gaps(&fitted, &self.train, &Settings { rounds: 2, ..settings.clone() })?;
+        Ok(if other.nats + other.prior > fitted.nats + fitted.prior { other } else { fitted })
     }
 
     /// Two sets together, from their fitted sizes; `None` where they have an effect in common, or cannot be simulated together.
