@@ -24,6 +24,8 @@ const KEPT: usize = 2;
 /// Most steps of a rough fit and of a close one: Gauss and Newton's steps converge in three to five from a start in reach.
 const ROUGH: usize = 4;
 const CLOSE: usize = 8;
+/// Most changes of the gaps of a close fit.
+const GAPS_CHANGED: usize = 4;
 /// [nat] What a set has to gain by searches along single lines for all parameters to be fitted: one free size gains half a nat by chance, and
 /// a search that ends beside the best place loses a few.
 const HOPEFUL: f64 = 3.0;
@@ -186,14 +188,23 @@ impl Contest {
         contenders.extend(union);
     }
 
-    /// A fit driven further; where it misses torque, also from other gaps.
+    /// A fit driven further; where it misses torque, also from other gaps as long as that gains.
     fn closely(&self, fitted: &Fitted, settings: &Settings) -> Result<Fitted> {
-        let fitted = refine(fitted, &self.train, settings)?;
-        if fitted.lambda.iter().all(|lambda| *lambda <= 0.0) {
-            return Ok(fitted);
+        let mut best = refine(fitted, &self.train, settings)?;
+        for _ in 0..GAPS_CHANGED {
+            if best.lambda.iter().all(|lambda| *lambda <= 0.0) {
+                break;
+            }
+            let other = with_other_gaps(&best, &self.train, &Settings { rounds: 2, ..settings.clone() })?;
+            let gain = other.nats + other.prior - best.nats - best.prior;
+            if gain > 0.0 {
+                best = other;
+            }
+            if gain < HOPEFUL {
+                break;
+            }
         }
-        let other = with_other_gaps(&fitted, &self.train, &Settings { rounds: 2, ..settings.clone() })?;
-        Ok(if other.nats + other.prior > fitted.nats + fitted.prior { other } else { fitted })
+        Ok(best)
     }
 
     /// Two sets together, from their fitted sizes; `None` where they have an effect in common, or cannot be simulated together.

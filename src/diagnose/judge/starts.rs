@@ -50,11 +50,17 @@ pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
                 whole(starts, &[(channel, Scale::By(0.001))])
             })
             .collect(),
-        "joint_compliance"
-        | "dwell_stiction"
-        | "rotor_inertia"
-        | "load_dependent_friction"
-        | "torque_constant_error" => on_all(effect, model).into_iter().collect(),
+        // A rigid joint that begins as a soft one is fitted worse than the soft one beside it gains.
+        "joint_compliance" => {
+            let joints = 0..model.joints.len();
+            joints
+                .map(|joint| soft(model, joint))
+                .chain(on_all(effect, model).filter(|_| model.joints.len() > 1))
+                .collect()
+        }
+        "dwell_stiction" | "rotor_inertia" | "load_dependent_friction" | "torque_constant_error" => {
+            on_all(effect, model).into_iter().collect()
+        }
         "position_dependent_backlash" | "periodic_disturbance" => {
             let lines = |joint: usize| lines.get(joint).map_or(&[][..], Vec::as_slice);
             let alone = (0..model.joints.len()).map(|joint| alone(effect, model, joint, lines(joint)));
@@ -78,7 +84,7 @@ fn on_all(effect: &str, model: &Model) -> Option<Hypothesis> {
         Start::new(effects)
     });
     let starts = match effect {
-        "joint_compliance" => starts.flat_map(|start| with_gaps(&start, model.joints.len())).collect(),
+        "joint_compliance" => starts.flat_map(|start| with_gaps(&start, |_| true, model.joints.len())).collect(),
         _ => starts.collect(),
     };
     let free = alone
@@ -88,9 +94,17 @@ fn on_all(effect: &str, model: &Model) -> Option<Hypothesis> {
     Some(Hypothesis { name: effect.to_owned(), starts, free: free.collect() })
 }
 
-/// The start with smaller and smaller gaps.
-fn with_gaps(start: &Start, joints: usize) -> Vec<Start> {
-    GAP_LEFT.map(|left| Start { gaps: vec![left; joints], ..start.clone() }).into()
+/// A compliance on one joint.
+fn soft(model: &Model, joint: usize) -> Hypothesis {
+    let one = alone("joint_compliance", model, joint, &[]);
+    let starts = one.starts.iter().flat_map(|start| with_gaps(start, |other| other == joint, model.joints.len()));
+    Hypothesis { starts: starts.collect(), ..one }
+}
+
+/// The start with smaller and smaller gaps on some of the joints.
+fn with_gaps(start: &Start, on: impl Fn(usize) -> bool, joints: usize) -> Vec<Start> {
+    let gaps = |left: f64| (0..joints).map(|joint| if on(joint) { left } else { 1.0 }).collect();
+    GAP_LEFT.map(|left| Start { gaps: gaps(left), ..start.clone() }).into()
 }
 
 fn around(count: u32) -> impl Iterator<Item = f64> {
