@@ -1,6 +1,6 @@
 //! The contest of sets: fits on some windows, scores on others.
 //!
-//! Every set is fitted roughly: its starts are compared on the first seconds of the windows, the best of them are searched along single
+//! The baseline is fitted first, also from other gaps where it misses torque. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched along single
 //! lines, and what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them, also
 //! from where each of them ended: a rival must not win because its fit went on longer, or found better values of what both have.
 
@@ -24,7 +24,7 @@ const KEPT: usize = 2;
 /// Most steps of a rough fit and of a close one: Gauss and Newton's steps converge in three to five from a start in reach.
 const ROUGH: usize = 4;
 const CLOSE: usize = 8;
-/// Most changes of the gaps of a close fit.
+/// Most changes of the gaps of a fit.
 const GAPS_CHANGED: usize = 4;
 /// [nat] What a set has to gain by searches along single lines for all parameters to be fitted: one free size gains half a nat by chance, and
 /// a search that ends beside the best place loses a few.
@@ -118,7 +118,7 @@ impl Contest {
         let over = || start.elapsed().as_secs_f64() > self.seconds;
         progress("simulating the baseline", 0.0);
         let rough = Settings { steps: CLOSE, rounds: 1, hopeful: HOPEFUL, ..self.settings.clone() };
-        let baseline = fit_baseline(model, &self.train, &rough)?;
+        let baseline = self.from_other_gaps(fit_baseline(model, &self.train, &rough)?, &rough)?;
         let mut contenders = vec![self.contender(&Hypothesis::baseline(), baseline.clone())?];
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
@@ -188,9 +188,14 @@ impl Contest {
         contenders.extend(union);
     }
 
-    /// A fit driven further; where it misses torque, also from other gaps as long as that gains.
+    /// A fit driven further, also from other gaps.
     fn closely(&self, fitted: &Fitted, settings: &Settings) -> Result<Fitted> {
-        let mut best = refine(fitted, &self.train, settings)?;
+        self.from_other_gaps(refine(fitted, &self.train, settings)?, settings)
+    }
+
+    /// A fit that misses torque, driven further from other gaps as long as that gains.
+    fn from_other_gaps(&self, fitted: Fitted, settings: &Settings) -> Result<Fitted> {
+        let mut best = fitted;
         for _ in 0..GAPS_CHANGED {
             if best.lambda.iter().all(|lambda| *lambda <= 0.0) {
                 break;
