@@ -118,7 +118,7 @@ impl Contest {
         let over = || start.elapsed().as_secs_f64() > self.seconds;
         progress("simulating the baseline", 0.0);
         let rough = Settings { steps: CLOSE, rounds: 1, hopeful: HOPEFUL, ..self.settings.clone() };
-        let baseline = self.from_other_gaps(fit_baseline(model, &self.train, &rough)?, &rough)?;
+        let baseline = self.with_gaps_changed(fit_baseline(model, &self.train, &rough)?, &rough)?;
         let mut contenders = vec![self.contender(&Hypothesis::baseline(), baseline.clone())?];
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
@@ -190,11 +190,11 @@ impl Contest {
 
     /// A fit driven further, also from other gaps.
     fn closely(&self, fitted: &Fitted, settings: &Settings) -> Result<Fitted> {
-        self.from_other_gaps(refine(fitted, &self.train, settings)?, settings)
+        self.with_gaps_changed(refine(fitted, &self.train, settings)?, settings)
     }
 
     /// A fit that misses torque, driven further from other gaps as long as that gains.
-    fn from_other_gaps(&self, fitted: Fitted, settings: &Settings) -> Result<Fitted> {
+    fn with_gaps_changed(&self, fitted: Fitted, settings: &Settings) -> Result<Fitted> {
         let mut best = fitted;
         for _ in 0..GAPS_CHANGED {
             if best.lambda.iter().all(|lambda| *lambda <= 0.0) {
