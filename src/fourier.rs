@@ -26,8 +26,8 @@ pub struct Uneven {
     length: usize,
     /// `s`.
     spread: f64,
-    /// First point of the grid that each sample is spread over, and the sample's part in each from there on.
-    places: Vec<(usize, [f64; 2 * NEIGHBOURS])>,
+    /// Place of each sample on the grid.
+    places: Vec<f64>,
     fft: Arc<dyn Fft<f64>>,
 }
 
@@ -36,16 +36,7 @@ impl Uneven {
     pub fn new(times: &[f64], step: f64, length: usize) -> Self {
         let fine = 2 * length;
         let spread = PI * NEIGHBOURS as f64 / ((length * length) as f64 * 3.0);
-        let place = |t: &f64| {
-            let place = (t * step).rem_euclid(1.0) * fine as f64;
-            let first = place as usize + fine + 1 - NEIGHBOURS;
-            let part = |m: usize| {
-                let distance = TAU * (place + fine as f64 - (first + m) as f64) / fine as f64;
-                (-distance * distance / (4.0 * spread)).exp()
-            };
-            (first, std::array::from_fn(part))
-        };
-        let places = times.iter().map(place).collect();
+        let places = times.iter().map(|t| (t * step).rem_euclid(1.0) * fine as f64).collect();
         Self { length, spread, places, fft: FftPlanner::new().plan_fft_forward(fine) }
     }
 
@@ -54,8 +45,12 @@ impl Uneven {
         let Self { length, spread, .. } = *self;
         let fine = 2 * length;
         let mut grid = vec![Complex::default(); fine];
-        for ((first, parts), x) in self.places.iter().zip(samples) {
-            parts.iter().enumerate().for_each(|(m, part)| grid[(first + m) % fine] += x * *part);
+        for (place, x) in self.places.iter().zip(samples) {
+            let first = *place as usize + fine + 1 - NEIGHBOURS;
+            for point in first..first + 2 * NEIGHBOURS {
+                let distance = TAU * (place + fine as f64 - point as f64) / fine as f64;
+                grid[point % fine] += x * (-distance * distance / (4.0 * spread)).exp();
+            }
         }
         self.fft.process(&mut grid);
         let scale = |k: usize| (PI / spread).sqrt() * ((k * k) as f64 * spread).exp() / fine as f64;

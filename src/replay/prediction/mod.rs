@@ -37,7 +37,7 @@ const BANDWIDTHS: [f64; 5] = [8.0, 16.0, 32.0, 64.0, 128.0];
 const SETTLES: f64 = 1.0;
 /// [s] Part of the recordings on which bandwidths are compared.
 const COMPARED: f64 = 20.0;
-/// [s] Least part of each.
+/// [s] Least part of each: three seconds once the observer has settled.
 const LEAST_COMPARED: f64 = 4.0 * SETTLES;
 /// Most instants from which one horizon is predicted, in all recordings together: an RMS of 300 errors is known to 4 %.
 const MOST_RELEASES: usize = 300;
