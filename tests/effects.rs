@@ -447,7 +447,7 @@ fn property_friction_effects_need_a_friction_to_alter() {
 
 #[test]
 fn analytic_the_kernel_passes_slow_ripple_and_stops_fast_ripple() {
-    use lostmotion::effects::motion::kernel_gain;
+    use lostmotion::effects::kernel_gain;
     assert!((kernel_gain(0.0) - 1.0).abs() < 1e-15);
     // ∫ 15/16 (1 − s²)² cos(2 s) ds over −1 to 1, by adaptive quadrature.
     assert!((kernel_gain(2.0) - 0.744_179_808_964_299_4).abs() < 1e-12);

@@ -1,5 +1,6 @@
 //! Input of a command: the model and the recordings.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::dataset::{self, Session};
@@ -7,7 +8,7 @@ use crate::diagnose::{self, judge};
 use crate::error::Result;
 use crate::robot::Model;
 use crate::scenario::{Findings, reference_name};
-use crate::timeseries::{Channel, Drawn, TimeSeries, give_back_memory};
+use crate::timeseries::{Channel, Drawn, TimeSeries, side_by_side};
 
 use super::console::{self, Progress};
 use super::{catalogue, identity};
@@ -95,7 +96,7 @@ impl Recordings {
     }
 }
 
-/// Reads recordings one by one; keeps the `wanted` channels of each, and a reduced copy of all channels for display.
+/// Reads recordings, several at a time where they are short; keeps the `wanted` channels of each, and a reduced copy of all channels for display.
 ///
 /// # Errors
 /// A file cannot be read or used.
@@ -104,10 +105,15 @@ fn read(files: &[PathBuf], model: &Model, wanted: &[Channel]) -> Result<(Vec<Ses
         let mut session = dataset::load_for(file, model)?;
         let drawn = Drawn::of(&session.series);
         session.series.keep(wanted);
-        give_back_memory();
         Ok((session, drawn))
     };
-    Ok(files.iter().map(one).collect::<Result<Vec<_>>>()?.into_iter().unzip())
+    // A table takes about as much memory as its text, several times as much as a compressed file; what a manifest names is not known here.
+    let bytes = |file: &PathBuf| match dataset::is_manifest(file) {
+        true => usize::MAX,
+        false => fs::metadata(file).map_or(0, |about| about.len() as usize),
+    };
+    let read = side_by_side(files, files.iter().map(bytes).max().unwrap_or(0), one);
+    Ok(read.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip())
 }
 
 /// All files that a command reads: those of the model, those that were given, and those that manifests name.

@@ -26,6 +26,7 @@ mod encoder_eccentricity;
 mod external_contact;
 mod falling;
 mod joint_compliance;
+mod kernel;
 mod link_inertia;
 mod load_dependent_friction;
 mod payload;
@@ -52,7 +53,8 @@ pub use action::{
 pub use catalogue::Catalogue;
 pub use falling::{falling, falling_slope};
 pub use harmonic::{Columns, Harmonic};
-pub use motion::{JointMotion, LeftOut, Motion, SymmetricFriction, kernel_gain};
+pub use kernel::kernel_gain;
+pub use motion::{JointMotion, LeftOut, Motion, SymmetricFriction};
 pub use parameters::Parameters;
 pub use phenomenon::{Claim, Phenomenon};
 pub use torque_constant_error::FAR_OFF as TORQUE_CONSTANT_FAR_OFF;

@@ -6,6 +6,7 @@ mod memory;
 mod noise;
 mod pauses;
 mod samples;
+mod side_by_side;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +16,7 @@ pub use memory::give_back_memory;
 pub use noise::{root_mean_square, white_noise};
 pub use pauses::{pauses, uninterrupted};
 pub use samples::Samples;
+pub use side_by_side::side_by_side;
 
 /// The quantity of a sampled signal of one joint. All are on the joint side, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -3,11 +3,11 @@
 //! Both sides are measured with the same estimator and nominal machine, so its bias is on both sides and cancels.
 
 use crate::diagnose::rows::gentlest::gentlest;
-use crate::diagnose::rows::side_by_side::side_by_side;
 use crate::effects::SymmetricFriction;
 use crate::identify::backlash;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
+use crate::timeseries::side_by_side;
 
 /// [1] Least scatter of single reversals, in counts of the encoder.
 const LEAST_SCATTER: f64 = 0.2;

@@ -11,6 +11,7 @@
 //! Analysis, ch. 12 (priors as ridges).
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::posture::Posture;
 use super::term::Term;
@@ -192,7 +193,7 @@ pub fn torques(
     let accuracy = &motion.model.accuracy;
     let posture = Posture::new(motion, coulomb);
     let mut torques = motion.regressed(&(deviations * directions.rows(0, of_bodies)));
-    for (joint, torques) in torques.iter_mut().enumerate() {
+    torques.par_iter_mut().enumerate().for_each(|(joint, torques)| {
         let m = &motion.joints[joint];
         let rotor = accuracy.rotor_inertias * motion.model.joints[joint].reflected_inertia();
         let scale = if m.has_current { -accuracy.torque_constants } else { 0.0 };
@@ -203,6 +204,6 @@ pub fn torques(
                 torque.iter_mut().enumerate().for_each(|(row, x)| *x += rotor * m.a[row] + scale * m.rigid[row]);
             }
         }
-    }
+    });
     torques
 }

@@ -12,6 +12,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::claims::{Sighting, claimed};
 use super::{FittedRows, Instrument, Measurement};
 use crate::diagnose::result::EffectGain;
@@ -74,7 +76,7 @@ impl Instrument<FittedRows<'_>> for Command {
                 ),
             })
         };
-        let sightings = (0..model.joints.len()).filter_map(of_joint).collect();
+        let sightings = (0..model.joints.len()).into_par_iter().filter_map(of_joint).collect();
         Ok(Measurement { findings: claimed(model, &problem.catalogue, sightings), ..Measurement::default() })
     }
 }

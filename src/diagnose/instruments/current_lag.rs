@@ -22,10 +22,10 @@ use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::kernel::{Averages, Kernel};
 use crate::diagnose::rows::observe::motor_torque;
 use crate::diagnose::rows::sampling::Sampling;
-use crate::diagnose::rows::side_by_side::side_by_side;
 use crate::effects::Phenomenon;
 use crate::error::Result;
 use crate::robot::Model;
+use crate::timeseries::side_by_side;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
 
 /// [s] Half widths of the two kernels whose difference is the band-pass filter.

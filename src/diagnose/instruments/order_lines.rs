@@ -10,6 +10,8 @@
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
+
 use crate::diagnose::fit::pose::needs_narrow_rows;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::{Block, Score};
@@ -135,7 +137,7 @@ pub fn any(problem: &Problem, fitted: &Fitted) -> bool {
         let narrow = problem.catalogue.diagnosable().filter(|effect| needs_narrow_rows(*effect));
         narrow.filter(|effect| effect.applies(&problem.motion, joint)).any(|effect| is_shown(effect) == Some(true))
     };
-    problem.joints().into_iter().any(shown_on)
+    problem.joints().into_par_iter().any(shown_on)
 }
 
 /// Whether one of the terms is a line beside the others; a term that does not repeat with an angle is not.

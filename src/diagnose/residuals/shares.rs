@@ -11,6 +11,8 @@
 //! The share of frequency is that of its strongest single line, see [`spectra`](super::spectra).
 //! The shares of the zones need a simulation with gaps: they are given once the nominal model has been replayed.
 
+use rayon::prelude::*;
+
 use super::Residual;
 use super::axes::{Binned, binned};
 use super::spectra;
@@ -42,7 +44,8 @@ const REVERSAL_ZONE: f64 = 0.4;
 
 /// The shares of all joints; `floor[joint][row]` as [`floor`](super::floor::floor) gives it.
 pub fn shares(problem: &Problem, residuals: &[Residual], floor: &[Vec<f64>]) -> Vec<JointShares> {
-    problem.joints().into_iter().map(|joint| of_joint(problem, joint, &residuals[joint], &floor[joint])).collect()
+    let of_joint = |joint: usize| of_joint(problem, joint, &residuals[joint], &floor[joint]);
+    problem.joints().into_par_iter().map(of_joint).collect()
 }
 
 fn of_joint(problem: &Problem, joint: usize, residual: &Residual, floor: &[f64]) -> JointShares {

@@ -108,7 +108,7 @@ pub fn strongest_line(problem: &Problem, joint: usize, values: &[f64]) -> Option
         let below = beside.get(beside.len() / 2).copied().unwrap_or(0.0);
         ((k - 1..=k + 1).map(power).sum::<f64>() - 3.0 * below) / HANN_BANDWIDTH
     };
-    let moved: Vec<Vec<f64>> = problem.motion.joints.iter().map(|m| spectrum(problem, joint, &m.v).1).collect();
+    let moved: Vec<Vec<f64>> = problem.motion.joints.par_iter().map(|m| spectrum(problem, joint, &m.v).1).collect();
     let of_motion = |k: usize| {
         moved.iter().any(|v| {
             let most = v.iter().fold(0.0_f64, |most, a| most.max(*a));

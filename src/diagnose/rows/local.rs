@@ -160,7 +160,7 @@ mod tests {
     /// `A ω⁴/24 · (Σ |weight| |t|⁴ + ∫ |K^(n)| |t|⁴)`.
     #[test]
     fn analytic_a_sine_at_uneven_times_is_averaged_as_by_the_kernel() {
-        use crate::effects::motion::kernel_gain;
+        use crate::effects::kernel_gain;
         let time = uneven(80);
         let (t, w, omega, phase) = (time[40], 0.06, 9.0, 0.7);
         let local = LocalWeights::new(&time, t, w);

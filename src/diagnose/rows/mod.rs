@@ -11,7 +11,6 @@
 //! - `gentlest`: the sessions with the gentlest reversals
 //! - `measured`: where torque was measured, and what of the model shows there
 //! - `inertia`: a typical inertia of each joint
-//! - `side_by_side`: parallel work on joints within a memory limit
 
 pub mod division;
 pub mod gentlest;
@@ -23,6 +22,5 @@ pub mod observe;
 pub mod resonance;
 pub mod reversals;
 pub mod sampling;
-pub mod side_by_side;
 pub mod standstill;
 pub mod zones;

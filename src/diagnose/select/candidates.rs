@@ -270,7 +270,7 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
         strongest_first(&mut gathered);
         return gathered;
     }
-    gathered.iter_mut().filter(|candidate| candidate.terms.len() > 1).for_each(|one| together(&search, one));
+    gathered.par_iter_mut().filter(|candidate| candidate.terms.len() > 1).for_each(|one| together(&search, one));
     strongest_first(&mut gathered);
     // The deviations that the other joints show are an estimate, so the candidate that would be taken is fitted with all joints.
     let mut fitted: Vec<Cause> = Vec::new();
@@ -279,7 +279,7 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
             break;
         }
         fitted.push(best);
-        gathered.iter_mut().filter(|candidate| candidate.effect() == best).for_each(|one| together(&search, one));
+        gathered.par_iter_mut().filter(|candidate| candidate.effect() == best).for_each(|one| together(&search, one));
         strongest_first(&mut gathered);
     }
     gathered

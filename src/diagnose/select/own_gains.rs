@@ -1,5 +1,7 @@
 //! The gain of each effect of a selection on held-out data, see [`gains`](crate::diagnose::residuals::gains).
 
+use rayon::prelude::*;
+
 use super::selection::Selection;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::NU;
@@ -18,12 +20,14 @@ pub fn of_terms(problem: &Problem, selection: &Selection, given: usize, strength
     let all = residuals_with(problem, &terms, &selection.fitted);
     let mut gains: Vec<EffectGain> = terms.iter().map(|_| EffectGain::of(Gain::default(), TORQUE)).collect();
     let mut before: Residuals = selection.nominal.residuals.clone();
-    for (position, index) in order.iter().enumerate() {
-        let joints = &terms[*index].joints;
+    let fits = |position: usize| -> Option<[Residuals; 2]> {
         let so_far = |other: usize| other < given || order[..=position].contains(&other);
         let after = if position + 1 == order.len() { all.clone() } else { fitted_with(problem, &terms, &so_far)? };
-        let without = fitted_with(problem, &terms, &|other| other != *index)?;
-        gains[*index] = judge.effect(joints, [&without, &all], [&before, &after]);
+        Some([after, fitted_with(problem, &terms, &|other| other != order[position])?])
+    };
+    let fits = (0..order.len()).into_par_iter().map(fits).collect::<Option<Vec<_>>>()?;
+    for (index, [after, without]) in order.iter().zip(fits) {
+        gains[*index] = judge.effect(&terms[*index].joints, [&without, &all], [&before, &after]);
         before = after;
     }
     Some(gains)

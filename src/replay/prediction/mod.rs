@@ -23,7 +23,7 @@ use releases::Released;
 use super::inputs::{self, Input};
 use super::{Loop, Options, commands, longest_part};
 use crate::dataset::{self, Session};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::plant::{Options as PlantOptions, Plant};
 use crate::robot::{JointModel, Model};
 use crate::timeseries::{TimeSeries, root_mean_square};
@@ -133,14 +133,15 @@ fn predictions(
         let predicted = horizons.map(|(horizon, released)| followed.predictions(&observed, *horizon, released));
         Ok(predicted.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
     };
-    let mut predictions = all(&followed)?;
-    predictions.retain(|one| one.recorded);
+    let recorded = || Ok::<_, Error>(all(&followed)?.into_iter().filter(|one| one.recorded).collect::<Vec<_>>());
     if !floors {
-        return Ok((predictions, Vec::new()));
+        return Ok((recorded()?, Vec::new()));
     }
     let blurred = blurred(model, session, &inputs);
     let blurred_inputs = inputs::inputs(model, &blurred, Loop::Closed, &mut Vec::new())?;
-    let by_others = all(&Followed { inputs: &blurred_inputs, ..followed })?;
+    let by_others = || all(&Followed { inputs: &blurred_inputs, ..followed });
+    let (predictions, by_others) = rayon::join(recorded, by_others);
+    let (predictions, by_others) = (predictions?, by_others?);
     let others = by_others.iter().zip(steps.iter().cycle()).filter(|(one, _)| one.recorded);
     let floors = predictions.iter().zip(others).map(|(one, (other, step))| one.floor_beside(other, *step)).collect();
     Ok((predictions, floors))

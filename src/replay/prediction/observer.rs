@@ -7,7 +7,8 @@
 //! ```
 //! These are the gains of a filter with fading memory, whose three poles lie at `−ω`: it leaves no error under a constant acceleration `â` that
 //! the model lacks. Rotor and link are moved together, so that the flank that touches and the torque through the gear remain the model's.
-//! A position within the count that was read needs no correction.
+//! A position within the count that was read needs no correction. Where the machine rests there as well, friction holds it, whatever torque
+//! the model lacks: then `â = 0`, for otherwise it would be pushed and stopped again at every sample.
 //! Reference: N. Morrison (1969), Introduction to sequential smoothing and prediction, chapter 13; E. Brookner (1998), Tracking and Kalman
 //! filtering made easy, chapter 7.
 
@@ -96,8 +97,13 @@ pub(super) struct Correction {
 impl Correction {
     /// Corrects a joint of the machine by a recorded position, an interval `T` [s] after the one before.
     pub(super) fn apply(&mut self, plant: &mut Plant, joint: usize, recorded: f64, interval: f64) {
-        let r = recorded - plant.states()[joint].motor_position;
+        let JointState { motor_position, motor_velocity, link_velocity, .. } = plant.states()[joint];
+        let r = recorded - motor_position;
         let e = r - r.clamp(-self.half_step, self.half_step);
+        if e == 0.0 && motor_velocity == 0.0 && link_velocity == 0.0 {
+            self.acceleration = 0.0;
+            return;
+        }
         let z = (-self.bandwidth * interval).exp();
         self.acceleration += (1.0 - z).powi(3) * e / interval.powi(2);
         let a = self.acceleration;
@@ -106,5 +112,40 @@ impl Correction {
         if way != 0.0 || velocity != 0.0 {
             plant.shift(joint, way, velocity);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::plant::Options;
+    use crate::robot::Model;
+
+    const ROBOT: &str = "<robot name=\"one\"><link name=\"base\"/><link name=\"arm\"><inertial><mass value=\"1\"/>\
+        <inertia ixx=\"0.2\" ixy=\"0\" ixz=\"0\" iyy=\"0.2\" iyz=\"0\" izz=\"0.2\"/></inertial></link>\
+        <joint name=\"joint1\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm\"/><axis xyz=\"0 0 1\"/>\
+        <limit lower=\"-3\" upper=\"3\" effort=\"3\" velocity=\"3\"/></joint></robot>";
+    const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"one\"\nurdf = \"one.urdf\"\n[joints.joint1]\n\
+        gear_ratio = 5.0\nrotor_inertia = 0.0008\ngear_stiffness = 3000.0\n[joints.joint1.motor]\ntorque_constant = 0.02\n";
+
+    /// What is corrected moves rotor and link together; a machine that rests within its count stays there, and forgets what it lacked in motion.
+    #[test]
+    fn property_a_machine_at_rest_within_its_count_is_left_alone() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let mut plant = Plant::new(&model, &Options::default()).expect("a plant");
+        plant.launch(&[JointState::default()]);
+        let mut correction = Correction { bandwidth: 32.0, half_step: 1e-3, acceleration: 2.0 };
+        correction.apply(&mut plant, 0, 0.9e-3, 1e-3);
+        let JointState { motor_position, motor_velocity, .. } = plant.states()[0];
+        assert_eq!([motor_position, motor_velocity, correction.acceleration], [0.0; 3]);
+        correction.apply(&mut plant, 0, 1.5e-3, 1e-3);
+        let JointState { motor_position, link_position, motor_velocity, .. } = plant.states()[0];
+        assert!(motor_position > 0.0 && motor_position == link_position && motor_velocity > 0.0);
+        // Moving within the count: `â` acts on.
+        let before = motor_velocity;
+        correction.apply(&mut plant, 0, motor_position, 1e-3);
+        assert!(correction.acceleration > 0.0 && plant.states()[0].motor_velocity > before);
     }
 }

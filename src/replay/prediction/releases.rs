@@ -30,7 +30,7 @@ pub(super) fn positions(
     ends: &[usize],
 ) -> Result<Vec<Vec<f64>>> {
     /// Releases that one machine carries out after another: building one takes as long as simulating some of them.
-    const TOGETHER: usize = 50;
+    const TOGETHER: usize = 25;
     let n = followed.inputs.len();
     let chunks: Vec<_> = released.chunks(TOGETHER).zip(ends.chunks(TOGETHER)).collect();
     let run = |(released, ends): (&[Released], &[usize])| -> Result<Vec<Vec<f64>>> {

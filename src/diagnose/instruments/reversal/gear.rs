@@ -164,6 +164,16 @@ impl Run<'_> {
         self.path.load[k] + self.gear.share * sign(v) * (self.path.dry[k] + self.law.viscous * v.abs())
     }
 
+    /// What the link's friction has more than usual, if it follows the rotor [N·m or N].
+    fn more_friction(&self, k: usize) -> f64 {
+        self.gear.share * sign(self.path.v[k]) * self.grown(k)
+    }
+
+    /// Torque that a link on a flank of a perfect gear needs, which moves like the rotor [N·m or N].
+    fn carried(&self, k: usize) -> f64 {
+        self.usual(k) + self.more_friction(k)
+    }
+
     fn mesh(&self, span: Span, k: usize) -> Mesh {
         let mut mesh = Mesh::with_gap(self.gear.gap);
         self.altered.gears.iter().for_each(|gear| gear.alter(span.time(k), self.path.theta[k], &mut mesh));
@@ -188,8 +198,13 @@ impl Run<'_> {
         let mut mesh = self.mesh(span, span.start);
         let (q, w) = self.flank(span.start, &mesh, side);
         let mut link = Link { side, q, w };
+        let perfect = self.altered.gears.is_empty();
         for k in span.start..span.end.saturating_sub(1) {
-            let next = if self.altered.gears.is_empty() { mesh } else { self.mesh(span, k + 1) };
+            if perfect && link.side != 0.0 && link.side * self.carried(k + 1) >= 0.0 {
+                self.lack[k] += self.more_friction(k);
+                continue;
+            }
+            let next = if perfect { mesh } else { self.mesh(span, k + 1) };
             self.step(&mut link, k, &mesh, &next);
             mesh = next;
         }
@@ -202,12 +217,13 @@ impl Run<'_> {
             let side = link.side;
             let ((q0, w0), (q1, w1)) = (self.flank(k, mesh, side), self.flank(k + 1, next, side));
             let gain = (w1 - w0) - (self.path.v[k + 1] - self.path.v[k]);
-            let (from, to) = (self.on_flank(k, w0, gain), self.on_flank(k + 1, w1, gain));
+            let to = self.on_flank(k + 1, w1, gain);
             if side * to >= 0.0 {
                 (link.q, link.w) = (q1, w1);
                 self.lack[k] += self.follows(k, w0, mesh.lever(side), gain);
                 return;
             }
+            let from = self.on_flank(k, w0, gain);
             // The link leaves where the rotor reverses, or where the torque becomes zero.
             begin = if w0 * w1 < 0.0 && side * from > 0.0 { w0 / (w0 - w1) } else { part(side * from, side * to) };
             *link = Link { side: 0.0, q: q0 + begin * (q1 - q0), w: w0 + begin * (w1 - w0) };
@@ -219,7 +235,7 @@ impl Run<'_> {
     /// Torque that the motor lacks while the link is on a flank.
     fn follows(&self, k: usize, w: f64, lever: f64, gain: f64) -> f64 {
         if self.altered.gears.is_empty() {
-            return self.gear.share * sign(self.path.v[k]) * self.grown(k);
+            return self.more_friction(k);
         }
         lever * self.on_flank(k, w, gain) - self.usual(k)
     }

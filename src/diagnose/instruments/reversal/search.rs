@@ -10,11 +10,11 @@ use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::regression::Solution;
 use crate::diagnose::residuals::gains;
 use crate::diagnose::rows::reversals::rests;
-use crate::diagnose::rows::side_by_side::side_by_side;
 use crate::effects::{AtTurns, Turns};
 use crate::replay::Gain;
 use crate::robot::TorqueAt;
 use crate::timeseries::TimeSeries;
+use crate::timeseries::side_by_side;
 
 /// Starting values of an unknown gap, in counts of the encoder.
 const GAPS: [f64; 5] = [0.0, 4.0, 8.0, 14.0, 22.0];

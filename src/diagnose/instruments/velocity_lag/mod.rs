@@ -11,6 +11,8 @@
 mod channel;
 mod fit;
 
+use rayon::prelude::*;
+
 use super::claims::{Sighting, claimed};
 use super::{FittedRows, Instrument, Measurement};
 use crate::diagnose::evidence::probability::{calibrated, odds_against};
@@ -41,7 +43,7 @@ impl Instrument<FittedRows<'_>> for VelocityLag {
             let channels = Channels::new(model, joint, sessions, division)?;
             sighting(model, joint, &channels)
         };
-        let sightings = (0..model.joints.len()).filter_map(of_joint).collect();
+        let sightings = (0..model.joints.len()).into_par_iter().filter_map(of_joint).collect();
         Ok(Measurement { findings: claimed(model, &options.catalogue, sightings), ..Measurement::default() })
     }
 }

@@ -53,7 +53,7 @@ pub fn drawn<'m>(model: &'m Model, seed: u64, line: Line, length: f64) -> Motion
         let wrong =
             errors[0] * v.signum() * (-v.abs() / 0.3).exp() + errors[1] * v * v.abs() + errors[2] * a + errors[3] * q;
         let ripple = line.map_or(0.0, |(order, size)| {
-            let gain = crate::effects::motion::kernel_gain(order * 45.0 * v * HALF_WIDTH);
+            let gain = crate::effects::kernel_gain(order * 45.0 * v * HALF_WIDTH);
             size * gain * (order * 45.0 * q + 0.7).sin()
         });
         m.q.push(q);

@@ -1,8 +1,8 @@
-//! Parallel work on joints, within a memory limit.
+//! Parallel work on joints or recordings, within a memory limit.
 
 use rayon::prelude::*;
 
-use crate::timeseries::give_back_memory;
+use super::give_back_memory;
 
 /// [bytes] Memory that may be in use at a time. A comparison of two recordings (half an hour, six joints, 1 kHz) reads 0.75 GB; of the rest
 /// of 1 GB, half is for this and half for everything else.
