@@ -13,10 +13,10 @@ fn root() -> &'static Path {
 }
 
 /// The machine of the demonstration, its nominal model, and recordings.
-fn demonstration() -> (Model, Model, Vec<Session>) {
+fn demonstration(seed: u64) -> (Model, Model, Vec<Session>) {
     let mut scenario =
         Scenario::load(&root().join("scenarios/02_name_the_cause/scenario.toml"), &[]).expect("a scenario");
-    let run = simulate(&scenario, 1, &|_, _| {}).expect("a run");
+    let run = simulate(&scenario, seed, &|_, _| {}).expect("a run");
     let sessions = run.measured().into_iter().map(|series| Session {
         controllers: vec![None; series.joints.len()],
         series,
@@ -31,11 +31,12 @@ fn demonstration() -> (Model, Model, Vec<Session>) {
 
 #[test]
 fn property_an_exact_model_predicts_as_well_as_its_sensors_allow() {
-    let (truth, _, sessions) = demonstration();
-    let predicted: Vec<Predicted> = sessions
-        .iter()
-        .flat_map(|session| predict(&truth, session, &Options::default()).expect("a prediction"))
-        .collect();
+    let runs: Vec<_> = (1..=4).map(demonstration).collect();
+    let truth = &runs[0].0;
+    let of_run = |(truth, _, sessions): &(Model, Model, Vec<Session>)| -> Vec<Predicted> {
+        sessions.iter().flat_map(|one| predict(truth, one, &Options::default()).expect("a prediction")).collect()
+    };
+    let predicted: Vec<Predicted> = runs.iter().flat_map(of_run).collect();
     for joint in &truth.joints {
         for horizon in HORIZONS {
             let own = || predicted.iter().filter(|one| one.joint == joint.name && one.horizon == horizon);
@@ -43,8 +44,9 @@ fn property_an_exact_model_predicts_as_well_as_its_sensors_allow() {
                 |square: &dyn Fn(&Predicted) -> f64| own().map(|one| square(one) * one.error.len() as f64).sum::<f64>();
             let ratio = (sum(&|one| one.rms().powi(2)) / sum(&|one| one.floor.powi(2))).sqrt();
             println!("{} {horizon} s: {ratio:.3} floors", joint.name);
-            // Some hundred errors a session, of which those at low speed, where friction falls and errors grow, have most of the weight: a
-            // tenth by chance, twice that is allowed. A floor of another motion was off by factors of three to fourteen.
+            // Some hundred errors a session, of which a few have most of the weight: at low speed friction falls and the rotor hammers in
+            // its gap, where errors grow. A tenth by chance in four runs, twice that is allowed. A floor of another motion was off by factors
+            // of three to fourteen.
             assert!((0.8..1.2).contains(&ratio), "{} {horizon} s: {ratio}", joint.name);
         }
     }
@@ -52,7 +54,7 @@ fn property_an_exact_model_predicts_as_well_as_its_sensors_allow() {
 
 #[test]
 fn scenario_the_gain_of_the_demonstration_shows_in_what_it_predicts() {
-    let (_, nominal, mut sessions) = demonstration();
+    let (_, nominal, mut sessions) = demonstration(1);
     let hold_out = sessions.split_off(sessions.len() - 1);
     let found = Findings::new(&nominal, sessions, hold_out, None, &mut |_, _| {}).expect("a diagnosis");
     assert!(found.replay_failure.is_none() && found.prediction_failure.is_none(), "{found:?}");
@@ -68,7 +70,7 @@ fn scenario_the_gain_of_the_demonstration_shows_in_what_it_predicts() {
 
 #[test]
 fn property_a_short_recording_is_not_predicted_and_a_joint_without_one_is_held() {
-    let (truth, _, sessions) = demonstration();
+    let (truth, _, sessions) = demonstration(1);
     let mut short = sessions[0].clone();
     short.series = short.series.part(0..900);
     let predicted = predict(&truth, &short, &Options::default()).expect("no error");

@@ -8,7 +8,7 @@
 //! These are the gains of a filter with fading memory, whose three poles lie at `−ω`: it leaves no error under a constant acceleration `â` that
 //! the model lacks. Rotor and link are moved together, so that the flank that touches and the torque through the gear remain the model's.
 //! A position within the count that was read needs no correction. Where the machine rests there as well, friction holds it, whatever torque
-//! the model lacks: then `â = 0`, for otherwise it would be pushed and stopped again at every sample.
+//! the model lacks: after a rest as long as the filter's memory `1/ω`, `â = 0`. Otherwise it would be pushed and stopped at every sample.
 //! Reference: N. Morrison (1969), Introduction to sequential smoothing and prediction, chapter 13; E. Brookner (1998), Tracking and Kalman
 //! filtering made easy, chapter 7.
 
@@ -80,7 +80,7 @@ impl Followed<'_> {
     /// The correction of a joint; one that was not recorded is held where it is.
     pub(super) fn correction(&self, joint: usize, bandwidth: f64) -> Correction {
         let half_step = if self.inputs[joint].recorded { 0.5 * self.steps[joint] } else { 0.0 };
-        Correction { bandwidth, half_step, acceleration: 0.0 }
+        Correction { bandwidth, half_step, acceleration: 0.0, rested: 0.0 }
     }
 }
 
@@ -92,6 +92,8 @@ pub(super) struct Correction {
     half_step: f64,
     /// `â` [rad/s² or m/s²].
     acceleration: f64,
+    /// [s] Time for which the machine has rested within its count.
+    rested: f64,
 }
 
 impl Correction {
@@ -100,7 +102,9 @@ impl Correction {
         let JointState { motor_position, motor_velocity, link_velocity, .. } = plant.states()[joint];
         let r = recorded - motor_position;
         let e = r - r.clamp(-self.half_step, self.half_step);
-        if e == 0.0 && motor_velocity == 0.0 && link_velocity == 0.0 {
+        let rests = e == 0.0 && motor_velocity == 0.0 && link_velocity == 0.0;
+        self.rested = if rests { self.rested + interval } else { 0.0 };
+        if self.bandwidth * self.rested > 1.0 {
             self.acceleration = 0.0;
             return;
         }
@@ -136,8 +140,8 @@ mod tests {
         let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
         let mut plant = Plant::new(&model, &Options::default()).expect("a plant");
         plant.launch(&[JointState::default()]);
-        let mut correction = Correction { bandwidth: 32.0, half_step: 1e-3, acceleration: 2.0 };
-        correction.apply(&mut plant, 0, 0.9e-3, 1e-3);
+        let mut correction = Correction { bandwidth: 32.0, half_step: 1e-3, acceleration: 2.0, rested: 0.0 };
+        correction.apply(&mut plant, 0, 0.9e-3, 1.0 / 16.0);
         let JointState { motor_position, motor_velocity, .. } = plant.states()[0];
         assert_eq!([motor_position, motor_velocity, correction.acceleration], [0.0; 3]);
         correction.apply(&mut plant, 0, 1.5e-3, 1e-3);
