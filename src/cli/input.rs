@@ -107,10 +107,11 @@ fn read(files: &[PathBuf], model: &Model, wanted: &[Channel]) -> Result<(Vec<Ses
         session.series.keep(wanted);
         Ok((session, drawn))
     };
-    // A table takes about as much memory as its text, several times as much as a compressed file; what a manifest names is not known here.
+    // A number takes eight bytes, and about twice that as text; a compressed file may hold several times as much. What a manifest names is
+    // not known here.
     let bytes = |file: &PathBuf| match dataset::is_manifest(file) {
         true => usize::MAX,
-        false => fs::metadata(file).map_or(0, |about| about.len() as usize),
+        false => fs::metadata(file).map_or(0, |about| about.len() as usize / 2),
     };
     let read = side_by_side(files, files.iter().map(bytes).max().unwrap_or(0), one);
     Ok(read.into_iter().collect::<Result<Vec<_>>>()?.into_iter().unzip())

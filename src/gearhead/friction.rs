@@ -43,6 +43,9 @@ impl Direction {
     }
 }
 
+/// [1] `|v|/v_S` above which the falling part is left out: `e⁻⁴⁰` is 4e-18.
+const FALLEN: f64 = 40.0;
+
 /// One direction of equation 6.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exponential {
@@ -62,9 +65,10 @@ impl Exponential {
         self.coulomb + self.fall(speed)
     }
 
-    /// `(F_S − F_C) e^{−|v|/v_S}`.
+    /// `(F_S − F_C) e^{−|v|/v_S}`; zero where it is beyond the last digit of `F_C`.
     fn fall(&self, speed: f64) -> f64 {
-        (self.breakaway - self.coulomb) * (-speed / self.stribeck_velocity).exp()
+        let x = speed / self.stribeck_velocity;
+        if x > FALLEN { 0.0 } else { (self.breakaway - self.coulomb) * (-x).exp() }
     }
 }
 

@@ -10,7 +10,7 @@
 //! Left out: viscous friction (`ω B`, some per cent of `D`), the response of other motors, gaps that open where the load is small.
 //! Reference: W. T. Thomson (1993), Theory of Vibration with Applications, ch. 6.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
 use super::piece::Posture;
@@ -66,7 +66,8 @@ fn receptance(model: &Model, joint: usize, place: &Posture, omega: f64) -> Optio
             - gear(i) * follows[(i, j)] * gear(j)
     });
     let own = moving.iter().position(|i| *i == joint)?;
-    Some(stiffness.try_inverse()?[(own, own)])
+    let unit = DVector::from_fn(moving.len(), |i, _| Complex::from(f64::from(u8::from(i == own))));
+    Some(stiffness.lu().solve(&unit)?[own])
 }
 
 #[cfg(test)]
