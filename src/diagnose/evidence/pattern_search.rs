@@ -105,14 +105,9 @@ fn periodic_trials(problem: &Problem, terms: &[&Term], fitted: &Fitted, joint: u
     );
     let orders = orders(motion, joint);
     let seen = motion.at_rows(&rows);
-    let amplitudes = PERIODIC.each_ref().map(|kind| seen.column(joint, |m, row| kind.amplitude(m, row)));
     // All kinds in one pass: they differ only in the amplitude of the harmonic.
-    let gains = |harmonic: [Vec<f64>; 2]| -> [f64; PERIODIC.len()] {
-        amplitudes.each_ref().map(|amplitude| {
-            let times = |column: &Vec<f64>| column.iter().zip(amplitude).map(|(x, size)| x * size).collect();
-            score.gain(&harmonic.each_ref().map(times))
-        })
-    };
+    let scores = PERIODIC.each_ref().map(|kind| score.times(&seen.column(joint, |m, row| kind.amplitude(m, row))));
+    let gains = |harmonic: [Vec<f64>; 2]| scores.each_ref().map(|score| score.gain(&harmonic));
     let of_part = |orders: &[f64]| harmonics(&seen, joint, orders).map(gains).collect::<Vec<_>>();
     let scored: Vec<[f64; PERIODIC.len()]> = orders.par_chunks(PART).flat_map_iter(of_part).collect();
     let (ratio, range) = (motion.model.joints[joint].gear_ratio, motion.range(joint));

@@ -197,7 +197,6 @@ impl System {
 /// Score test: lower bound of the gain in a block's log-likelihood by new columns, at constant weights and scale.
 #[derive(Debug)]
 pub struct Score {
-    columns: Vec<Vec<f64>>,
     weighted: Vec<Vec<f64>>,
     factor: Option<Cholesky<f64, Dyn>>,
     gradient: Vec<f64>,
@@ -220,18 +219,35 @@ impl Score {
             a[(i, i)] = a[(i, i)] * (1.0 + 1e-9) + 1e-300;
         }
         let gradient = residual.iter().zip(&weights).map(|(e, w)| e * w).collect();
-        Self { columns, weighted, factor: Cholesky::new(a), gradient, weights }
+        Self { weighted, factor: Cholesky::new(a), gradient, weights }
+    }
+
+    /// The test for new columns that are multiplied by `amplitude` first.
+    #[must_use]
+    pub fn times(&self, amplitude: &[f64]) -> Self {
+        let product = |values: &Vec<f64>| values.iter().zip(amplitude).map(|(x, size)| x * size).collect();
+        Self {
+            weighted: self.weighted.iter().map(product).collect(),
+            gradient: product(&self.gradient),
+            weights: self.weights.iter().zip(amplitude).map(|(w, size)| w * size * size).collect(),
+            factor: self.factor.clone(),
+        }
     }
 
     /// The gain of these columns: half the quadratic form of their score.
     pub fn gain(&self, new: &[Vec<f64>]) -> f64 {
         let Some(factor) = &self.factor else { return 0.0 };
-        let (m, n) = (new.len(), self.columns.len());
+        let (m, n) = (new.len(), self.weighted.len());
         let b = DVector::from_iterator(m, new.iter().map(|x| dot(x, &self.gradient)));
         let cross = DMatrix::from_fn(n, m, |i, k| dot(&self.weighted[i], &new[k]));
-        let weighted: Vec<Vec<f64>> =
-            new.iter().map(|x| x.iter().zip(&self.weights).map(|(x, w)| x * w).collect()).collect();
-        let mut own = DMatrix::from_fn(m, m, |k, l| dot(&weighted[k.max(l)], &new[k.min(l)]));
+        let mut own = DMatrix::zeros(m, m);
+        for k in 0..m {
+            let weighted: Vec<f64> = new[k].iter().zip(&self.weights).map(|(x, w)| x * w).collect();
+            for l in 0..=k {
+                own[(k, l)] = dot(&weighted, &new[l]);
+                own[(l, k)] = own[(k, l)];
+            }
+        }
         let before = own.diagonal();
         own -= cross.transpose() * factor.solve(&cross);
         // A linear combination of the other columns adds nothing.
