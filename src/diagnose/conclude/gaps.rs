@@ -1,11 +1,14 @@
 //! Gaps that the model file does not give, from reversals or from two encoders, and the uncertainty that they add to other parameters.
 
+use rayon::prelude::*;
+
 use super::link_load;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::result::{FoundEffect, Measured};
 use crate::diagnose::rows::gentlest::gentlest;
 use crate::diagnose::select::selection::Selection;
 use crate::effects::Catalogue;
+use crate::error::Error;
 use crate::identify::backlash;
 use crate::robot::{Masses, Model, TorqueAt};
 use crate::timeseries::TimeSeries;
@@ -22,6 +25,10 @@ pub struct MeasuredGap {
 }
 
 impl MeasuredGap {
+    fn none(reason: impl Into<String>) -> Self {
+        Self { left_out: Some(reason.into()), ..Self::default() }
+    }
+
     /// [rad or m] The gap, where the data show one.
     pub fn value(&self) -> Option<f64> {
         self.measured.as_ref().map(|gap| gap.value)
@@ -47,34 +54,42 @@ pub fn measured(
             return MeasuredGap { measured: Some(gap), ..MeasuredGap::default() };
         }
         if joint.torque_at == TorqueAt::Link {
-            let left_out = "its torque was measured behind the gear: reversals of the rotor do not show there. For the same reason the friction is that of the \
-                            link side, and effects of motor and gear were not sought";
-            return MeasuredGap { left_out: Some(left_out.to_owned()), ..MeasuredGap::default() };
+            return MeasuredGap::none(
+                "its torque was measured behind the gear: reversals of the rotor do not show there. For the same reason the friction is that of the \
+                 link side, and effects of motor and gear were not sought",
+            );
         }
         if model.masses == Masses::Estimated {
             return MeasuredGap::default();
         }
-        let left_out = link_load::why_not(problem, selection, index, sessions);
-        if left_out.is_some() {
-            return MeasuredGap { left_out, ..MeasuredGap::default() };
+        if let Some(reason) = link_load::why_not(problem, selection, index, sessions) {
+            return MeasuredGap::none(reason);
         }
         let friction = problem.motion.joints[index].friction.on_motor();
-        let Ok(found) = backlash::identify(model, index, &gentlest(model, index, sessions), &friction) else {
-            return MeasuredGap::default();
+        let found = match backlash::identify(model, index, &gentlest(model, index, sessions), &friction) {
+            Ok(found) => found,
+            Err(error) => return MeasuredGap::none(lacking(&error)),
         };
         let mean = &found.best.mean;
         if !(mean.std_error > 0.0 && mean.std_error.is_finite()) {
-            return MeasuredGap {
-                left_out: Some("the reversals of this motion do not determine it".to_owned()),
-                ..MeasuredGap::default()
-            };
+            return MeasuredGap::none("the reversals of this motion do not determine it");
         }
         let unit = joint.kind.position_unit();
         let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
         let measured = Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit };
         MeasuredGap { measured: Some(measured), link_share, left_out: None }
     };
-    (0..model.joints.len()).map(measure).collect()
+    (0..model.joints.len()).into_par_iter().map(measure).collect()
+}
+
+/// What the data lack, and what to record.
+fn lacking(error: &Error) -> String {
+    match error {
+        Error::TooLittleData { found, unit, needed, advice, .. } => {
+            format!("{found} {unit}, at least {needed} needed: {advice}")
+        }
+        other => other.to_string(),
+    }
 }
 
 /// Adds to angles of links the uncertainty that gaps cause. The rotor's angle does not show where in its gap `b` a link is: the angle of
