@@ -127,19 +127,13 @@ mod tests {
     use crate::plant::Options;
     use crate::robot::Model;
 
-    const ROBOT: &str = "<robot name=\"one\"><link name=\"base\"/><link name=\"arm\"><inertial><mass value=\"1\"/>\
-        <inertia ixx=\"0.2\" ixy=\"0\" ixz=\"0\" iyy=\"0.2\" iyz=\"0\" izz=\"0.2\"/></inertial></link>\
-        <joint name=\"joint1\" type=\"revolute\"><parent link=\"base\"/><child link=\"arm\"/><axis xyz=\"0 0 1\"/>\
-        <limit lower=\"-3\" upper=\"3\" effort=\"3\" velocity=\"3\"/></joint></robot>";
-    const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"one\"\nurdf = \"one.urdf\"\n[joints.joint1]\n\
-        gear_ratio = 5.0\nrotor_inertia = 0.0008\ngear_stiffness = 3000.0\n[joints.joint1.motor]\ntorque_constant = 0.02\n";
-
     /// What is corrected moves rotor and link together; a machine that rests within its count stays there, and forgets what it lacked in motion.
     #[test]
     fn property_a_machine_at_rest_within_its_count_is_left_alone() {
-        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/scara/model.toml");
+        let model = Model::load(&file).expect("a robot of the catalogue");
         let mut plant = Plant::new(&model, &Options::default()).expect("a plant");
-        plant.launch(&[JointState::default()]);
+        plant.launch(&vec![JointState::default(); model.joints.len()]);
         let mut correction = Correction { bandwidth: 32.0, half_step: 1e-3, acceleration: 2.0, rested: 0.0 };
         correction.apply(&mut plant, 0, 0.9e-3, 1.0 / 16.0);
         let JointState { motor_position, motor_velocity, .. } = plant.states()[0];
