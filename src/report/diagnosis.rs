@@ -1,5 +1,7 @@
 //! A diagnosis for readers: what was found, with which confidence and gain, and what remains.
 
+use std::collections::BTreeMap;
+
 use serde_json::Value;
 
 use super::Report;
@@ -205,9 +207,8 @@ fn found(diagnosis: &Diagnosis) -> Section {
     }
     for (joint, baseline) in &diagnosis.baseline {
         section.text.extend(rising_friction(joint, baseline));
-        let line = |reason: &String| format!("Gap of {joint}: not determined, {reason}.");
-        section.text.extend(baseline.backlash_left_out.iter().map(line));
     }
+    section.text.extend(gaps_left_out(&diagnosis.baseline));
     section.text.extend(diagnosis.method.left_out.clone());
     for withdrawn in &diagnosis.withdrawn {
         let (effect, joints, reason) = (&withdrawn.effect, withdrawn.joints.join(", "), &withdrawn.reason);
@@ -221,6 +222,19 @@ fn found(diagnosis: &Diagnosis) -> Section {
 
 /// A note is given if breakaway friction lies below Coulomb friction by more than this number of standard errors.
 const SURELY_BELOW: f64 = 3.0;
+
+/// Why gaps were not measured, joints with the same reason together.
+fn gaps_left_out(baseline: &BTreeMap<String, BaselineEstimate>) -> Vec<String> {
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (joint, estimate) in baseline {
+        let Some(reason) = estimate.backlash_left_out.as_deref() else { continue };
+        match reasons.iter_mut().find(|(other, _)| *other == reason) {
+            Some((_, joints)) => joints.push(joint),
+            None => reasons.push((reason, vec![joint])),
+        }
+    }
+    reasons.iter().map(|(reason, joints)| format!("Gap of {}: not determined, {reason}.", joints.join(", "))).collect()
+}
 
 /// A note on friction that is less at rest than in motion: the law assumes that friction falls with speed.
 fn rising_friction(joint: &str, baseline: &BaselineEstimate) -> Option<String> {

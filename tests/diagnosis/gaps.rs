@@ -71,7 +71,7 @@ fn names(found: &Diagnosis) -> Vec<(&str, &str)> {
 
 #[test]
 fn property_a_tilt_that_holds_the_links_leaves_the_gap_out_and_says_why() {
-    let found = Case::new(3001).with("base_tilt", None, &[("tilt", 0.1), ("azimuth", 0.3)]).diagnosed(false);
+    let mut found = Case::new(3001).with("base_tilt", None, &[("tilt", 0.1), ("azimuth", 0.3)]).diagnosed(false);
     assert_eq!(names(&found), [("base_tilt", "joint1")], "{:?}", found.effects);
     let held = |joint: &str| found.baseline[joint].backlash_left_out.is_some();
     assert!(JOINTS.iter().any(|joint| held(joint)), "{:?}", found.baseline);
@@ -82,6 +82,11 @@ fn property_a_tilt_that_holds_the_links_leaves_the_gap_out_and_says_why() {
         let reason = baseline.backlash_left_out.as_deref().unwrap_or("base_tilt of Coulomb friction");
         assert!(reason.contains("base_tilt") && reason.contains("of Coulomb friction"), "{joint}: {reason}");
     }
+    // The report tells a reason that joints share once.
+    found.baseline.values_mut().for_each(|baseline| baseline.backlash_left_out = Some("too few reversals".to_owned()));
+    let text = lostmotion::report::diagnosis::document("arm", &found).to_text();
+    assert_eq!(text.matches("Gap of joint1, joint2: not determined, too few reversals.").count(), 1, "{text}");
+    assert_eq!(text.matches("not determined").count(), 1, "{text}");
 }
 
 #[test]
