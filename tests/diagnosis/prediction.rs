@@ -31,7 +31,7 @@ fn demonstration(seed: u64) -> (Model, Model, Vec<Session>) {
 
 #[test]
 fn property_an_exact_model_predicts_as_well_as_its_sensors_allow() {
-    let runs: Vec<_> = (1..=4).map(demonstration).collect();
+    let runs: Vec<_> = (1..=6).map(demonstration).collect();
     let truth = &runs[0].0;
     let of_run = |(truth, _, sessions): &(Model, Model, Vec<Session>)| -> Vec<Predicted> {
         sessions.iter().flat_map(|one| predict(truth, one, &Options::default()).expect("a prediction")).collect()
@@ -39,14 +39,15 @@ fn property_an_exact_model_predicts_as_well_as_its_sensors_allow() {
     let predicted: Vec<Predicted> = runs.iter().flat_map(of_run).collect();
     for joint in &truth.joints {
         for horizon in HORIZONS {
-            let own = || predicted.iter().filter(|one| one.joint == joint.name && one.horizon == horizon);
-            let sum =
-                |square: &dyn Fn(&Predicted) -> f64| own().map(|one| square(one) * one.error.len() as f64).sum::<f64>();
-            let ratio = (sum(&|one| one.rms().powi(2)) / sum(&|one| one.floor.powi(2))).sqrt();
-            println!("{} {horizon} s: {ratio:.3} floors", joint.name);
-            // Some hundred errors a session, of which a few have most of the weight: at low speed friction falls and the rotor hammers in
-            // its gap, where errors grow. A tenth by chance in four runs, twice that is allowed. A floor of another motion was off by factors
-            // of three to fourteen.
+            let own = predicted.iter().filter(|one| one.joint == joint.name && one.horizon == horizon);
+            // In half of the sessions the joint rests, and is predicted exactly.
+            let mut ratios: Vec<f64> = own.map(|one| one.rms() / one.floor).filter(|ratio| *ratio > 0.1).collect();
+            ratios.sort_by(f64::total_cmp);
+            println!("{} {horizon} s: {ratios:.2?} floors", joint.name);
+            let ratio = 0.5 * (ratios[(ratios.len() - 1) / 2] + ratios[ratios.len() / 2]);
+            // Sessions scatter by a third, and up to sixfold: some hundred errors each, of which a few have most of the weight where friction
+            // falls with speed or the rotor hammers in its gap. The median of twenty scatters by a tenth, twice that is allowed. A floor of
+            // another motion was off by factors of three to fourteen.
             assert!((0.8..1.2).contains(&ratio), "{} {horizon} s: {ratio}", joint.name);
         }
     }
