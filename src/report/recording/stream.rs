@@ -91,9 +91,12 @@ fn log_trace(stream: &RecordingStream, trace: &Trace, start: f64) -> Result<()> 
         .with_colors([colour(trace.role)])
         .with_widths([1.5]);
     log_static(stream, &path, &style)?;
-    let time = times(trace.time.iter().copied(), start);
+    // An instant without a value ends the curve: the next session's begins anew.
+    let end = trace.time.last().copied();
+    let time = times(trace.time.iter().copied().chain(end), start);
+    let lengths = trace.values.iter().map(|_| 1).chain(end.map(|_| 0));
     let columns = rerun_types::archetypes::Scalars::new(trace.values.iter().copied())
-        .columns_of_unit_batches()
+        .columns(lengths)
         .map_err(|source| failed(&path, source))?;
     stream.send_columns(path.as_str(), [time], columns).map_err(|source| failed(&path, source))
 }
