@@ -6,7 +6,8 @@
 //! ```
 //! This is [`FrictionLaw`] in the form that an integrator needs: one smooth branch per slip mode, with the same values up to rounding.
 //! A step may lead beyond the end of a mode before the end is located. There, at a negative speed, the exponential is continued
-//! along its tangent at `|v| σ = −1`. Otherwise it would reach e⁷⁰ when a hammering rotor is thrown back within a step.
+//! along its tangent at `|v| σ = −1`. Otherwise it would reach e⁷⁰ when a hammering rotor is thrown back within a step. A law that rises from rest,
+//! `D < 0`, is reflected in its point at rest instead: along a tangent it would drive the rotor, ever harder, the way that it came.
 //! Two lines meet at a kink, at the switch velocity: the slower and the faster line are modes of their own, so that the kink is
 //! located like any other event.
 //! Sign: a magnitude; it opposes the slip.
@@ -48,6 +49,8 @@ impl Piece {
         let line = self.coulomb + self.viscous * speed;
         if self.drop == 0.0 || fallen > GONE {
             line
+        } else if self.drop < 0.0 && fallen < 0.0 {
+            line + self.drop * (2.0 - fallen.exp())
         } else if fallen < -1.0 {
             line - self.drop * std::f64::consts::E * fallen
         } else {
@@ -165,6 +168,17 @@ mod tests {
                 // The exponent, up to 5000, is rounded once more: its error counts where e^{−x} x is largest, at x = 1. Beyond 40, e⁻⁴⁰ is left out.
                 assert!((found - asked).abs() < 1e-14 * asked.abs().max(1.0), "{velocity}: {found} of {asked}");
             }
+        }
+    }
+
+    /// A rotor that a step throws back beyond its reversal must not be driven by more than its friction at rest.
+    #[test]
+    fn property_a_law_that_rises_from_rest_is_bounded_beyond_a_reversal() {
+        let piece = Piece { coulomb: 0.27, drop: -0.21, steepness: 300.0, viscous: 0.0 };
+        let rest = piece.at(0.0);
+        for speed in (1..=400).map(|k| 1e-6 * f64::from(k).powi(2)) {
+            assert!((piece.at(speed) + piece.at(-speed) - 2.0 * rest).abs() < 1e-15, "reflected at {speed}");
+            assert!(piece.at(-speed) >= rest + piece.drop, "{speed}");
         }
     }
 }

@@ -2,14 +2,15 @@
 
 use rayon::prelude::*;
 
-use super::link_load;
+use super::link_load::{self, Loaded};
 use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::term::Term;
 use crate::diagnose::result::{FoundEffect, Measured};
 use crate::diagnose::rows::gentlest::gentlest;
 use crate::diagnose::select::selection::Selection;
 use crate::effects::Catalogue;
 use crate::error::Error;
-use crate::identify::backlash;
+use crate::identify::backlash::{self, BacklashIdentification};
 use crate::robot::{Masses, Model, TorqueAt};
 use crate::timeseries::TimeSeries;
 
@@ -22,6 +23,8 @@ pub struct MeasuredGap {
     pub link_share: Option<f64>,
     /// Why it was not measured.
     pub left_out: Option<String>,
+    /// Whether it was not, because a named effect loads the link.
+    pub held: bool,
 }
 
 impl MeasuredGap {
@@ -62,24 +65,51 @@ pub fn measured(
         if model.masses == Masses::Estimated {
             return MeasuredGap::default();
         }
-        if let Some(reason) = link_load::why_not(problem, selection, index, sessions) {
-            return MeasuredGap::none(reason);
+        if let Some(reason) = link_load::why_not(problem, selection, &|_| true, index, sessions) {
+            return MeasuredGap { held: true, ..MeasuredGap::none(reason) };
         }
         let friction = problem.motion.joints[index].friction.on_motor();
-        let found = match backlash::identify(model, index, &gentlest(model, index, sessions), &friction) {
-            Ok(found) => found,
-            Err(error) => return MeasuredGap::none(lacking(&error)),
-        };
-        let mean = &found.best.mean;
-        if !(mean.std_error > 0.0 && mean.std_error.is_finite()) {
-            return MeasuredGap::none("the reversals of this motion do not determine it");
+        match backlash::identify(model, index, &gentlest(model, index, sessions), &friction) {
+            Ok(found) => of(&found, joint.kind.position_unit()),
+            Err(error) => MeasuredGap::none(lacking(&error)),
         }
-        let unit = joint.kind.position_unit();
-        let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
-        let measured = Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit };
-        MeasuredGap { measured: Some(measured), link_share, left_out: None }
     };
     (0..model.joints.len()).into_par_iter().map(measure).collect()
+}
+
+/// Gaps of joints whose links are held by effects that the loaded model has, where they are sure; `sessions` contain the torque of these effects.
+pub fn measure_held(
+    gaps: &mut [MeasuredGap],
+    loaded: &Loaded,
+    sessions: &[&TimeSeries],
+    problem: &Problem,
+    selection: &Selection,
+) {
+    let nominal = problem.motion.model;
+    let outside = |term: &Term| !loaded.contains(term);
+    gaps.par_iter_mut().enumerate().filter(|(_, gap)| gap.held).for_each(|(index, gap)| {
+        if link_load::why_not(problem, selection, &outside, index, sessions).is_some() {
+            return;
+        }
+        let friction = problem.motion.joints[index].friction.on_motor();
+        let data = gentlest(&loaded.model, index, sessions);
+        let found = backlash::identify_loaded(&loaded.model, nominal, index, &data, &friction);
+        let sure = found.map(|found| of(&found, nominal.joints[index].kind.position_unit()));
+        if let Some(sure) = sure.filter(|sure| sure.measured.is_some()) {
+            *gap = sure;
+        }
+    });
+}
+
+/// What reversals told.
+fn of(found: &BacklashIdentification, unit: &'static str) -> MeasuredGap {
+    let mean = &found.best.mean;
+    if !(mean.std_error > 0.0 && mean.std_error.is_finite()) {
+        return MeasuredGap::none("the reversals of this motion do not determine it");
+    }
+    let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
+    let measured = Measured { value: mean.value.max(0.0), std_error: mean.std_error, unit };
+    MeasuredGap { measured: Some(measured), link_share, ..MeasuredGap::default() }
 }
 
 /// What the data lack, and what to record.

@@ -44,6 +44,7 @@ use crate::robot::{Masses, Model};
 use crate::timeseries::TimeSeries;
 use extend::Identified;
 use gaps::MeasuredGap;
+use link_load::Loaded;
 
 /// Inputs of the conclusion, beside the problem.
 pub struct Data<'d> {
@@ -94,7 +95,7 @@ pub fn conclude(
         encoders = reading.encoders.unwrap_or(encoders);
     }
     progress("measuring the gap", 0.9);
-    let gaps = gaps(data, problem, selection, &encoders.gaps, options);
+    let gaps = gaps(data, problem, selection, &findings.effects, &encoders.gaps, options);
     gaps::blur(&mut findings.effects, model, &gaps, &options.catalogue);
     in_true_torque(problem, &mut findings.effects, &uncertainty, &options.catalogue);
     findings.effects.sort_by(|a, b| b.evidence_nats.total_cmp(&a.evidence_nats));
@@ -143,12 +144,13 @@ fn in_true_torque(problem: &Problem, effects: &mut [FoundEffect], uncertainty: &
     }
 }
 
-/// The gap of each joint. The estimate assumes that only friction and inertia act while the gap is crossed, so the torque of effects is
-/// removed first.
+/// The gap of each joint. The estimate assumes that only friction, inertia and gravity act while the gap is crossed, so the torque of effects is
+/// removed first, or they are put into the model's gravity.
 fn gaps(
     data: &Data,
     problem: &Problem,
     selection: &Selection,
+    effects: &[FoundEffect],
     seen: &[Option<Measured>],
     options: &Options,
 ) -> Vec<MeasuredGap> {
@@ -157,7 +159,14 @@ fn gaps(
     }
     let trained = &data.sessions[..data.division.trained()];
     let without = removal::without(problem, selection, trained, &|_| true);
-    gaps::measured(data.model, &without.iter().collect::<Vec<_>>(), problem, selection, seen)
+    let mut gaps = gaps::measured(data.model, &without.iter().collect::<Vec<_>>(), problem, selection, seen);
+    drop(without);
+    let held = gaps.iter().any(|gap| gap.held);
+    if let Some(loaded) = Loaded::new(data.model, effects, &options.catalogue).filter(|_| held) {
+        let without = removal::without(problem, selection, trained, &|term| !loaded.contains(term));
+        gaps::measure_held(&mut gaps, &loaded, &without.iter().collect::<Vec<_>>(), problem, selection);
+    }
+    gaps
 }
 
 /// The nominal model with the fitted baseline, and the same with the effects. Without effects both have the same friction.

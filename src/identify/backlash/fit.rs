@@ -49,12 +49,26 @@ const OUTLIER: f64 = 5.0;
 const HELD: f64 = 0.02;
 
 /// What is known beforehand.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Known {
     /// [rad or m] about where the gap is.
     pub gap: Option<f64>,
     /// [1] the link share; otherwise it is found.
     pub share: Option<f64>,
+    /// [1] least link share: reversals are left out at which gravity outweighs that part of the friction.
+    pub least_share: f64,
+}
+
+impl Default for Known {
+    fn default() -> Self {
+        Self { gap: None, share: None, least_share: SMALLEST_SHARE }
+    }
+}
+
+/// Whether gravity leaves enough reversals for a gap to be measured, however small the link's share of friction is.
+pub(super) fn is_level(sessions: &[Session], joint: &JointModel, friction: &Friction) -> bool {
+    let all = sessions.iter().flat_map(|session| sites(session, joint, friction, 0.0));
+    all.filter(|site| !site.carried(SMALLEST_SHARE)).count() >= FEWEST
 }
 
 /// What the fit finds.
@@ -81,7 +95,7 @@ pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction,
     let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
     let reaching = |travel: f64| -> (Vec<Site>, Vec<Site>) {
         let all = sessions.iter().flat_map(|session| sites(session, joint, friction, travel));
-        all.partition(|site| !site.carried(SMALLEST_SHARE))
+        all.partition(|site| !site.carried(known.least_share))
     };
     let mut spread =
         Spread { members: 16, share: about(0.3, 0.2), level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };

@@ -69,7 +69,44 @@ pub fn identify_at_share(
     near: f64,
     share: f64,
 ) -> Result<BacklashIdentification> {
-    identify_from(model, joint, data, friction, Known { gap: Some(near), share: Some(share) })
+    identify_from(model, joint, data, friction, Known { gap: Some(near), share: Some(share), ..Known::default() })
+}
+
+/// As [`identify`], for a joint that is level in the nominal model, on a machine whose model `loaded` has a load that the nominal one lacks, such as
+/// a tilt. `None` where the gap is not sure.
+///
+/// Reversals count also where the load may hold the link, which it does not if the link's share of friction is large enough. So that share has to be
+/// found well, and the reversals in which the load is clearly smaller have to say the same. Under gravity of its own a joint gives no such gap: the
+/// masses of a model are not as well known as a load that was found.
+pub fn identify_loaded(
+    loaded: &Model,
+    nominal: &Model,
+    joint: usize,
+    data: &[&TimeSeries],
+    friction: &Friction,
+) -> Option<BacklashIdentification> {
+    /// [1] Part of the link's friction up to which a load is clearly smaller: wrong gaps of tuning machines had no reversal below 0.9.
+    const CLEARLY: f64 = 0.8;
+    let parts = uninterrupted(data);
+    if !fit::is_level(&sessions(nominal, joint, &parts), &nominal.joints[joint], friction) {
+        return None;
+    }
+    let counting_on = |least_share: f64| {
+        identify_from(loaded, joint, data, friction, Known { least_share, ..Known::default() }).ok()
+    };
+    let all = counting_on(1.0).filter(|all| all.is_seen() && all.share_is_known())?;
+    let clear = counting_on(CLEARLY * all.link_share.as_ref()?.value)?;
+    (clear.is_seen() && clear.agrees_with(&all)).then_some(all)
+}
+
+fn uninterrupted<'a>(data: &[&'a TimeSeries]) -> Vec<Cow<'a, TimeSeries>> {
+    data.iter().flat_map(|series| series.uninterrupted()).collect()
+}
+
+fn sessions<'a>(model: &'a Model, joint: usize, parts: &'a [Cow<TimeSeries>]) -> Vec<Session<'a>> {
+    let mut sessions: Vec<Session> = parts.iter().filter_map(|series| Session::of(model, joint, series)).collect();
+    reversal::keep_moved(&mut sessions);
+    sessions
 }
 
 /// Equation 15 as published, on the last ten steps: on the raw current, and with the filter that noisy current needs. `None` where no
@@ -86,9 +123,8 @@ fn identify_from(
     friction: &Friction,
     known: Known,
 ) -> Result<BacklashIdentification> {
-    let parts: Vec<Cow<TimeSeries>> = data.iter().flat_map(|series| series.uninterrupted()).collect();
-    let mut sessions: Vec<Session> = parts.iter().filter_map(|series| Session::of(model, joint, series)).collect();
-    reversal::keep_moved(&mut sessions);
+    let parts = uninterrupted(data);
+    let sessions = sessions(model, joint, &parts);
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
     let fit =

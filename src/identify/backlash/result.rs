@@ -1,5 +1,6 @@
 //! Results: each measured value, their mean, and the reversals that were left out, with the reason.
 
+use super::reversal::FEWEST;
 use crate::identify::quantity::Quantity;
 
 /// Standard errors to either side of a 95 % interval of a normal distribution.
@@ -21,6 +22,29 @@ pub struct BacklashIdentification {
     /// A typical reversal of `paper`, for a figure; `None` if it has no value.
     #[serde(skip)]
     pub shown: Option<ShownReversal>,
+}
+
+impl BacklashIdentification {
+    /// Whether a gap is there beyond doubt.
+    pub(super) fn is_seen(&self) -> bool {
+        /// Standard errors.
+        const SEEN: f64 = 5.0;
+        let gap = &self.best.mean;
+        self.best.values.len() >= FEWEST && gap.value > SEEN * gap.std_error
+    }
+
+    /// Whether the link share, for whose errors a gap makes up, is found well.
+    pub(super) fn share_is_known(&self) -> bool {
+        /// Its error relative to itself.
+        const WELL: f64 = 0.05;
+        self.link_share.as_ref().is_some_and(|share| share.std_error < WELL * share.value)
+    }
+
+    /// Whether two gaps differ by no more than their errors allow.
+    pub(super) fn agrees_with(&self, other: &Self) -> bool {
+        let [one, other] = [&self.best.mean, &other.best.mean];
+        (one.value - other.value).abs() < NORMAL_95 * one.std_error.hypot(other.std_error)
+    }
 }
 
 /// Signals around one reversal, and what equation 15 integrates there.
