@@ -1,4 +1,4 @@
-//! What a diagnosis says of gaps where something else was named: none is measured where that holds the link on a flank. With a second
+//! What a diagnosis says of gaps where something else was named: none is measured where that may hold the link on a flank. With a second
 //! encoder a soft gear and a gap that varies are told, and a gap is not taken for either.
 //! No figure was tuned to these seeds, but for 3006.
 

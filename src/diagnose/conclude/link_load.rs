@@ -1,4 +1,4 @@
-//! Whether a named effect holds a link on one flank of its gear. Then the rotor reverses without crossing the gap, or crosses it
+//! Whether a named effect may hold a link on one flank of its gear. Then the rotor reverses without crossing the gap, or crosses it
 //! where a model of rotor, gap and link does not expect it.
 //!
 //! While the rotor reverses, a link without a load stays at rest by its own friction `s F_C`. A larger steady torque presses it
@@ -87,7 +87,7 @@ pub fn why_not(
     (!names.is_empty() && held > HOLDS * coulomb).then(|| {
         let unit = motion.model.joints[joint].kind.effort_unit();
         format!(
-            "{} holds the link on a flank of the gear ({held:.2} {unit} RMS, {:.0} % of Coulomb friction): the link may not cross the gap at a reversal as the estimate of the gap assumes",
+            "{} loads the link ({held:.2} {unit} RMS, {:.0} % of Coulomb friction) and may hold it on a flank of the gear: then it does not cross the gap at a reversal as the estimate of the gap assumes",
             names.join(" and "),
             100.0 * held / coulomb.max(1e-300)
         )
