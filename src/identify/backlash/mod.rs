@@ -91,9 +91,8 @@ pub fn identify_loaded(
     if !fit::is_level(&sessions(nominal, joint, &parts), &nominal.joints[joint], friction) {
         return None;
     }
-    let counting_on = |least_share: f64| {
-        identify_from(loaded, joint, data, friction, Known { least_share, ..Known::default() }).ok()
-    };
+    let counting_on =
+        |least_share: f64| identify_from(loaded, joint, data, friction, Known { least_share, ..Known::default() }).ok();
     let all = counting_on(1.0).filter(|all| all.is_seen() && all.share_is_known())?;
     let clear = counting_on(CLEARLY * all.link_share.as_ref()?.value)?;
     (clear.is_seen() && clear.agrees_with(&all)).then_some(all)
