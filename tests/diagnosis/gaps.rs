@@ -111,7 +111,7 @@ fn recover_gaps_that_a_tilt_loads_or_say_nothing() {
         for (joint, truth) in JOINTS.iter().zip(gaps) {
             let Some(gap) = &found.baseline[*joint].backlash else { continue };
             measured += 1;
-            // Four standard errors: of some ten gaps, each has one beyond three in 400.
+            // Four standard errors: a gap is beyond them once in 16000 times.
             assert!((gap.value - truth).abs() < 4.0 * gap.std_error, "{joint}: {gap:?}, true {truth}");
         }
     }
