@@ -85,7 +85,8 @@ pub fn identify_loaded(
     data: &[&TimeSeries],
     friction: &Friction,
 ) -> Option<BacklashIdentification> {
-    /// [1] Part of the link's friction up to which a load is clearly smaller: wrong gaps of tuning machines had no reversal below 0.9.
+    /// [1] Part of the link's friction up to which a load is clearly smaller: where gaps were wrong, fewer than three reversals lay below it, or these
+    /// disagreed (tuning seeds 3021 to 3050).
     const CLEARLY: f64 = 0.8;
     let parts = uninterrupted(data);
     if !fit::is_level(&sessions(nominal, joint, &parts), &nominal.joints[joint], friction) {

@@ -27,7 +27,7 @@ pub struct BacklashIdentification {
 impl BacklashIdentification {
     /// Whether a gap is there beyond doubt.
     pub(super) fn is_seen(&self) -> bool {
-        /// Standard errors.
+        /// Standard errors: a gap that is never crossed looks like none, and is seldom beyond two.
         const SEEN: f64 = 5.0;
         let gap = &self.best.mean;
         self.best.values.len() >= FEWEST && gap.value > SEEN * gap.std_error
@@ -35,7 +35,7 @@ impl BacklashIdentification {
 
     /// Whether the link share, for whose errors a gap makes up, is found well.
     pub(super) fn share_is_known(&self) -> bool {
-        /// Its error relative to itself.
+        /// Its error relative to itself: where gaps were off by a fifth and more it was 0.07 to 0.13, elsewhere mostly 0.03 (tuning seeds 3011 to 3016).
         const WELL: f64 = 0.05;
         self.link_share.as_ref().is_some_and(|share| share.std_error < WELL * share.value)
     }
