@@ -14,6 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::gears;
 use super::hypothesis::{Hypothesis, Start};
 use super::objective::{Fit, Slope};
 use super::parameters::{self, NUMBERS, Parameter};
@@ -37,10 +38,6 @@ const NOISE_AT_FIRST: f64 = 3.0;
 const NOISE_AT_STARTS: f64 = 1.0;
 /// First steps of the searches of gaps, in `x`: 1.5 % of the gap, then less.
 const GAP_STEPS: [f64; 2] = [0.1, 0.02];
-/// Step from one gap to the next that is tried where a fit misses torque, in `x`: 4 %; and the numbers of the first and the last, 0.3 and 1.3 times the
-/// present one. A gap that a regression found contains the wind-up of the gear, which may be the larger part.
-const GAP_STEP: f64 = 0.26;
-const GAPS_TRIED: (i32, i32) = (-31, 7);
 /// Change of a gap, in `x`, by which the curvature of the score is taken: 0.3 %.
 const CURVATURE_STEP: f64 = 0.02;
 /// [1] Information of a direction of the bodies' values, in prior deviations, below which the motion does not show it.
@@ -74,11 +71,21 @@ impl Fitted {
         parameters::setup(&self.model, &self.effects, &self.parameters, &self.x)
     }
 
-    /// `x` with the gaps of a start.
-    fn with_gaps(&self, x: &[f64], start: &Start) -> Vec<f64> {
-        let mut x = x.to_vec();
-        parameters::shrink_gaps(&self.parameters, &start.gaps, &mut x);
-        x
+    /// Parameters and `x` with the gears of a start.
+    fn with_gears(&self, x: &[f64], start: &Start) -> (Vec<Parameter>, Vec<f64>) {
+        let (mut parameters, mut x) = (self.parameters.clone(), x.to_vec());
+        parameters::put_gears(&self.model, &start.gears, &mut parameters, &mut x);
+        (parameters, x)
+    }
+
+    /// Effects, parameters and `x` without these effects.
+    fn left(&self, dropped: &[usize]) -> (Vec<EffectEntry>, Vec<Parameter>, Vec<f64>) {
+        let kept: Vec<usize> = (0..self.effects.len()).filter(|effect| !dropped.contains(effect)).collect();
+        let effects = kept.iter().map(|effect| self.effects[*effect].clone()).collect();
+        let own = self.parameters.iter().zip(&self.x);
+        let left = own.filter_map(|(parameter, x)| Some((parameter.of_effects(&kept)?, *x)));
+        let (parameters, x) = left.unzip();
+        (effects, parameters, x)
     }
 
     /// The effects of the hypothesis with their fitted parameters.
@@ -128,15 +135,18 @@ pub fn fit(hypothesis: &Hypothesis, baseline: &Fitted, train: &[Recording], sett
     let tries: Vec<(&[f64], &Start)> =
         places.iter().flat_map(|x| hypothesis.starts.iter().map(move |start| (*x, start))).collect();
     let first = ranked(&tries, baseline, train, settings)?.first().map(|best| tries[*best]);
-    let (mut x, effects): (Vec<f64>, &[EffectEntry]) = match first {
-        Some((x, start)) => (baseline.with_gaps(x, start), &start.effects),
-        None => (baseline.x.clone(), &[]),
-    };
-    let mut all = baseline.parameters.clone();
-    all.extend(parameters::sizes(hypothesis, effects, &settings.catalogue));
+    let nothing = Start::new(Vec::new());
+    let (x, start) = first.unwrap_or((&baseline.x, &nothing));
+    let (mut all, mut x) = baseline.with_gears(x, start);
+    all.extend(parameters::sizes(hypothesis, &start.effects, &settings.catalogue));
     x.resize(all.len(), 0.0);
-    let fit = Fit { model: &baseline.model, effects, parameters: all, train, settings };
-    let from = Place { x, lambda: noisier(baseline), ..Place::nowhere(fit.parameters.len()) };
+    let fit = Fit { model: &baseline.model, effects: &start.effects, parameters: all, train, settings };
+    // Gears were found with less noise than the baseline needs.
+    let lambda = match start.gears.is_empty() {
+        true => noisier(baseline),
+        false => fit.noise(&x, noisier(baseline), NOISE_TRIALS)?,
+    };
+    let from = Place { x, lambda, ..Place::nowhere(fit.parameters.len()) };
     fit.go_on(&hypothesis.name, from, 0, baseline.nats + baseline.prior + settings.hopeful)
 }
 
@@ -171,35 +181,33 @@ pub fn refine(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Resu
     fit.go_on(&fitted.name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
 }
 
-/// A fit that still misses torque, driven further from the most probable gaps over their whole range: a search finds a gap from a few per cent off only.
+/// Drives a fit further from better gears around its own, where there are some.
 ///
 /// # Errors
 /// As [`fit`](fit()).
-pub fn with_other_gaps(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
-    let Fitted { model, effects, parameters, lambda, .. } = fitted;
-    let fit = Fit { model, effects, parameters: parameters.clone(), train, settings };
-    let mut x = fitted.x.clone();
-    for gap in (0..x.len()).filter(|k| fit.is_gap(*k)) {
-        let here = x[gap];
-        let moved = |place: f64| [&x[..gap], &[place], &x[gap + 1..]].concat();
-        let tried = (GAPS_TRIED.0..=GAPS_TRIED.1).into_par_iter().map(|k| here + GAP_STEP * f64::from(k));
-        let best = tried.map(|place| (fit.height(&moved(place), lambda), place)).max_by(|a, b| a.0.total_cmp(&b.0));
-        x[gap] = best.map_or(here, |(_, place)| place);
-    }
-    let from = fit.climb(x, lambda.clone())?;
-    fit.go_on(&fitted.name, from, 0, f64::NEG_INFINITY)
+pub fn from_better_gears(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let Fitted { model, effects, lambda, .. } = fitted;
+    let sought = gears::around(&fitted.setup(), lambda, train, settings)?;
+    let start = Start { effects: Vec::new(), gears: sought.iter().map(|one| Some(one.gear)).collect() };
+    let (parameters, mut x) = fitted.with_gears(&fitted.x, &start);
+    parameters::put_stiffness(model, effects, &sought, &parameters, &mut x);
+    let fit = Fit { model, effects, parameters, train, settings };
+    let lambda = fit.noise(&x, lambda.clone(), NOISE_TRIALS)?;
+    let from = fit.climb(x, lambda)?;
+    fit.go_on(&fitted.name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
 }
 
-/// The baseline, from where the fit of a hypothesis brought the parameters that both have: a rival must not win because it found better
-/// values of those.
+/// A fit without some of its effects, from where it brought the parameters that remain: a rival must not win because it found better values of what both
+/// have. `name`: of the smaller hypothesis, `dropped`: indices of the effects.
 ///
 /// # Errors
 /// As [`fit`](fit()).
-pub fn without_effects(fitted: &Fitted, baseline: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
-    let Fitted { model, parameters, .. } = baseline;
-    let fit = Fit { model, effects: &[], parameters: parameters.clone(), train, settings };
-    let from = fit.climb(fitted.x[..parameters.len()].to_vec(), fitted.lambda.clone())?;
-    fit.go_on(&baseline.name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
+pub fn without(fitted: &Fitted, dropped: &[usize], name: &str, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let Fitted { model, lambda, .. } = fitted;
+    let (effects, parameters, x) = fitted.left(dropped);
+    let fit = Fit { model, effects: &effects, parameters, train, settings };
+    let from = fit.climb(x, lambda.clone())?;
+    fit.go_on(name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
 }
 
 /// `λ` by which starts are compared and first refined.
@@ -216,8 +224,8 @@ fn ranked(
 ) -> Result<Vec<usize>> {
     let noisier = noisier(baseline);
     let tried = |(x, start): &(&[f64], &Start)| -> Result<f64> {
-        let x = baseline.with_gaps(x, start);
-        let setup = parameters::setup(&baseline.model, &start.effects, &baseline.parameters, &x);
+        let (parameters, x) = baseline.with_gears(x, start);
+        let setup = parameters::setup(&baseline.model, &start.effects, &parameters, &x);
         Ok(scored(&setup, recordings, &noisier, settings)?.iter().map(Score::sum).sum())
     };
     let scores: Vec<Result<f64>> = tries.par_iter().map(tried).collect();

@@ -1,5 +1,6 @@
 //! A hypothesis: the machine has these effects, with some of their parameters unknown.
 
+use super::gears::Gear;
 use crate::robot::EffectEntry;
 
 /// What a machine may have beside its nominal model.
@@ -18,15 +19,15 @@ pub struct Hypothesis {
 pub struct Start {
     /// The effects with their parameters.
     pub effects: Vec<EffectEntry>,
-    /// [1] Gaps relative to those of the model, one per joint; joints that are left out have 1. An effect that winds up at a reversal was taken for a
-    /// part of the gap where nobody knew of it.
-    pub gaps: Vec<f64>,
+    /// Gears that differ from those of the model, one per joint or none at all: an effect that winds up at a reversal was taken for a part of the gap
+    /// where nobody knew of it.
+    pub gears: Vec<Option<Gear>>,
 }
 
 impl Start {
-    /// With the gaps of the model.
+    /// With the gears of the model.
     pub const fn new(effects: Vec<EffectEntry>) -> Self {
-        Self { effects, gaps: Vec::new() }
+        Self { effects, gears: Vec::new() }
     }
 }
 
@@ -54,5 +55,19 @@ impl Hypothesis {
     /// Nothing but the nominal model.
     pub fn baseline() -> Self {
         Self { name: "baseline".to_owned(), starts: vec![Start::new(Vec::new())], free: Vec::new() }
+    }
+
+    /// Without these of its effects, under another name.
+    pub fn without(&self, dropped: &[usize], name: String) -> Self {
+        let count = self.starts.first().map_or(0, |start| start.effects.len());
+        let kept: Vec<usize> = (0..count).filter(|effect| !dropped.contains(effect)).collect();
+        let start = |start: &Start| Start {
+            effects: kept.iter().filter_map(|effect| start.effects.get(*effect).cloned()).collect(),
+            gears: start.gears.clone(),
+        };
+        let free = self.free.iter().filter_map(|free| {
+            Some(Free { effect: kept.iter().position(|one| *one == free.effect)?, ..free.clone() })
+        });
+        Self { name, starts: self.starts.iter().map(start).collect(), free: free.collect() }
     }
 }

@@ -11,6 +11,7 @@ mod count;
 mod covariance;
 mod filter;
 mod fit;
+mod gears;
 mod hypothesis;
 mod objective;
 mod parameters;
@@ -19,7 +20,8 @@ mod recording;
 mod search;
 mod subject;
 
-pub use fit::{Fitted, fit, fit_baseline, most_probable, refine, with_other_gaps, without_effects};
+pub use fit::{Fitted, fit, fit_baseline, from_better_gears, most_probable, refine, without};
+pub use gears::{Gear, SoughtGear, hardly_soft, seek_gears};
 pub use hypothesis::{Free, Hypothesis, Scale, Start};
 pub use recording::Recording;
 

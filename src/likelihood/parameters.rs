@@ -9,6 +9,7 @@
 
 use nalgebra::DVector;
 
+use super::gears::{self, Gear, SoughtGear};
 use super::hypothesis::{Free, Hypothesis, Scale};
 use super::subject::Setup;
 use crate::effects::Catalogue;
@@ -85,6 +86,20 @@ impl Parameter {
         value.clamp(self.min, self.max)
     }
 
+    /// `x` of a value.
+    fn position(&self, value: f64) -> f64 {
+        if self.positive { (value / self.start).ln() / self.scale } else { (value - self.start) / self.scale }
+    }
+
+    /// The parameter where only these effects are left; `None` of another effect.
+    pub fn of_effects(&self, kept: &[usize]) -> Option<Self> {
+        let kind = match &self.kind {
+            Kind::Effect(effect, name) => Kind::Effect(kept.iter().position(|one| one == effect)?, name.clone()),
+            kind => kind.clone(),
+        };
+        Some(Self { kind, ..self.clone() })
+    }
+
     /// `|∂value/∂x|`, limits aside.
     pub fn slope(&self, x: f64) -> f64 {
         if self.positive { self.scale * self.value(x) } else { self.scale }
@@ -110,9 +125,7 @@ pub(super) fn nuisances(model: &Model) -> Vec<Parameter> {
             let share = Parameter::additive(name("link_share"), Kind::LinkShare(i), friction.link_share, LINK_SHARE);
             all.push(Parameter { min: 0.0, max: 1.0, ..share });
         }
-        if let Some(gap) = joint.backlash.filter(|gap| *gap > 0.0) {
-            all.push(Parameter::positive(name("backlash"), Kind::Gap(i), gap, GAP));
-        }
+        all.extend(joint.backlash.filter(|gap| *gap > 0.0).map(|value| gap(i, &joint.name, value)));
         if let Some(stiffness) = joint.gear_stiffness.filter(|_| model.accuracy.stiffness > 0.0) {
             let scale = model.accuracy.stiffness;
             all.push(Parameter::positive(name("gear_stiffness"), Kind::Stiffness(i), stiffness, scale));
@@ -176,14 +189,44 @@ pub(super) fn sizes(hypothesis: &Hypothesis, start: &[EffectEntry], catalogue: &
     hypothesis.free.iter().filter_map(one).collect()
 }
 
-/// Moves the gaps of `x` to these shares of what they are, one per joint.
-pub(super) fn shrink_gaps(parameters: &[Parameter], shares: &[f64], x: &mut [f64]) {
-    for (parameter, x) in parameters.iter().zip(x) {
-        let Kind::Gap(joint) = parameter.kind else { continue };
-        if let Some(share) = shares.get(joint).filter(|share| **share > 0.0) {
-            *x += share.ln() / parameter.scale;
+/// Moves gap and link share of `x` to those of a start's gears; a gap that the model does not have becomes a parameter.
+pub(super) fn put_gears(model: &Model, gears: &[Option<Gear>], parameters: &mut Vec<Parameter>, x: &mut Vec<f64>) {
+    for (joint, gear) in gears.iter().enumerate().filter_map(|(joint, gear)| Some((joint, gear.as_ref()?))) {
+        let known = parameters.iter().any(|parameter| parameter.kind == Kind::Gap(joint));
+        if !known && gear.gap > 0.0 {
+            parameters.push(gap(joint, &model.joints[joint].name, gear.gap));
+            x.push(0.0);
+        }
+        for (parameter, x) in parameters.iter().zip(x.iter_mut()) {
+            match parameter.kind {
+                Kind::Gap(of) if of == joint && gear.gap > 0.0 => *x = parameter.position(gear.gap),
+                Kind::LinkShare(of) if of == joint => *x = parameter.position(gear.share),
+                _ => {}
+            }
         }
     }
+}
+
+/// Moves the stiffness of soft gears to that of gears that were sought.
+pub(super) fn put_stiffness(
+    model: &Model,
+    effects: &[EffectEntry],
+    sought: &[SoughtGear],
+    parameters: &[Parameter],
+    x: &mut [f64],
+) {
+    for (parameter, x) in parameters.iter().zip(x) {
+        let Kind::Effect(effect, name) = &parameter.kind else { continue };
+        let of = effects.get(*effect).filter(|entry| gears::is_stiffness(&entry.effect, name));
+        let joint = of.and_then(|entry| model.joints.iter().position(|joint| Some(&joint.name) == entry.joint.as_ref()));
+        if let Some(stiffness) = joint.and_then(|joint| sought.get(joint)?.stiffness) {
+            *x = parameter.position(stiffness);
+        }
+    }
+}
+
+fn gap(joint: usize, name: &str, gap: f64) -> Parameter {
+    Parameter::positive(format!("{name}.backlash"), Kind::Gap(joint), gap, GAP)
 }
 
 /// The setup at `x`, from a model with the effects of a start.

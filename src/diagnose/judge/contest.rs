@@ -1,6 +1,7 @@
 //! The contest of sets: fits on some windows, scores on others.
 //!
-//! The baseline is fitted first, also from other gaps where it misses torque. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched along single
+//! The baseline is fitted first. Where it is far from its floor, the gears that explain the recordings best are sought, rigid ones for the baseline and soft ones for the
+//! sets that have them. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched along single
 //! lines, and what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them, also
 //! from where each of them ended: a rival must not win because its fit went on longer, or found better values of what both have.
 
@@ -9,13 +10,13 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::sets;
+use super::{floor, sets, starts};
 use crate::error::Result;
 use crate::likelihood::{
-    Fitted, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, most_probable, refine, with_other_gaps,
-    without_effects,
+    Fitted, Gear, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, from_better_gears, most_probable, refine,
+    score, seek_gears, without,
 };
-use crate::robot::Model;
+use crate::robot::{JointModel, Model};
 use crate::timeseries::Estimate;
 
 /// [s] Scored part of each window by which the starts of a set are compared, and the number of starts that are compared on all of it.
@@ -24,8 +25,8 @@ const KEPT: usize = 2;
 /// Most steps of a rough fit and of a close one: Gauss and Newton's steps converge in three to five from a start in reach.
 const ROUGH: usize = 4;
 const CLOSE: usize = 8;
-/// Most changes of the gaps of a fit.
-const GAPS_CHANGED: usize = 4;
+/// Most changes of the gears of a fit.
+const GEARS_CHANGED: usize = 4;
 /// [nat] What a set has to gain by searches along single lines for all parameters to be fitted: one free size gains half a nat by chance, and
 /// a search that ends beside the best place loses a few.
 const HOPEFUL: f64 = 3.0;
@@ -62,6 +63,20 @@ impl Contender {
         if self.effects.is_empty() { "nothing" } else { &self.fitted.name }
     }
 
+    /// Number of its effects on their joints.
+    pub fn entries(&self) -> usize {
+        self.fitted.effects().len()
+    }
+
+    fn has_the_entries_of(&self, other: &Self) -> bool {
+        let named = |one: &Self| {
+            let mut all: Vec<_> = one.fitted.effects().into_iter().map(|entry| (entry.effect, entry.joint)).collect();
+            all.sort();
+            all
+        };
+        named(self) == named(other)
+    }
+
     /// Joints on which an effect of the set acts.
     pub fn joints(&self, effect: &str) -> Vec<String> {
         let own = self.fitted.effects().into_iter().filter(|entry| entry.effect == effect);
@@ -74,33 +89,63 @@ impl Contender {
         self.fitted.estimates.iter().filter(|(name, _)| own(name)).cloned().collect()
     }
 
-    /// [nat] Score of the training windows and prior.
-    fn height(&self) -> f64 {
-        self.fitted.nats + self.fitted.prior
-    }
-
-    /// The set with its fitted sizes as its start.
+    /// The set with its fitted sizes, and the gears of their joints, as its start.
     fn fitted_start(&self) -> Hypothesis {
-        Hypothesis { starts: vec![Start::new(self.fitted.effects())], ..self.hypothesis.clone() }
+        let (effects, model) = (self.fitted.effects(), self.fitted.model());
+        let acts_on = |joint: &JointModel| effects.iter().any(|entry| entry.joint.as_ref() == Some(&joint.name));
+        let gear = |joint: &JointModel| {
+            let share = joint.friction.map_or(0.0, |friction| friction.link_share);
+            acts_on(joint).then_some(Gear { gap: joint.backlash.unwrap_or(0.0), share })
+        };
+        let gears = model.joints.iter().map(gear).collect();
+        Hypothesis { starts: vec![Start { effects, gears }], ..self.hypothesis.clone() }
     }
 }
 
-/// Puts a contender in its place if the training windows prefer it, whatever the others say of it.
-fn prefer(contenders: &mut [Contender], (index, contender): (usize, Contender)) {
-    if contender.height() > contenders[index].height() {
-        contenders[index] = contender;
+/// [nat] Score of the training windows and prior.
+fn height(fitted: &Fitted) -> f64 {
+    fitted.nats + fitted.prior
+}
+
+/// Puts a contender in the place of another if the training windows prefer it, whatever the others say of it.
+fn prefer(place: &mut Contender, one: Contender) {
+    if height(&one.fitted) > height(&place.fitted) {
+        *place = one;
     }
+}
+
+/// Puts a contender in the place of one with the same entries, or beside the others; gives its place.
+fn enter(contenders: &mut Vec<Contender>, one: Contender) -> usize {
+    let same = contenders.iter().position(|other| other.has_the_entries_of(&one));
+    match same {
+        Some(index) => prefer(&mut contenders[index], one),
+        None => contenders.push(one),
+    }
+    same.unwrap_or(contenders.len() - 1)
 }
 
 impl Contest {
-    /// Number of readings that are judged, all joints together.
-    pub fn readings(&self) -> f64 {
+    /// Number of readings of some windows that are scored, all joints together.
+    pub fn readings(&self, windows: &[Recording]) -> f64 {
         let of = |recording: &Recording| {
             let start = recording.time.first().copied().unwrap_or(0.0) + self.settings.burn_in;
             recording.len() - recording.time.partition_point(|time| *time < start)
         };
-        let samples: usize = self.judged.iter().map(of).sum();
+        let samples: usize = windows.iter().map(of).sum();
         (samples * self.joints).max(1) as f64
+    }
+
+    /// [nat] a reading: the floor of a fit on some windows.
+    pub fn floor(&self, fitted: &Fitted, windows: &[Recording]) -> Result<f64> {
+        let exact = vec![floor::EXACT; fitted.lambda.len()];
+        let scores = score(&fitted.model(), windows, &exact, &self.settings)?;
+        Ok(floor::floor(&scores, self.settings.burn_in))
+    }
+
+    /// Whether a fit leaves nothing to be found in the windows to which it was fitted.
+    fn is_finished(&self, fitted: &Fitted) -> Result<bool> {
+        let mean = fitted.nats / self.readings(&self.train);
+        Ok(floor::is_near(mean, self.floor(fitted, &self.train)?, &floor::missed(&fitted.lambda)))
     }
 
     /// Fits and judges the baseline, these sets and what follows from them; the baseline is the first contender. Also gives the names of the
@@ -118,8 +163,9 @@ impl Contest {
         let over = || start.elapsed().as_secs_f64() > self.seconds;
         progress("simulating the baseline", 0.0);
         let rough = Settings { steps: CLOSE, rounds: 1, hopeful: HOPEFUL, ..self.settings.clone() };
-        let baseline = self.with_gaps_changed(fit_baseline(model, &self.train, &rough)?, &rough)?;
+        let baseline = self.baseline(model, &rough)?;
         let mut contenders = vec![self.contender(&Hypothesis::baseline(), baseline.clone())?];
+        let sets = self.with_sought_gears(model, sets, &baseline, progress)?;
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
         for (round, some) in sets.chunks(together).enumerate() {
@@ -141,13 +187,53 @@ impl Contest {
         Ok((contenders, not_tried))
     }
 
+    /// The baseline, from the gears of the model and, where it is far from its floor, from those that were sought.
+    fn baseline(&self, model: &Model, settings: &Settings) -> Result<Fitted> {
+        let fitted = fit_baseline(model, &self.train, settings)?;
+        if self.is_finished(&fitted)? {
+            return Ok(fitted);
+        }
+        let mut sought = model.clone();
+        let gears = seek_gears(model, &self.glances(), false, settings)?;
+        for (joint, gear) in sought.joints.iter_mut().zip(&gears) {
+            joint.backlash = Some(gear.gear.gap);
+            joint.friction.iter_mut().for_each(|friction| friction.link_share = gear.gear.share);
+        }
+        let other = fit_baseline(&sought, &self.train, settings)?;
+        Ok(if height(&other) > height(&fitted) { other } else { fitted })
+    }
+
+    /// The sets with their soft gears at those that explain the recordings best, where the baseline is far from its floor.
+    fn with_sought_gears(
+        &self,
+        model: &Model,
+        sets: &[Hypothesis],
+        baseline: &Fitted,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<Vec<Hypothesis>> {
+        let soft = sets.iter().any(|set| sets::names(set).iter().any(|name| name == starts::SOFT_GEAR));
+        if !soft || self.is_finished(baseline)? {
+            return Ok(sets.to_vec());
+        }
+        progress("seeking soft gears", 0.2);
+        let gears = seek_gears(model, &self.glances(), true, &self.settings)?;
+        Ok(sets.iter().map(|set| starts::at_sought_gears(set, model, &gears)).collect())
+    }
+
     /// A set, fitted roughly.
     fn rough(&self, set: &Hypothesis, baseline: &Fitted) -> Result<Contender> {
-        let settings = Settings { steps: ROUGH, rounds: 1, hopeful: HOPEFUL, ..self.settings.clone() };
-        let glance: Vec<Recording> = self.train.iter().map(|one| self.glance(one)).collect();
-        let set = most_probable(set, baseline, &glance, KEPT, &settings)?;
+        // What was sought by a grid is near its summit, and far below it.
+        let sought = set.starts.iter().any(|start| !start.gears.is_empty());
+        let hopeful = if sought { f64::NEG_INFINITY } else { HOPEFUL };
+        let settings = Settings { steps: ROUGH, rounds: 1, hopeful, ..self.settings.clone() };
+        let set = most_probable(set, baseline, &self.glances(), KEPT, &settings)?;
         let fitted = fit(&set, baseline, &self.train, &settings)?;
         self.contender(&set, fitted)
+    }
+
+    /// The first parts of the windows.
+    fn glances(&self) -> Vec<Recording> {
+        self.train.iter().map(|one| self.glance(one)).collect()
     }
 
     /// The first part of a window.
@@ -162,8 +248,8 @@ impl Contest {
         let mut order: Vec<usize> = (1..contenders.len()).filter(|one| contenders[*one].nats > least).collect();
         order.sort_by(|a, b| contenders[*b].nats.total_cmp(&contenders[*a].nats));
         order.truncate(LEADING);
-        // A baseline that misses torque may only not have been fitted far enough.
-        if order.is_empty() && baseline.lambda.iter().all(|lambda| *lambda <= 0.0) {
+        // A baseline that is far from its floor may only not have been fitted far enough.
+        if order.is_empty() && self.is_finished(baseline).unwrap_or(true) {
             return;
         }
         let union = match order[..] {
@@ -178,30 +264,60 @@ impl Contest {
             Ok((*index, self.contender(&old.hypothesis, fitted)?))
         };
         let refined: Vec<Result<(usize, Contender)>> = again.par_iter().map(closer).collect();
-        refined.into_iter().flatten().for_each(|one| prefer(contenders, one));
-        let beside = |index: &usize| -> Result<(usize, Contender)> {
-            let fitted = without_effects(&contenders[*index].fitted, baseline, &self.train, &settings)?;
-            Ok((0, self.contender(&contenders[0].hypothesis, fitted)?))
+        refined.into_iter().flatten().for_each(|(index, one)| prefer(&mut contenders[index], one));
+        let beside = |index: &usize| -> Result<Contender> {
+            let all: Vec<usize> = (0..contenders[*index].entries()).collect();
+            self.without(&contenders[*index], &all, &settings)
         };
-        let beside: Vec<Result<(usize, Contender)>> = order.par_iter().map(beside).collect();
-        beside.into_iter().flatten().for_each(|one| prefer(contenders, one));
+        let beside: Vec<Result<Contender>> = order.par_iter().map(beside).collect();
         contenders.extend(union);
+        beside.into_iter().flatten().for_each(|one| {
+            enter(contenders, one);
+        });
+        self.thin_out(contenders, &settings);
     }
 
-    /// A fit driven further, also from other gaps.
+    /// Fits the best set without each of its entries, and so on while that hardly loses: the gear of one joint must not be soft because its set found that of
+    /// another joint.
+    fn thin_out(&self, contenders: &mut Vec<Contender>, settings: &Settings) {
+        let best = |contenders: &[Contender]| {
+            let order = 0..contenders.len();
+            order.max_by(|a, b| contenders[*a].nats.total_cmp(&contenders[*b].nats)).filter(|best| *best > 0)
+        };
+        let Some(mut from) = best(contenders) else { return };
+        while contenders[from].entries() > 1 {
+            let each = (0..contenders[from].entries()).into_par_iter();
+            let thinner: Vec<Result<Contender>> =
+                each.map(|entry| self.without(&contenders[from], &[entry], settings)).collect();
+            let least = contenders[from].nats - LEADS;
+            let thinner = thinner.into_iter().flatten().map(|one| enter(contenders, one));
+            let Some(next) = thinner.collect::<Vec<_>>().into_iter().max_by(|a, b| contenders[*a].nats.total_cmp(&contenders[*b].nats)) else { return };
+            if contenders[next].nats < least {
+                return;
+            }
+            from = next;
+        }
+    }
+
+    /// A contender without some of its entries, from its own fit.
+    fn without(&self, one: &Contender, dropped: &[usize], settings: &Settings) -> Result<Contender> {
+        let effects = one.fitted.effects();
+        let kept = effects.iter().enumerate().filter(|(index, _)| !dropped.contains(index));
+        let name = sets::name(&kept.map(|(_, entry)| entry).collect::<Vec<_>>());
+        let hypothesis = one.hypothesis.without(dropped, name);
+        let fitted = without(&one.fitted, dropped, &hypothesis.name, &self.train, settings)?;
+        self.contender(&hypothesis, fitted)
+    }
+
+    /// A fit driven further, and where it is then far from its floor, also from better gears as long as that gains.
     fn closely(&self, fitted: &Fitted, settings: &Settings) -> Result<Fitted> {
-        self.with_gaps_changed(refine(fitted, &self.train, settings)?, settings)
-    }
-
-    /// A fit that misses torque, driven further from other gaps as long as that gains.
-    fn with_gaps_changed(&self, fitted: Fitted, settings: &Settings) -> Result<Fitted> {
-        let mut best = fitted;
-        for _ in 0..GAPS_CHANGED {
-            if best.lambda.iter().all(|lambda| *lambda <= 0.0) {
+        let mut best = refine(fitted, &self.train, settings)?;
+        for _ in 0..GEARS_CHANGED {
+            if self.is_finished(&best)? {
                 break;
             }
-            let other = with_other_gaps(&best, &self.train, &Settings { rounds: 2, ..settings.clone() })?;
-            let gain = other.nats + other.prior - best.nats - best.prior;
+            let other = from_better_gears(&best, &self.train, settings)?;
+            let gain = height(&other) - height(&best);
             if gain > 0.0 {
                 best = other;
             }

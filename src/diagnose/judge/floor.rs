@@ -16,6 +16,8 @@ const CAUTION: f64 = 0.68;
 /// [1] Score of a machine that is right, relative to its floor: 1.00 and 1.03 on healthy machines with exact and inexact nominal values, 2.7 where friction of
 /// another law is missing, 5 where a compliance is (`docs/gate.md`, tuning seeds).
 const RIGHT: f64 = 1.3;
+/// [1] The same below which nothing better is sought: beyond what healthy machines reach.
+const NEAR: f64 = 1.1;
 /// [1] Torque that a machine that is right may miss, relative to the noise by its current sensors: its `λ` came to −1.5, a factor of 0.2, and wrong ones
 /// kept 1.2 to 80.
 const MISSED: f64 = 1.0;
@@ -65,6 +67,11 @@ pub fn is_far(score: f64, floor: f64, missed: &[f64]) -> bool {
     score < RIGHT * floor || missed.iter().any(|missed| *missed > MISSED)
 }
 
+/// Whether a score is as near to its floor as those of healthy machines, and no more torque is missed.
+pub fn is_near(score: f64, floor: f64, missed: &[f64]) -> bool {
+    score >= NEAR * floor && missed.iter().all(|missed| *missed <= MISSED)
+}
+
 /// Torque that is missed at these `λ`, relative to the noise by the current sensors.
 pub fn missed(lambda: &[f64]) -> Vec<f64> {
     lambda.iter().map(|lambda| lambda.exp()).collect()
@@ -90,6 +97,8 @@ mod tests {
     #[test]
     fn property_what_is_far_is_not_judged() {
         assert!(!is_far(-0.030, -0.029, &missed(&[EXACT, EXACT])));
+        assert!(is_near(-0.030, -0.029, &missed(&[EXACT, EXACT])));
+        assert!(!is_near(-0.035, -0.030, &missed(&[EXACT, EXACT])));
         assert!(is_far(-0.090, -0.044, &missed(&[EXACT, EXACT])));
         assert!(is_far(-0.030, -0.029, &missed(&[3.0, EXACT])));
     }

@@ -103,17 +103,21 @@ fn conclude(contest: &Contest, contenders: &[Contender]) -> Result<Judgement> {
     let mut order: Vec<&Contender> = contenders.iter().collect();
     order.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     let best = order.first().copied().unwrap_or(baseline);
-    let exact = vec![floor::EXACT; best.fitted.lambda.len()];
-    let scores = crate::likelihood::score(&best.fitted.model(), &contest.judged, &exact, &contest.settings)?;
+    let readings = contest.readings(&contest.judged);
     let distance = Distance {
-        baseline: baseline.nats / contest.readings(),
-        best: best.nats / contest.readings(),
-        floor: floor::floor(&scores, contest.settings.burn_in),
+        baseline: baseline.nats / readings,
+        best: best.nats / readings,
+        floor: contest.floor(&best.fitted, &contest.judged)?,
         missed_torque: floor::missed(&best.fitted.lambda),
     };
     let unexplained = floor::is_far(distance.best, distance.floor, &distance.missed_torque);
-    let scored: Vec<(usize, f64)> = order.iter().map(|one| (one.effects.len(), one.nats)).collect();
-    let probabilities = posterior::of_sets(&scored, contest.settings.catalogue.iter().count());
+    let scored = order.iter().map(|one| posterior::Scored {
+        effects: one.effects.len(),
+        entries: one.entries(),
+        nats: one.nats,
+    });
+    let scored: Vec<posterior::Scored> = scored.collect();
+    let probabilities = posterior::of_sets(&scored, contest.settings.catalogue.iter().count(), contest.joints);
     let sets = order.iter().zip(&probabilities).map(|(one, probability)| JudgedSet {
         name: one.name().to_owned(),
         effects: one.effects.clone(),

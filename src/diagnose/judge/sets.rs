@@ -3,6 +3,7 @@
 use super::starts;
 use crate::diagnose::result::Diagnosis;
 use crate::likelihood::{Free, Hypothesis, Scale, Start};
+use crate::robot::EffectEntry;
 
 /// Effects that leave no torque in smooth motion away from reversals, which is what the regression judges. `presliding` is not among them: the filter
 /// corrects the rotor's angle, but not the bend of the bristles, so that it loses the track of a machine that has them.
@@ -52,16 +53,15 @@ fn without(named: &[Hypothesis], index: usize) -> Vec<Hypothesis> {
 fn named(diagnosis: &Diagnosis) -> Vec<Hypothesis> {
     let [before, after] = [&diagnosis.baseline_model.effects, &diagnosis.extended_model.effects];
     let added = after.get(before.len()..).unwrap_or(&[]);
-    let one = |(entry, found): (&crate::robot::EffectEntry, &crate::diagnose::FoundEffect)| {
+    let one = |(entry, found): (&EffectEntry, &crate::diagnose::FoundEffect)| {
         let free = found.parameters.iter().filter(|(_, measured)| measured.std_error > 0.0);
         let free = free.map(|(parameter, measured)| Free {
             effect: 0,
             parameter: parameter.clone(),
             scale: Scale::By((ERRORS * measured.std_error).max(LEAST_SHARE * measured.value.abs())),
         });
-        let joint = entry.joint.as_ref().map_or_else(String::new, |joint| format!(" {joint}"));
         Hypothesis {
-            name: format!("{}{joint}", entry.effect),
+            name: name(&[entry]),
             starts: vec![Start::new(vec![entry.clone()])],
             free: free.collect(),
         }
@@ -76,8 +76,9 @@ pub fn joined(parts: &[Hypothesis]) -> Hypothesis {
     let mut effects = 0;
     for part in parts {
         let both = |start: &Start, more: &Start| {
-            let gaps = if more.gaps.is_empty() { start.gaps.clone() } else { more.gaps.clone() };
-            Start { effects: [&start.effects[..], &more.effects].concat(), gaps }
+            let joints = start.gears.len().max(more.gears.len());
+            let gear = |joint: usize| [more, start].into_iter().find_map(|one| *one.gears.get(joint)?);
+            Start { effects: [&start.effects[..], &more.effects].concat(), gears: (0..joints).map(gear).collect() }
         };
         starts = starts.iter().flat_map(|start| part.starts.iter().map(move |more| both(start, more))).collect();
         starts.truncate(MOST_STARTS);
@@ -86,6 +87,15 @@ pub fn joined(parts: &[Hypothesis]) -> Hypothesis {
     }
     let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
     Hypothesis { name: names.join(" + "), starts, free }
+}
+
+/// What a set of effects on their joints is called.
+pub fn name(entries: &[&EffectEntry]) -> String {
+    let one = |entry: &&EffectEntry| match &entry.joint {
+        Some(joint) => format!("{} {joint}", entry.effect),
+        None => entry.effect.clone(),
+    };
+    entries.iter().map(one).collect::<Vec<_>>().join(" + ")
 }
 
 /// Names of its effects in the catalogue, each once.
@@ -102,7 +112,6 @@ pub fn names(hypothesis: &Hypothesis) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::EffectEntry;
 
     fn one(effect: &str, starts: usize) -> Hypothesis {
         let entry = || EffectEntry { effect: effect.to_owned(), joint: None, parameters: [].into() };

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use crate::gearhead::FrictionLaw;
-use crate::likelihood::{Free, Hypothesis, Scale, Start};
+use crate::gearhead::Direction;
+use crate::likelihood::{Free, Hypothesis, Scale, SoughtGear, Start, hardly_soft};
 use crate::robot::{EffectEntry, Model};
 
 /// Every effect that has starts.
@@ -22,9 +22,8 @@ pub const EFFECTS: [&str; 10] = [
     "torque_constant_error",
 ];
 
-/// Gaps relative to that of the model, from which a compliance starts: without it, the wind-up at reversals was taken for a part of the gap, and may be the
-/// larger part.
-const GAP_LEFT: [f64; 4] = [1.0, 0.7, 0.5, 0.35];
+/// The effect of a gear that is softer than in the model: it is sought together with gap and link share.
+pub const SOFT_GEAR: &str = "joint_compliance";
 
 /// Values of the parameters of one start.
 type Values = Vec<(&'static str, f64)>;
@@ -52,11 +51,8 @@ pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
             .collect(),
         // A rigid joint that begins as a soft one is fitted worse than the soft one beside it gains.
         "joint_compliance" => {
-            let joints = 0..model.joints.len();
-            joints
-                .map(|joint| soft(model, joint))
-                .chain(on_all(effect, model).filter(|_| model.joints.len() > 1))
-                .collect()
+            let each = (0..model.joints.len()).map(|joint| alone(effect, model, joint, &[]));
+            each.chain(on_all(effect, model).filter(|_| model.joints.len() > 1)).collect()
         }
         "dwell_stiction" | "rotor_inertia" | "load_dependent_friction" | "torque_constant_error" => {
             on_all(effect, model).into_iter().collect()
@@ -83,10 +79,7 @@ fn on_all(effect: &str, model: &Model) -> Option<Hypothesis> {
         let effects = alone.iter().flat_map(|one| one.starts[k].effects.clone()).collect();
         Start::new(effects)
     });
-    let starts = match effect {
-        "joint_compliance" => starts.flat_map(|start| with_gaps(&start, |_| true, model.joints.len())).collect(),
-        _ => starts.collect(),
-    };
+    let starts = starts.collect();
     let free = alone
         .iter()
         .enumerate()
@@ -94,17 +87,26 @@ fn on_all(effect: &str, model: &Model) -> Option<Hypothesis> {
     Some(Hypothesis { name: effect.to_owned(), starts, free: free.collect() })
 }
 
-/// A compliance on one joint.
-fn soft(model: &Model, joint: usize) -> Hypothesis {
-    let one = alone("joint_compliance", model, joint, &[]);
-    let starts = one.starts.iter().flat_map(|start| with_gaps(start, |other| other == joint, model.joints.len()));
-    Hypothesis { starts: starts.collect(), ..one }
-}
-
-/// The start with smaller and smaller gaps on some of the joints.
-fn with_gaps(start: &Start, on: impl Fn(usize) -> bool, joints: usize) -> Vec<Start> {
-    let gaps = |left: f64| (0..joints).map(|joint| if on(joint) { left } else { 1.0 }).collect();
-    GAP_LEFT.map(|left| Start { gaps: gaps(left), ..start.clone() }).into()
+/// Starts of soft gears at those that were sought, gaps and link shares with them; other effects start as before.
+pub fn at_sought_gears(hypothesis: &Hypothesis, model: &Model, sought: &[SoughtGear]) -> Hypothesis {
+    let at = |start: &Start| {
+        let mut start = start.clone();
+        start.gears.resize(model.joints.len(), None);
+        for entry in start.effects.iter_mut().filter(|entry| entry.effect == SOFT_GEAR) {
+            let joint = model.joints.iter().position(|joint| Some(&joint.name) == entry.joint.as_ref());
+            let Some((joint, gear)) = joint.and_then(|joint| Some((joint, sought.get(joint)?))) else { continue };
+            start.gears[joint] = Some(gear.gear);
+            entry.parameters.extend(gear.stiffness.map(|stiffness| ("stiffness".to_owned(), stiffness)));
+        }
+        start
+    };
+    let mut starts: Vec<Start> = Vec::new();
+    for start in hypothesis.starts.iter().map(at) {
+        if !starts.contains(&start) {
+            starts.push(start);
+        }
+    }
+    Hypothesis { starts, ..hypothesis.clone() }
 }
 
 fn around(count: u32) -> impl Iterator<Item = f64> {
@@ -113,16 +115,11 @@ fn around(count: u32) -> impl Iterator<Item = f64> {
 
 fn of_joint(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> (Vec<Values>, Vec<(&'static str, Scale)>) {
     let own = &model.joints[joint];
-    let coulomb = match own.friction.map(|friction| friction.law) {
-        Some(FrictionLaw::Exponential([side, _])) => side.coulomb,
-        Some(FrictionLaw::TwoLines([side, _])) => side.a2,
-        None => 0.0,
-    };
+    let coulomb = own.friction.map_or(0.0, |friction| friction.law.coulomb(Direction::Positive));
     let gap = own.backlash.unwrap_or(0.0);
     match effect {
         "joint_compliance" => {
-            let nominal = own.gear_stiffness.unwrap_or(1e4);
-            let starts = [0.5, 0.2, 0.1, 0.05].map(|share| vec![("stiffness", share * nominal)]).into();
+            let starts = [0.5, 0.2, 0.1, 0.05].map(|share| vec![("stiffness", share * hardly_soft(own))]).into();
             (starts, vec![("stiffness", Scale::Times(0.3))])
         }
         "dwell_stiction" => {

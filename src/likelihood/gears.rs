@@ -1,0 +1,265 @@
+//! The gears that explain recordings best, sought over their whole ranges.
+//!
+//! Gap, share of friction behind it, and stiffness have one narrow summit together: a score with little noise is a ragged plateau as soon as one of them is
+//! off by a tenth, and no search along single lines finds it. With much noise the filter keeps the track beside the summit as well, which so
+//! becomes as wide as the steps of a coarse grid. So the scan goes
+//!
+//! ```text
+//!   λ = 2.5: all of the grid   →   λ = 2: half the steps around the best   →   λ = 1: a quarter   →   λ = 0.5: an eighth   →   …
+//! ```
+//! A joint's gear hardly shows in the readings of the others: all joints move along their grids at once. A fit that still misses torque goes through the
+//! finer grids again, with what it has found of friction and bodies meanwhile.
+
+use rayon::prelude::*;
+
+use super::filter::Run;
+use super::recording::Recording;
+use super::subject::{Setup, Subject};
+use super::Settings;
+use crate::error::Result;
+use crate::gearhead::{Direction, Friction};
+use crate::robot::{EffectEntry, JointModel, Model};
+
+/// `λ` of the whole grid. At 3 the summit is a quarter wider, and half as high.
+const COARSE_NOISE: f64 = 2.5;
+/// `λ` of each finer grid, its steps relative to those of the whole grid, and the number of the best places that it surrounds.
+const FINER: [(f64, f64, usize); 5] =
+    [(2.0, 0.5, 4), (1.0, 0.25, 2), (0.5, 0.125, 1), (0.0, 0.0625, 1), (-0.75, 0.03125, 1)];
+/// Finer grids that a first search goes through: friction is not known better.
+const OF_FIRST: usize = 3;
+/// [1] Shares of the friction behind the gap, and their step in finer grids.
+const SHARES: [f64; 6] = [0.05, 0.12, 0.2, 0.3, 0.42, 0.55];
+const SHARE_STEP: f64 = 0.1;
+/// Ratio of a gap to the next, and where they begin and how many there are: 1.1 to 0.36 times a gap that is known without the wind-up of the gear, which it
+/// contains; 2 to 44 counts of the encoder where none is known, and none.
+const GAP_RATIO: f64 = 0.87;
+const GAPS: usize = 9;
+const LARGEST_GAP: f64 = 1.1;
+const UNKNOWN_GAPS: usize = 23;
+const LARGEST_IN_COUNTS: f64 = 44.0;
+/// Ratio of a stiffness to the next, and their number: from the nominal one to 1/28 of it.
+const STIFFNESS_RATIO: f64 = 0.66;
+const STIFFNESSES: usize = 9;
+
+/// The effect of a gear that is softer than in the model, and its parameter.
+const SOFT: (&str, &str) = ("joint_compliance", "stiffness");
+
+/// What the motion through a gap depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gear {
+    /// `b` [rad or m] The total gap.
+    pub gap: f64,
+    /// `s` [1] The share of friction behind it.
+    pub share: f64,
+}
+
+/// A gear that was sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SoughtGear {
+    /// Its gap.
+    pub gear: Gear,
+    /// [N·m/rad or N/m] Its stiffness, where that was sought too.
+    pub stiffness: Option<f64>,
+}
+
+/// [N·m/rad or N/m] Stiffness of a gear that does not count as soft: the model's, or one that Coulomb friction winds up by a tenth of a count.
+pub fn hardly_soft(joint: &JointModel) -> f64 {
+    const WOUND_UP: f64 = 0.1;
+    const UNKNOWN: f64 = 1e4;
+    let wind_up = WOUND_UP * joint.encoder_step();
+    let coulomb = |friction: Friction| friction.law.coulomb(Direction::Positive);
+    let by_friction = joint.friction.filter(|_| wind_up > 0.0).map(|friction| coulomb(friction) / wind_up);
+    joint.gear_stiffness.or(by_friction.filter(|k| *k > 0.0)).unwrap_or(UNKNOWN)
+}
+
+/// The gears that explain recordings best, one per joint; with `soft` they may be softer than in the model.
+///
+/// # Errors
+/// The model cannot be simulated.
+pub fn seek_gears(model: &Model, recordings: &[Recording], soft: bool, settings: &Settings) -> Result<Vec<SoughtGear>> {
+    let mut model = model.clone();
+    let (grids, stiffness): (Vec<_>, Vec<_>) =
+        model.joints.iter().map(|joint| (grid(joint, soft), soft.then(|| hardly_soft(joint)))).unzip();
+    if soft {
+        let softened = |joint: &JointModel| EffectEntry {
+            effect: SOFT.0.to_owned(),
+            joint: Some(joint.name.clone()),
+            parameters: [(SOFT.1.to_owned(), hardly_soft(joint))].into(),
+        };
+        let entries: Vec<EffectEntry> = model.joints.iter().map(softened).collect();
+        model.effects.extend(entries);
+    }
+    let base = Setup { weight: 0.0, offsets: vec![0.0; model.joints.len()], model };
+    let scan = Scan { base: &base, soft: stiffness.iter().map(Option::is_some).collect(), recordings, settings };
+    let ranked = scan.rank(grids, COARSE_NOISE)?;
+    scan.finer(ranked, &FINER[..OF_FIRST])
+}
+
+/// The gears around those of a setup, with its `λ` at present, that explain recordings better.
+///
+/// # Errors
+/// The setup cannot be simulated.
+pub(super) fn around(
+    setup: &Setup,
+    lambda: &[f64],
+    recordings: &[Recording],
+    settings: &Settings,
+) -> Result<Vec<SoughtGear>> {
+    let noise = lambda.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let first = FINER.iter().position(|(lambda, ..)| *lambda <= noise).unwrap_or(FINER.len() - 1);
+    let joints = &setup.model.joints;
+    let stiffness: Vec<Option<f64>> = joints.iter().map(|joint| stiffness(&setup.model, &joint.name)).collect();
+    let place = |(joint, stiffness): (&JointModel, &Option<f64>)| {
+        let share = joint.friction.map_or(0.0, |friction| friction.link_share);
+        Point { gap: joint.backlash.unwrap_or(0.0), share, stiffness: stiffness.unwrap_or(1.0) }
+    };
+    let places = joints.iter().zip(&stiffness).map(|pair| vec![place(pair)]).collect();
+    let scan = Scan { base: setup, soft: stiffness.iter().map(Option::is_some).collect(), recordings, settings };
+    scan.finer(places, &FINER[first..])
+}
+
+/// The stiffness of a soft gear's effect.
+fn stiffness(model: &Model, joint: &str) -> Option<f64> {
+    let own = model.effects.iter().find(|entry| is_soft(entry, joint))?;
+    own.parameters.get(SOFT.1).copied()
+}
+
+/// Whether a parameter of an effect is the stiffness of a gear.
+pub(super) fn is_stiffness(effect: &str, parameter: &str) -> bool {
+    (effect, parameter) == SOFT
+}
+
+fn is_soft(entry: &EffectEntry, joint: &str) -> bool {
+    entry.effect == SOFT.0 && entry.joint.as_deref() == Some(joint)
+}
+
+/// A place in the grid of a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Point {
+    gap: f64,
+    share: f64,
+    stiffness: f64,
+}
+
+/// All places of a joint.
+fn grid(joint: &JointModel, soft: bool) -> Vec<Point> {
+    let steps = |first: f64, ratio: f64, count: usize| (0..count).map(move |k| first * ratio.powi(k as i32));
+    let gaps: Vec<f64> = match joint.backlash.filter(|gap| *gap > 0.0) {
+        Some(gap) => steps(LARGEST_GAP * gap, GAP_RATIO, GAPS).collect(),
+        None => steps(LARGEST_IN_COUNTS * joint.encoder_step(), GAP_RATIO, UNKNOWN_GAPS).chain([0.0]).collect(),
+    };
+    let shares = if joint.friction.is_some() { &SHARES[..] } else { &[0.0] };
+    let stiffnesses: Vec<f64> =
+        steps(hardly_soft(joint), STIFFNESS_RATIO, if soft { STIFFNESSES } else { 1 }).collect();
+    let pairs = gaps.iter().flat_map(|gap| shares.iter().map(move |share| (*gap, *share)));
+    pairs
+        .flat_map(|(gap, share)| stiffnesses.iter().map(move |stiffness| Point { gap, share, stiffness: *stiffness }))
+        .collect()
+}
+
+/// Places around others, each once.
+fn surroundings(places: &[Point], size: f64, soft: bool) -> Vec<Point> {
+    const AROUND: [f64; 3] = [-1.0, 0.0, 1.0];
+    let of_stiffness = if soft { &AROUND[..] } else { &[0.0] };
+    let mut all: Vec<Point> = Vec::new();
+    for place in places {
+        for (gap, share) in AROUND.iter().flat_map(|gap| AROUND.map(|share| (*gap, share))) {
+            for stiffness in of_stiffness {
+                let point = Point {
+                    gap: place.gap * GAP_RATIO.powf(size * gap),
+                    share: (place.share + SHARE_STEP * size * share).clamp(0.0, 1.0),
+                    stiffness: place.stiffness * STIFFNESS_RATIO.powf(size * stiffness),
+                };
+                if !all.iter().any(|other| other.is_near(&point)) {
+                    all.push(point);
+                }
+            }
+        }
+    }
+    all
+}
+
+impl Point {
+    fn is_near(&self, other: &Self) -> bool {
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
+        near(self.gap, other.gap) && near(self.share, other.share) && near(self.stiffness, other.stiffness)
+    }
+}
+
+/// What is scanned.
+struct Scan<'a> {
+    base: &'a Setup,
+    /// Whether the stiffness of a joint is sought.
+    soft: Vec<bool>,
+    recordings: &'a [Recording],
+    settings: &'a Settings,
+}
+
+impl Scan<'_> {
+    /// The best places of finer and finer grids around the first ones of each joint.
+    fn finer(&self, mut ranked: Vec<Vec<Point>>, grids: &[(f64, f64, usize)]) -> Result<Vec<SoughtGear>> {
+        for (lambda, size, best) in grids {
+            let around = ranked.iter().zip(&self.soft);
+            let around = around.map(|(places, soft)| surroundings(&places[..places.len().min(*best)], *size, *soft));
+            ranked = self.rank(around.collect(), *lambda)?;
+        }
+        let sought = |(joint, places): (usize, &Vec<Point>)| SoughtGear {
+            gear: Gear { gap: places[0].gap, share: places[0].share },
+            stiffness: self.soft[joint].then_some(places[0].stiffness),
+        };
+        Ok(ranked.iter().enumerate().map(sought).collect())
+    }
+
+    /// The places of each joint, the most probable one first.
+    fn rank(&self, places: Vec<Vec<Point>>, lambda: f64) -> Result<Vec<Vec<Point>>> {
+        let most = places.iter().map(Vec::len).max().unwrap_or(0);
+        let at = |k: usize| -> Vec<Point> { places.iter().map(|places| places[k % places.len()]).collect() };
+        let scores = (0..most).into_par_iter().map(|k| self.nats(&at(k), lambda));
+        let scores: Vec<Vec<f64>> = scores.collect::<Result<_>>()?;
+        let ranked = |(joint, places): (usize, Vec<Point>)| {
+            let mut order: Vec<usize> = (0..places.len()).collect();
+            order.sort_by(|a, b| scores[*b][joint].total_cmp(&scores[*a][joint]));
+            order.into_iter().map(|k| places[k]).collect()
+        };
+        Ok(places.into_iter().enumerate().map(ranked).collect())
+    }
+
+    /// [nat] of each joint.
+    fn nats(&self, places: &[Point], lambda: f64) -> Result<Vec<f64>> {
+        let setup = self.setup(places);
+        let lambda = vec![lambda; places.len()];
+        let mut sum = vec![0.0; places.len()];
+        for recording in self.recordings {
+            let subject = || Subject::new(&setup, recording, self.settings);
+            let outcome = Run::new(recording, self.settings, [subject()?, subject()?], Vec::new(), &lambda).go(false);
+            sum.iter_mut().zip(&outcome.nats).for_each(|(sum, nats)| *sum += nats);
+        }
+        Ok(sum)
+    }
+
+    fn setup(&self, places: &[Point]) -> Setup {
+        let mut setup = self.base.clone();
+        let Model { joints, effects, .. } = &mut setup.model;
+        for ((joint, point), soft) in joints.iter_mut().zip(places).zip(&self.soft) {
+            joint.backlash = Some(point.gap);
+            joint.friction.iter_mut().for_each(|friction| friction.link_share = point.share);
+            for entry in effects.iter_mut().filter(|entry| *soft && is_soft(entry, &joint.name)) {
+                entry.parameters.insert(SOFT.1.to_owned(), point.stiffness);
+            }
+        }
+        setup
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn property_no_place_is_tried_twice() {
+        let place = |share: f64| Point { gap: 0.01, share, stiffness: 300.0 };
+        // The second place is in the surroundings of the first.
+        assert_eq!(surroundings(&[place(0.3), place(0.35)], 0.5, false).len(), 12);
+        assert_eq!(surroundings(&[place(0.3)], 0.5, false).len(), 9);
+    }
+}
