@@ -14,7 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::gears;
+use super::gears::{self, SoughtGear};
 use super::hypothesis::{Hypothesis, Start};
 use super::objective::{Fit, Slope};
 use super::parameters::{self, NUMBERS, Parameter};
@@ -36,6 +36,8 @@ const SMALL: f64 = 1.0;
 const NOISE_AT_FIRST: f64 = 3.0;
 /// Least `λ` by which starts are compared and first refined: none of them is exact, and with less noise none would keep the track.
 const NOISE_AT_STARTS: f64 = 1.0;
+/// `λ` below which a joint misses nothing: a step above the least.
+const NEARLY_EXACT: f64 = -1.0;
 /// First steps of the searches of gaps, in `x`: 1.5 % of the gap, then less.
 const GAP_STEPS: [f64; 2] = [0.1, 0.02];
 /// Change of a gap, in `x`, by which the curvature of the score is taken: 0.3 %.
@@ -188,7 +190,12 @@ pub fn refine(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Resu
 pub fn from_better_gears(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
     let Fitted { model, effects, lambda, .. } = fitted;
     let sought = gears::around(&fitted.setup(), lambda, train, settings)?;
-    let start = Start { effects: Vec::new(), gears: sought.iter().map(|one| Some(one.gear)).collect() };
+    let exact = |lambda: &f64| *lambda < NEARLY_EXACT;
+    let all = lambda.iter().all(exact);
+    // A joint that misses nothing keeps its gear: a search with more noise may lead away from it.
+    let sought = sought.into_iter().zip(lambda).map(|(gear, lambda)| Some(gear).filter(|_| all || !exact(lambda)));
+    let sought: Vec<Option<SoughtGear>> = sought.collect();
+    let start = Start { effects: Vec::new(), gears: sought.iter().map(|one| Some(one.as_ref()?.gear)).collect() };
     let (parameters, mut x) = fitted.with_gears(&fitted.x, &start);
     parameters::put_stiffness(model, effects, &sought, &parameters, &mut x);
     let fit = Fit { model, effects, parameters, train, settings };

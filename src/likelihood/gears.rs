@@ -24,7 +24,12 @@ use crate::robot::{EffectEntry, JointModel, Model};
 const COARSE_NOISE: f64 = 2.5;
 /// `λ` of each finer grid, its steps relative to those of the whole grid, and the number of the best places that it surrounds.
 const FINER: [(f64, f64, usize); 5] =
-    [(2.0, 0.5, 4), (1.0, 0.25, 2), (0.5, 0.125, 1), (0.0, 0.0625, 1), (-0.75, 0.03125, 1)];
+    [(2.0, 0.5, 4), (1.0, 0.25, 3), (0.5, 0.125, 2), (0.0, 0.0625, 2), (-0.75, 0.03125, 1)];
+/// Gaps that are tried beside that of a fit before its finer grids: in steps of 4 %, 0.3 to 1.3 times its own, and their `λ`. Where friction and share are right
+/// already, the gap alone may still be on a lower summit.
+const OTHER_GAP: f64 = 1.04;
+const OTHER_GAPS: std::ops::RangeInclusive<i32> = -31..=7;
+const OTHER_NOISE: f64 = 1.0;
 /// Finer grids that a first search goes through: friction is not known better.
 const OF_FIRST: usize = 3;
 /// [1] Shares of the friction behind the gap, and their step in finer grids.
@@ -113,9 +118,11 @@ pub(super) fn around(
         let share = joint.friction.map_or(0.0, |friction| friction.link_share);
         Point { gap: joint.backlash.unwrap_or(0.0), share, stiffness: stiffness.unwrap_or(1.0) }
     };
-    let places = joints.iter().zip(&stiffness).map(|pair| vec![place(pair)]).collect();
+    let line = |place: Point| OTHER_GAPS.map(|k| Point { gap: place.gap * OTHER_GAP.powi(k), ..place }).collect();
+    let lines: Vec<Vec<Point>> = joints.iter().zip(&stiffness).map(|pair| line(place(pair))).collect();
     let scan = Scan { base: setup, soft: stiffness.iter().map(Option::is_some).collect(), recordings, settings };
-    scan.finer(places, &FINER[first..])
+    let ranked = scan.rank(lines, noise.max(OTHER_NOISE))?;
+    scan.finer(ranked, &FINER[first..])
 }
 
 /// The stiffness of a soft gear's effect.

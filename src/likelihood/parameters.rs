@@ -211,7 +211,7 @@ pub(super) fn put_gears(model: &Model, gears: &[Option<Gear>], parameters: &mut 
 pub(super) fn put_stiffness(
     model: &Model,
     effects: &[EffectEntry],
-    sought: &[SoughtGear],
+    sought: &[Option<SoughtGear>],
     parameters: &[Parameter],
     x: &mut [f64],
 ) {
@@ -219,7 +219,7 @@ pub(super) fn put_stiffness(
         let Kind::Effect(effect, name) = &parameter.kind else { continue };
         let of = effects.get(*effect).filter(|entry| gears::is_stiffness(&entry.effect, name));
         let joint = of.and_then(|entry| model.joints.iter().position(|joint| Some(&joint.name) == entry.joint.as_ref()));
-        if let Some(stiffness) = joint.and_then(|joint| sought.get(joint)?.stiffness) {
+        if let Some(stiffness) = joint.and_then(|joint| sought.get(joint)?.as_ref()?.stiffness) {
             *x = parameter.position(stiffness);
         }
     }

@@ -26,7 +26,7 @@ const KEPT: usize = 2;
 const ROUGH: usize = 4;
 const CLOSE: usize = 8;
 /// Most changes of the gears of a fit.
-const GEARS_CHANGED: usize = 4;
+const GEARS_CHANGED: usize = 6;
 /// [nat] What a set has to gain by searches along single lines for all parameters to be fitted: one free size gains half a nat by chance, and
 /// a search that ends beside the best place loses a few.
 const HOPEFUL: f64 = 3.0;
