@@ -209,7 +209,13 @@ pub fn from_better_gears(fitted: &Fitted, train: &[Recording], settings: &Settin
 ///
 /// # Errors
 /// As [`fit`](fit()).
-pub fn without(fitted: &Fitted, dropped: &[usize], name: &str, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+pub fn without(
+    fitted: &Fitted,
+    dropped: &[usize],
+    name: &str,
+    train: &[Recording],
+    settings: &Settings,
+) -> Result<Fitted> {
     let Fitted { model, lambda, .. } = fitted;
     let (effects, parameters, x) = fitted.left(dropped);
     let fit = Fit { model, effects: &effects, parameters, train, settings };

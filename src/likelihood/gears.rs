@@ -12,10 +12,10 @@
 
 use rayon::prelude::*;
 
+use super::Settings;
 use super::filter::Run;
 use super::recording::Recording;
 use super::subject::{Setup, Subject};
-use super::Settings;
 use crate::error::Result;
 use crate::gearhead::{Direction, Friction};
 use crate::robot::{EffectEntry, JointModel, Model};
@@ -24,7 +24,7 @@ use crate::robot::{EffectEntry, JointModel, Model};
 const COARSE_NOISE: f64 = 2.5;
 /// `λ` of each finer grid, its steps relative to those of the whole grid, and the number of the best places that it surrounds.
 const FINER: [(f64, f64, usize); 5] =
-    [(2.0, 0.5, 4), (1.0, 0.25, 3), (0.5, 0.125, 2), (0.0, 0.0625, 2), (-0.75, 0.03125, 1)];
+    [(2.0, 0.5, 4), (1.0, 0.25, 3), (0.5, 0.125, 3), (0.0, 0.0625, 2), (-0.75, 0.03125, 1)];
 /// Gaps that are tried beside that of a fit before its finer grids: in steps of 4 %, 0.3 to 1.3 times its own, and their `λ`. Where friction and share are right
 /// already, the gap alone may still be on a lower summit.
 const OTHER_GAP: f64 = 1.04;
@@ -111,7 +111,8 @@ pub(super) fn around(
     settings: &Settings,
 ) -> Result<Vec<SoughtGear>> {
     let noise = lambda.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let first = FINER.iter().position(|(lambda, ..)| *lambda <= noise).unwrap_or(FINER.len() - 1);
+    // The third grid closes the steps between the gaps that are tried.
+    let first = FINER.iter().position(|(lambda, ..)| *lambda <= noise).unwrap_or(FINER.len()).min(OF_FIRST - 1);
     let joints = &setup.model.joints;
     let stiffness: Vec<Option<f64>> = joints.iter().map(|joint| stiffness(&setup.model, &joint.name)).collect();
     let place = |(joint, stiffness): (&JointModel, &Option<f64>)| {

@@ -65,9 +65,10 @@ impl Hypothesis {
             effects: kept.iter().filter_map(|effect| start.effects.get(*effect).cloned()).collect(),
             gears: start.gears.clone(),
         };
-        let free = self.free.iter().filter_map(|free| {
-            Some(Free { effect: kept.iter().position(|one| *one == free.effect)?, ..free.clone() })
-        });
+        let free = self
+            .free
+            .iter()
+            .filter_map(|free| Some(Free { effect: kept.iter().position(|one| *one == free.effect)?, ..free.clone() }));
         Self { name, starts: self.starts.iter().map(start).collect(), free: free.collect() }
     }
 }

@@ -218,7 +218,8 @@ pub(super) fn put_stiffness(
     for (parameter, x) in parameters.iter().zip(x) {
         let Kind::Effect(effect, name) = &parameter.kind else { continue };
         let of = effects.get(*effect).filter(|entry| gears::is_stiffness(&entry.effect, name));
-        let joint = of.and_then(|entry| model.joints.iter().position(|joint| Some(&joint.name) == entry.joint.as_ref()));
+        let joint =
+            of.and_then(|entry| model.joints.iter().position(|joint| Some(&joint.name) == entry.joint.as_ref()));
         if let Some(stiffness) = joint.and_then(|joint| sought.get(joint)?.as_ref()?.stiffness) {
             *x = parameter.position(stiffness);
         }

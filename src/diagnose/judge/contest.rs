@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use super::{floor, sets, starts};
 use crate::error::Result;
 use crate::likelihood::{
-    Fitted, Gear, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, from_better_gears, most_probable, refine,
-    score, seek_gears, without,
+    Fitted, Gear, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, from_better_gears, most_probable,
+    refine, score, seek_gears, without,
 };
 use crate::robot::{JointModel, Model};
 use crate::timeseries::Estimate;
@@ -112,6 +112,11 @@ fn prefer(place: &mut Contender, one: Contender) {
     if height(&one.fitted) > height(&place.fitted) {
         *place = one;
     }
+}
+
+/// The place of the best of some contenders.
+fn best_of(contenders: &[Contender], places: impl IntoIterator<Item = usize>) -> Option<usize> {
+    places.into_iter().max_by(|a, b| contenders[*a].nats.total_cmp(&contenders[*b].nats))
 }
 
 /// Puts a contender in the place of one with the same entries, or beside the others; gives its place.
@@ -280,22 +285,17 @@ impl Contest {
     /// Fits the best set without each of its entries, and so on while that hardly loses: the gear of one joint must not be soft because its set found that of
     /// another joint.
     fn thin_out(&self, contenders: &mut Vec<Contender>, settings: &Settings) {
-        let best = |contenders: &[Contender]| {
-            let order = 0..contenders.len();
-            order.max_by(|a, b| contenders[*a].nats.total_cmp(&contenders[*b].nats)).filter(|best| *best > 0)
-        };
-        let Some(mut from) = best(contenders) else { return };
+        let Some(mut from) = best_of(contenders, 0..contenders.len()) else { return };
         while contenders[from].entries() > 1 {
-            let each = (0..contenders[from].entries()).into_par_iter();
-            let thinner: Vec<Result<Contender>> =
-                each.map(|entry| self.without(&contenders[from], &[entry], settings)).collect();
             let least = contenders[from].nats - LEADS;
-            let thinner = thinner.into_iter().flatten().map(|one| enter(contenders, one));
-            let Some(next) = thinner.collect::<Vec<_>>().into_iter().max_by(|a, b| contenders[*a].nats.total_cmp(&contenders[*b].nats)) else { return };
-            if contenders[next].nats < least {
-                return;
+            let entries = (0..contenders[from].entries()).into_par_iter();
+            let thinner: Vec<Result<Contender>> =
+                entries.map(|entry| self.without(&contenders[from], &[entry], settings)).collect();
+            let places: Vec<usize> = thinner.into_iter().flatten().map(|one| enter(contenders, one)).collect();
+            match best_of(contenders, places).filter(|next| contenders[*next].nats >= least) {
+                Some(next) => from = next,
+                None => return,
             }
-            from = next;
         }
     }
 

@@ -71,7 +71,8 @@ mod tests {
     /// Gains that inexact nominal values gave to rivals: nothing is likeliest, and no name reaches one half.
     #[test]
     fn regress_gains_of_rivals_on_a_healthy_machine_decide_nothing() {
-        let found = of_sets(&[set(0, 0, 0.0), set(1, 1, 29.0), set(1, 1, 23.0), set(1, 1, 10.0), set(1, 1, 0.0)], 30, 2);
+        let found =
+            of_sets(&[set(0, 0, 0.0), set(1, 1, 29.0), set(1, 1, 23.0), set(1, 1, 10.0), set(1, 1, 0.0)], 30, 2);
         assert!(found[1..].iter().all(|rival| *rival < found[0] && *rival < 0.5), "{found:?}");
     }
 

@@ -60,11 +60,7 @@ fn named(diagnosis: &Diagnosis) -> Vec<Hypothesis> {
             parameter: parameter.clone(),
             scale: Scale::By((ERRORS * measured.std_error).max(LEAST_SHARE * measured.value.abs())),
         });
-        Hypothesis {
-            name: name(&[entry]),
-            starts: vec![Start::new(vec![entry.clone()])],
-            free: free.collect(),
-        }
+        Hypothesis { name: name(&[entry]), starts: vec![Start::new(vec![entry.clone()])], free: free.collect() }
     };
     added.iter().zip(&diagnosis.effects).map(one).collect()
 }

@@ -178,3 +178,24 @@ fn hypothesis(effect: &str, joint: Option<&str>, starts: Vec<Values>, free: &[(&
 fn last_reach(model: &Model) -> f64 {
     model.robot.bodies.last().map_or(0.0, |body| 2.0 * body.inertia.com.x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::likelihood::Gear;
+
+    #[test]
+    fn property_sought_gears_are_the_only_start_of_soft_ones_and_leave_others_as_they_are() {
+        let model = Model::load(std::path::Path::new("robots/scara/model.toml")).expect("a model");
+        let gear = |gap: f64| SoughtGear { gear: Gear { gap, share: 0.2 }, stiffness: Some(1e5 * gap) };
+        let sought: Vec<SoughtGear> = (0..model.joints.len()).map(|joint| gear(0.001 * (joint + 1) as f64)).collect();
+        let soft = of(SOFT_GEAR, &model, &[]);
+        let second = at_sought_gears(&soft[1], &model, &sought);
+        assert_eq!(second.starts.len(), 1);
+        let Start { effects, gears } = &second.starts[0];
+        assert!((effects[0].parameters["stiffness"] - 200.0).abs() < 1e-9);
+        assert_eq!(gears.iter().map(Option::is_some).collect::<Vec<_>>(), [false, true]);
+        let other = of("dwell_stiction", &model, &[]);
+        assert_eq!(at_sought_gears(&other[0], &model, &sought), other[0]);
+    }
+}
