@@ -222,7 +222,10 @@ fn sought(order: &Order, gap: Option<f64>, soft: bool) {
         joint.friction.iter_mut().for_each(|friction| friction.link_share = 0.5);
     }
     let windows = [&planted.train[..], &planted.held_out].concat();
-    let found = seek_gears(&model, &windows, soft, &Settings::default()).expect("gears");
+    // The first 5 s of each: a grid takes half a thousand runs along them.
+    let windows: Vec<Recording> = windows.iter().map(|one| one.window(one.time[0], one.time[0] + 5.0)).collect();
+    let settings = Settings { burn_in: 1.0, ..Settings::default() };
+    let found = seek_gears(&model, &windows, soft, &settings).expect("gears");
     for (joint, found) in planted.truth.joints.iter().zip(&found) {
         let (gap, share) = (joint.backlash.expect("a gap"), joint.friction.expect("friction").link_share);
         println!("{}: gap {gap:.5}, share {share:.3}; {found:.5?}", joint.name);

@@ -7,7 +7,8 @@
 //! ```text
 //!   λ = 2.5: all of the grid   →   λ = 2: half the steps around the best   →   λ = 1: a quarter   →   λ = 0.5: an eighth   →   …
 //! ```
-//! A joint's gear hardly shows in the readings of the others: all joints move along their grids at once. A fit that still misses torque goes through the
+//! All joints move along the whole grid at once. Then the most probable places of each are compared, and refined, with the gears of the others at their best:
+//! where an impact of one joint is missed, the others are shaken by something that is not in the model. A fit that still misses torque goes through the
 //! finer grids again, with what it has found of friction and bodies meanwhile.
 
 use rayon::prelude::*;
@@ -30,6 +31,8 @@ const FINER: [(f64, f64, usize); 5] =
 const OTHER_GAP: f64 = 1.04;
 const OTHER_GAPS: std::ops::RangeInclusive<i32> = -31..=7;
 const OTHER_NOISE: f64 = 1.0;
+/// Most probable places of the whole grid that are compared again.
+const SECOND_LOOK: usize = 60;
 /// Finer grids that a first search goes through: friction is not known better.
 const OF_FIRST: usize = 3;
 /// [1] Shares of the friction behind the gap, and their step in finer grids.
@@ -96,7 +99,9 @@ pub fn seek_gears(model: &Model, recordings: &[Recording], soft: bool, settings:
     }
     let base = Setup { weight: 0.0, offsets: vec![0.0; model.joints.len()], model };
     let scan = Scan { base: &base, soft: stiffness.iter().map(Option::is_some).collect(), recordings, settings };
-    let ranked = scan.rank(grids, COARSE_NOISE)?;
+    let first = scan.rank(grids, COARSE_NOISE)?;
+    let some = first.iter().map(|places| places[..places.len().min(SECOND_LOOK)].to_vec()).collect();
+    let ranked = scan.rank_beside(some, &firsts(&first), COARSE_NOISE)?;
     scan.finer(ranked, &FINER[..OF_FIRST])
 }
 
@@ -119,10 +124,10 @@ pub(super) fn around(
         let share = joint.friction.map_or(0.0, |friction| friction.link_share);
         Point { gap: joint.backlash.unwrap_or(0.0), share, stiffness: stiffness.unwrap_or(1.0) }
     };
-    let line = |place: Point| OTHER_GAPS.map(|k| Point { gap: place.gap * OTHER_GAP.powi(k), ..place }).collect();
-    let lines: Vec<Vec<Point>> = joints.iter().zip(&stiffness).map(|pair| line(place(pair))).collect();
+    let line = |place: &Point| OTHER_GAPS.map(|k| Point { gap: place.gap * OTHER_GAP.powi(k), ..*place }).collect();
+    let places: Vec<Point> = joints.iter().zip(&stiffness).map(place).collect();
     let scan = Scan { base: setup, soft: stiffness.iter().map(Option::is_some).collect(), recordings, settings };
-    let ranked = scan.rank(lines, noise.max(OTHER_NOISE))?;
+    let ranked = scan.rank_beside(places.iter().map(line).collect(), &places, noise.max(OTHER_NOISE))?;
     scan.finer(ranked, &FINER[first..])
 }
 
@@ -194,6 +199,18 @@ impl Point {
     }
 }
 
+/// The first place of each joint.
+fn firsts(ranked: &[Vec<Point>]) -> Vec<Point> {
+    ranked.iter().map(|places| places[0]).collect()
+}
+
+/// Places in falling order of their scores.
+fn sorted(places: Vec<Point>, score: impl Fn(usize) -> f64) -> Vec<Point> {
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by(|a, b| score(*b).total_cmp(&score(*a)));
+    order.into_iter().map(|k| places[k]).collect()
+}
+
 /// What is scanned.
 struct Scan<'a> {
     base: &'a Setup,
@@ -209,7 +226,7 @@ impl Scan<'_> {
         for (lambda, size, best) in grids {
             let around = ranked.iter().zip(&self.soft);
             let around = around.map(|(places, soft)| surroundings(&places[..places.len().min(*best)], *size, *soft));
-            ranked = self.rank(around.collect(), *lambda)?;
+            ranked = self.rank_beside(around.collect(), &firsts(&ranked), *lambda)?;
         }
         let sought = |(joint, places): (usize, &Vec<Point>)| SoughtGear {
             gear: Gear { gap: places[0].gap, share: places[0].share },
@@ -218,18 +235,28 @@ impl Scan<'_> {
         Ok(ranked.iter().enumerate().map(sought).collect())
     }
 
-    /// The places of each joint, the most probable one first.
+    /// The places of each joint, the most probable one first; all joints are moved at once.
     fn rank(&self, places: Vec<Vec<Point>>, lambda: f64) -> Result<Vec<Vec<Point>>> {
         let most = places.iter().map(Vec::len).max().unwrap_or(0);
         let at = |k: usize| -> Vec<Point> { places.iter().map(|places| places[k % places.len()]).collect() };
         let scores = (0..most).into_par_iter().map(|k| self.nats(&at(k), lambda));
         let scores: Vec<Vec<f64>> = scores.collect::<Result<_>>()?;
-        let ranked = |(joint, places): (usize, Vec<Point>)| {
-            let mut order: Vec<usize> = (0..places.len()).collect();
-            order.sort_by(|a, b| scores[*b][joint].total_cmp(&scores[*a][joint]));
-            order.into_iter().map(|k| places[k]).collect()
+        let own = |joint: usize, k: usize| scores[k][joint];
+        Ok(places.into_iter().enumerate().map(|(joint, places)| sorted(places, |k| own(joint, k))).collect())
+    }
+
+    /// The same, while the gears of the other joints stay.
+    fn rank_beside(&self, places: Vec<Vec<Point>>, gears: &[Point], lambda: f64) -> Result<Vec<Vec<Point>>> {
+        let beside = |(joint, places): (usize, Vec<Point>)| -> Result<Vec<Point>> {
+            let score = |place: &Point| -> Result<f64> {
+                let mut all = gears.to_vec();
+                all[joint] = *place;
+                Ok(self.nats(&all, lambda)?.iter().sum())
+            };
+            let scores: Vec<f64> = places.par_iter().map(score).collect::<Result<_>>()?;
+            Ok(sorted(places, |k| scores[k]))
         };
-        Ok(places.into_iter().enumerate().map(ranked).collect())
+        places.into_iter().enumerate().map(beside).collect()
     }
 
     /// [nat] of each joint.
