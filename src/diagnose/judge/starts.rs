@@ -91,10 +91,10 @@ fn on_all(effect: &str, model: &Model) -> Option<Hypothesis> {
 pub fn at_sought_gears(hypothesis: &Hypothesis, model: &Model, sought: &[SoughtGear]) -> Hypothesis {
     let at = |start: &Start| {
         let mut start = start.clone();
-        start.gears.resize(model.joints.len(), None);
         for entry in start.effects.iter_mut().filter(|entry| entry.effect == SOFT_GEAR) {
             let joint = model.joints.iter().position(|joint| Some(&joint.name) == entry.joint.as_ref());
             let Some((joint, gear)) = joint.and_then(|joint| Some((joint, sought.get(joint)?))) else { continue };
+            start.gears.resize(model.joints.len(), None);
             start.gears[joint] = Some(gear.gear);
             entry.parameters.extend(gear.stiffness.map(|stiffness| ("stiffness".to_owned(), stiffness)));
         }
@@ -194,7 +194,8 @@ mod tests {
         assert_eq!(second.starts.len(), 1);
         let Start { effects, gears } = &second.starts[0];
         assert!((effects[0].parameters["stiffness"] - 200.0).abs() < 1e-9);
-        assert_eq!(gears.iter().map(Option::is_some).collect::<Vec<_>>(), [false, true]);
+        let own: Vec<usize> = (0..gears.len()).filter(|joint| gears[*joint].is_some()).collect();
+        assert_eq!((gears.len(), own), (model.joints.len(), vec![1]));
         let other = of("dwell_stiction", &model, &[]);
         assert_eq!(at_sought_gears(&other[0], &model, &sought), other[0]);
     }
