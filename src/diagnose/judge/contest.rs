@@ -171,6 +171,8 @@ impl Contest {
         let baseline = self.baseline(model, &rough)?;
         let mut contenders = vec![self.contender(&Hypothesis::baseline(), baseline.clone())?];
         let sets = self.with_sought_gears(model, sets, &baseline, progress)?;
+        // Where much is missing, a set begins far below the baseline, whose parameters make up for it.
+        let hopeful = if self.is_finished(&baseline)? { HOPEFUL } else { f64::NEG_INFINITY };
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
         for (round, some) in sets.chunks(together).enumerate() {
@@ -180,7 +182,8 @@ impl Contest {
             }
             let done = (round * together) as f64 / sets.len() as f64;
             progress(&format!("simulating {}", some[0].name), 0.3 + 0.5 * done);
-            let tried: Vec<Result<Contender>> = some.par_iter().map(|set| self.rough(set, &baseline)).collect();
+            let tried: Vec<Result<Contender>> =
+                some.par_iter().map(|set| self.rough(set, &baseline, hopeful)).collect();
             contenders.extend(tried.into_iter().flatten());
         }
         progress("simulating the leading sets", 0.8);
@@ -225,11 +228,8 @@ impl Contest {
         Ok(sets.iter().map(|set| starts::at_sought_gears(set, model, &gears)).collect())
     }
 
-    /// A set, fitted roughly.
-    fn rough(&self, set: &Hypothesis, baseline: &Fitted) -> Result<Contender> {
-        // What was sought by a grid is near its summit, and far below it.
-        let sought = set.starts.iter().any(|start| !start.gears.is_empty());
-        let hopeful = if sought { f64::NEG_INFINITY } else { HOPEFUL };
+    /// A set, fitted roughly; `hopeful`: see [`Settings::hopeful`].
+    fn rough(&self, set: &Hypothesis, baseline: &Fitted, hopeful: f64) -> Result<Contender> {
         let settings = Settings { steps: ROUGH, rounds: 1, hopeful, ..self.settings.clone() };
         let set = most_probable(set, baseline, &self.glances(), KEPT, &settings)?;
         let fitted = fit(&set, baseline, &self.train, &settings)?;
@@ -336,7 +336,7 @@ impl Contest {
         if shared {
             return None;
         }
-        self.rough(&sets::joined(&[one.fitted_start(), other.fitted_start()]), baseline).ok()
+        self.rough(&sets::joined(&[one.fitted_start(), other.fitted_start()]), baseline, f64::NEG_INFINITY).ok()
     }
 
     fn contender(&self, hypothesis: &Hypothesis, fitted: Fitted) -> Result<Contender> {
