@@ -225,7 +225,7 @@ fn sought(order: &Order, gap: Option<f64>, soft: bool) {
     // The first 5 s of each: a grid takes half a thousand runs along them.
     let windows: Vec<Recording> = windows.iter().map(|one| one.window(one.time[0], one.time[0] + 5.0)).collect();
     let settings = Settings { burn_in: 1.0, ..Settings::default() };
-    let found = seek_gears(&model, &windows, soft, &settings).expect("gears");
+    let found = seek_gears(&model, &windows, soft, &settings);
     for (joint, found) in planted.truth.joints.iter().zip(&found) {
         let (gap, share) = (joint.backlash.expect("a gap"), joint.friction.expect("friction").link_share);
         println!("{}: gap {gap:.5}, share {share:.3}; {found:.5?}", joint.name);
@@ -238,7 +238,7 @@ fn sought(order: &Order, gap: Option<f64>, soft: bool) {
             (Some(k), Some(entry)) => {
                 assert!((k / entry.parameters["stiffness"] - 1.0).abs() < 0.1, "{k} of {entry:?}")
             }
-            // Friction hardly winds up a gear that is half as stiff as the rigid ones of these machines, 3000 N·m/rad.
+            // A third of the nominal stiffness: at 3000 N·m/rad friction winds a gear up by a tenth of a count, which hardly shows.
             (Some(k), None) => assert!(k > 1000.0, "{k}"),
             (None, _) => assert!(!soft),
         }

@@ -189,7 +189,7 @@ pub fn refine(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Resu
 /// As [`fit`](fit()).
 pub fn from_better_gears(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
     let Fitted { model, effects, lambda, .. } = fitted;
-    let sought = gears::around(&fitted.setup(), lambda, train, settings)?;
+    let sought = gears::around(&fitted.setup(), lambda, train, settings);
     let exact = |lambda: &f64| *lambda < NEARLY_EXACT;
     let all = lambda.iter().all(exact);
     // A joint that misses nothing keeps its gear: a search with more noise may lead away from it.

@@ -21,7 +21,7 @@ mod search;
 mod subject;
 
 pub use fit::{Fitted, fit, fit_baseline, from_better_gears, most_probable, refine, without};
-pub use gears::{Gear, SoughtGear, hardly_soft, seek_gears};
+pub use gears::{Gear, SOFT_GEAR, STIFFNESS, SoughtGear, hardly_soft, seek_gears};
 pub use hypothesis::{Free, Hypothesis, Scale, Start};
 pub use recording::Recording;
 

@@ -2,7 +2,7 @@
 //!
 //! The baseline is fitted first. Where it is far from its floor, the gears that explain the recordings best are sought, rigid ones for the baseline and soft ones for the
 //! sets that have them. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched along single
-//! lines, and what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them, also
+//! lines, and beside a baseline near its floor what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them, also
 //! from where each of them ended: a rival must not win because its fit went on longer, or found better values of what both have.
 
 use std::collections::BTreeMap;
@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use super::{floor, sets, starts};
 use crate::error::Result;
 use crate::likelihood::{
-    Fitted, Gear, Hypothesis, Recording, Score, Settings, Start, fit, fit_baseline, from_better_gears, most_probable,
-    refine, score, seek_gears, without,
+    Fitted, Gear, Hypothesis, Recording, SOFT_GEAR, Score, Settings, Start, fit, fit_baseline, from_better_gears,
+    most_probable, refine, score, seek_gears, without,
 };
 use crate::robot::{JointModel, Model};
 use crate::timeseries::Estimate;
@@ -170,9 +170,10 @@ impl Contest {
         let rough = Settings { steps: CLOSE, rounds: 1, hopeful: HOPEFUL, ..self.settings.clone() };
         let baseline = self.baseline(model, &rough)?;
         let mut contenders = vec![self.contender(&Hypothesis::baseline(), baseline.clone())?];
-        let sets = self.with_sought_gears(model, sets, &baseline, progress)?;
+        let finished = self.is_finished(&baseline)?;
+        let sets = if finished { sets.to_vec() } else { self.with_sought_gears(model, sets, progress) };
         // Where much is missing, a set begins far below the baseline, whose parameters make up for it.
-        let hopeful = if self.is_finished(&baseline)? { HOPEFUL } else { f64::NEG_INFINITY };
+        let hopeful = if finished { HOPEFUL } else { f64::NEG_INFINITY };
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
         for (round, some) in sets.chunks(together).enumerate() {
@@ -190,7 +191,7 @@ impl Contest {
         if over() {
             not_tried.push("unions of the leading sets".to_owned());
         } else {
-            self.close(&mut contenders, &baseline);
+            self.close(&mut contenders, &baseline, finished);
         }
         Ok((contenders, not_tried))
     }
@@ -202,7 +203,7 @@ impl Contest {
             return Ok(fitted);
         }
         let mut sought = model.clone();
-        let gears = seek_gears(model, &self.glances(), false, settings)?;
+        let gears = seek_gears(model, &self.glances(), false, settings);
         for (joint, gear) in sought.joints.iter_mut().zip(&gears) {
             joint.backlash = Some(gear.gear.gap);
             joint.friction.iter_mut().for_each(|friction| friction.link_share = gear.gear.share);
@@ -211,21 +212,19 @@ impl Contest {
         Ok(if height(&other) > height(&fitted) { other } else { fitted })
     }
 
-    /// The sets with their soft gears at those that explain the recordings best, where the baseline is far from its floor.
+    /// The sets with their soft gears at those that explain the recordings best.
     fn with_sought_gears(
         &self,
         model: &Model,
         sets: &[Hypothesis],
-        baseline: &Fitted,
         progress: &mut dyn FnMut(&str, f64),
-    ) -> Result<Vec<Hypothesis>> {
-        let soft = sets.iter().any(|set| sets::names(set).iter().any(|name| name == starts::SOFT_GEAR));
-        if !soft || self.is_finished(baseline)? {
-            return Ok(sets.to_vec());
+    ) -> Vec<Hypothesis> {
+        if !sets.iter().any(|set| sets::names(set).iter().any(|name| name == SOFT_GEAR)) {
+            return sets.to_vec();
         }
         progress("seeking soft gears", 0.2);
-        let gears = seek_gears(model, &self.glances(), true, &self.settings)?;
-        Ok(sets.iter().map(|set| starts::at_sought_gears(set, model, &gears)).collect())
+        let gears = seek_gears(model, &self.glances(), true, &self.settings);
+        sets.iter().map(|set| starts::at_sought_gears(set, model, &gears)).collect()
     }
 
     /// A set, fitted roughly; `hopeful`: see [`Settings::hopeful`].
@@ -248,13 +247,13 @@ impl Contest {
     }
 
     /// Fits the leading sets and the baseline closely, and the union of the two best.
-    fn close(&self, contenders: &mut Vec<Contender>, baseline: &Fitted) {
+    fn close(&self, contenders: &mut Vec<Contender>, baseline: &Fitted, finished: bool) {
         let least = contenders[0].nats + LEADS;
         let mut order: Vec<usize> = (1..contenders.len()).filter(|one| contenders[*one].nats > least).collect();
         order.sort_by(|a, b| contenders[*b].nats.total_cmp(&contenders[*a].nats));
         order.truncate(LEADING);
         // A baseline that is far from its floor may only not have been fitted far enough.
-        if order.is_empty() && self.is_finished(baseline).unwrap_or(true) {
+        if order.is_empty() && finished {
             return;
         }
         let union = match order[..] {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use crate::gearhead::Direction;
-use crate::likelihood::{Free, Hypothesis, Scale, SoughtGear, Start, hardly_soft};
+use crate::likelihood::{Free, Hypothesis, SOFT_GEAR, STIFFNESS, Scale, SoughtGear, Start, hardly_soft};
 use crate::robot::{EffectEntry, Model};
 
 /// Every effect that has starts.
@@ -21,9 +21,6 @@ pub const EFFECTS: [&str; 10] = [
     "load_dependent_friction",
     "torque_constant_error",
 ];
-
-/// The effect of a gear that is softer than in the model: it is sought together with gap and link share.
-pub const SOFT_GEAR: &str = "joint_compliance";
 
 /// Values of the parameters of one start.
 type Values = Vec<(&'static str, f64)>;
@@ -50,7 +47,7 @@ pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
             })
             .collect(),
         // A rigid joint that begins as a soft one is fitted worse than the soft one beside it gains.
-        "joint_compliance" => {
+        SOFT_GEAR => {
             let each = (0..model.joints.len()).map(|joint| alone(effect, model, joint, &[]));
             each.chain(on_all(effect, model).filter(|_| model.joints.len() > 1)).collect()
         }
@@ -96,7 +93,7 @@ pub fn at_sought_gears(hypothesis: &Hypothesis, model: &Model, sought: &[SoughtG
             let Some((joint, gear)) = joint.and_then(|joint| Some((joint, sought.get(joint)?))) else { continue };
             start.gears.resize(model.joints.len(), None);
             start.gears[joint] = Some(gear.gear);
-            entry.parameters.extend(gear.stiffness.map(|stiffness| ("stiffness".to_owned(), stiffness)));
+            entry.parameters.extend(gear.stiffness.map(|stiffness| (STIFFNESS.to_owned(), stiffness)));
         }
         start
     };
@@ -118,9 +115,9 @@ fn of_joint(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> (Vec<Va
     let coulomb = own.friction.map_or(0.0, |friction| friction.law.coulomb(Direction::Positive));
     let gap = own.backlash.unwrap_or(0.0);
     match effect {
-        "joint_compliance" => {
-            let starts = [0.5, 0.2, 0.1, 0.05].map(|share| vec![("stiffness", share * hardly_soft(own))]).into();
-            (starts, vec![("stiffness", Scale::Times(0.3))])
+        SOFT_GEAR => {
+            let starts = [0.5, 0.2, 0.1, 0.05].map(|share| vec![(STIFFNESS, share * hardly_soft(own))]).into();
+            (starts, vec![(STIFFNESS, Scale::Times(0.3))])
         }
         "dwell_stiction" => {
             let start = |share: f64, time: f64| vec![("growth", share * coulomb), ("time_constant", time)];
@@ -193,7 +190,7 @@ mod tests {
         let second = at_sought_gears(&soft[1], &model, &sought);
         assert_eq!(second.starts.len(), 1);
         let Start { effects, gears } = &second.starts[0];
-        assert!((effects[0].parameters["stiffness"] - 200.0).abs() < 1e-9);
+        assert!((effects[0].parameters[STIFFNESS] - 200.0).abs() < 1e-9);
         let own: Vec<usize> = (0..gears.len()).filter(|joint| gears[*joint].is_some()).collect();
         assert_eq!((gears.len(), own), (model.joints.len(), vec![1]));
         let other = of("dwell_stiction", &model, &[]);
