@@ -1,12 +1,15 @@
 //! What the stage of a diagnosis says of a machine.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 use std::time::Instant;
 
-use lostmotion::diagnose::judge::{self, judge};
-use lostmotion::diagnose::{Judgement, Options, diagnose};
+use lostmotion::dataset::Session;
+use lostmotion::diagnose::{Diagnosis, FoundEffect, Judgement, judge};
 use lostmotion::error::Result;
 use lostmotion::likelihood::{Recording, Score, Settings, score};
+use lostmotion::scenario::Findings;
+use lostmotion::timeseries::TimeSeries;
 
 use super::case::Given;
 
@@ -14,7 +17,7 @@ use super::case::Given;
 pub struct Judged {
     name: String,
     hidden: Vec<String>,
-    regression: Vec<String>,
+    found: Diagnosis,
     judgement: Judgement,
     /// [nat] a reading of the true machine on the same windows, where it is known.
     floor: Option<f64>,
@@ -26,13 +29,24 @@ impl Judged {
     /// With these effects beside what the regression names; `all`: those of the stage.
     pub fn new(given: Given, unseen: &[String]) -> Result<Self> {
         let Given { name, hidden, nominal, truth, sessions } = given;
-        let (train, hold_out) = sessions.split_at(3);
-        let found = diagnose(&nominal, train, hold_out, &Options::default(), &mut |_, _| {})?;
+        let session = |series: &TimeSeries| Session {
+            series: series.clone(),
+            notes: Vec::new(),
+            source: PathBuf::from(&series.name),
+            controllers: vec![None; series.joints.len()],
+        };
+        let all: Vec<Session> = sessions.iter().map(session).collect();
+        let (train, hold_out) = all.split_at(3);
         let start = Instant::now();
         let mut options = judge::Options { seconds: f64::INFINITY, ..judge::Options::default() };
         options.unseen.retain(|effect| unseen.iter().any(|one| one == "all" || one == effect));
-        let judgement = judge(&found, train, hold_out, &options, &mut |_, _| {})?;
+        let findings = Findings::new(&nominal, train.into(), hold_out.into(), Some(&options), &mut |_, _| {})?;
         let seconds = start.elapsed().as_secs_f64();
+        if let Some(failure) = findings.judge_failure {
+            return Err(failure);
+        }
+        let found = findings.diagnosis;
+        let judgement = found.judgement.clone().unwrap_or_default();
         let floor = truth.map(|truth| -> Result<f64> {
             let mut windows = Vec::new();
             for one in judgement.windows.iter().filter(|one| !one.fitted) {
@@ -45,14 +59,13 @@ impl Judged {
             let readings: usize = scores.iter().map(|score| score.samples * score.nats.len()).sum();
             Ok(scores.iter().map(Score::sum).sum::<f64>() / readings.max(1) as f64)
         });
-        let regression = found.effects.iter().map(|effect| effect.effect.clone()).collect();
-        Ok(Self { name, hidden, regression, judgement, floor: floor.transpose()?, seconds })
+        Ok(Self { name, hidden, found, judgement, floor: floor.transpose()?, seconds })
     }
 
     /// The lines of the machine.
     pub fn lines(&self) -> String {
         let said = &self.judgement;
-        let mut text = format!("{}: regression names {:?}; {:.0} s", self.name, self.regression, self.seconds);
+        let mut text = format!("{}; {:.0} s", self.name, self.seconds);
         self.hidden.iter().for_each(|hidden| {
             let _ = write!(text, "\n    hidden {hidden}");
         });
@@ -70,6 +83,29 @@ impl Judged {
                 distance.missed_torque,
                 if said.unexplained { ", UNEXPLAINED" } else { "" }
             );
+        }
+        self.found.effects.iter().for_each(|effect| {
+            let _ = write!(text, "\n    named {}", named(effect));
+        });
+        for (joint, baseline) in &self.found.baseline {
+            let gap = baseline.backlash.as_ref().map(|gap| format!("{:.4} ± {:.4}", gap.value, gap.std_error));
+            let _ = write!(text, "\n    gap of {joint} {gap:?}");
+        }
+        for error in &self.found.replay {
+            let _ = write!(
+                text,
+                "\n    {} {} {:?} s: {:.3e} to {:.3e}, floor {:.2e}, gain {:.1?}",
+                error.joint,
+                error.quantity,
+                error.horizon,
+                error.before,
+                error.after,
+                error.floor.unwrap_or(f64::NAN),
+                error.gain.interval_percent
+            );
+        }
+        for withdrawn in &self.found.withdrawn {
+            let _ = write!(text, "\n    withdrawn {} {:?}: {}", withdrawn.effect, withdrawn.joints, withdrawn.reason);
         }
         for name in &said.names {
             let _ = write!(
@@ -99,4 +135,22 @@ impl Judged {
         }
         text
     }
+}
+
+/// An effect with its parameters, probability and gain.
+fn named(effect: &FoundEffect) -> String {
+    let one = |(name, measured): (&String, &lostmotion::diagnose::Measured)| {
+        format!("{name} {:.4} ± {:.4}", measured.value, measured.std_error)
+    };
+    let parameters: Vec<String> = effect.parameters.iter().map(one).collect();
+    format!(
+        "{} {:?} ({}), {:.3}, {:.0} nats, gain {:.0?} % of {}",
+        effect.effect,
+        effect.joints,
+        parameters.join(", "),
+        effect.probability,
+        effect.evidence_nats,
+        effect.gain.gain_interval_percent,
+        effect.gain.gain_of
+    )
 }

@@ -42,9 +42,9 @@ pub use fit::typical::typical;
 pub use options::{Options, Rules};
 pub use result::{
     Axis, AxisShare, BaselineEstimate, CandidateRecord, Change, Diagnosis, Distance, EffectGain, FitError, FoundEffect,
-    FrequencySpectrum, JointShares, JudgedName, JudgedSet, JudgedWindow, Judgement, Measured, Method, OrderSpectrum,
-    PredictionSeries, ReplayError, ResidualMap, ResidualSeries, Split, TwoEncoders, Unexplained, Verdict, Withdrawn,
-    Zone, ZoneShares,
+    FrequencySpectrum, JointShares, JudgedEffect, JudgedMachine, JudgedName, JudgedSet, JudgedWindow, Judgement,
+    Measured, Method, OrderSpectrum, PredictionSeries, ReplayError, ResidualMap, ResidualSeries, Split, TwoEncoders,
+    Unexplained, Verdict, Withdrawn, Zone, ZoneShares,
 };
 
 use crate::error::Result;

@@ -50,7 +50,7 @@ fn answer(judgement: &Judgement) -> String {
         return "No set of effects explains the recording sample by sample: the machine differs in something else, and by this score nothing is named."
             .to_owned();
     }
-    let sure: Vec<&JudgedName> = judgement.names.iter().filter(|name| name.probability > 0.5).collect();
+    let sure: Vec<&JudgedName> = judgement.names.iter().filter(|name| name.is_supported()).collect();
     if !sure.is_empty() {
         return format!("It supports {}.", sure.into_iter().map(words).collect::<Vec<_>>().join(", and "));
     }

@@ -2,11 +2,11 @@
 
 use crate::dataset::Session;
 use crate::diagnose::{
-    self, Diagnosis, Division, Options, PredictionSeries, ReplayError, ResidualSeries, Split, Verdict, ZoneShares,
-    judge,
+    self, Diagnosis, Division, EffectGain, JudgedEffect, Options, PredictionSeries, ReplayError, ResidualSeries, Split,
+    Verdict, ZoneShares, judge,
 };
 use crate::error::{Error, Result};
-use crate::replay::prediction::{Ahead, AheadErrors, compare_predictions};
+use crate::replay::prediction::{Ahead, AheadErrors, HORIZONS, compare_predictions};
 use crate::replay::{self, Compared, Observable, Replay};
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
@@ -65,13 +65,14 @@ impl Findings {
             }
         }
         drop((trained, held_out));
-        let judged = match hold_out.is_empty() {
+        let judged: Vec<Session> = match hold_out.is_empty() {
             true => {
                 train.iter().enumerate().flat_map(|(number, session)| held_out_of(session, number, division)).collect()
             }
             false => hold_out,
         };
         drop(train);
+        adopt(&mut findings.diagnosis, &judged, show);
         findings.add_replay(judged, show);
         Ok(findings)
     }
@@ -118,6 +119,26 @@ impl Findings {
         judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
         self.replay_failure = replay(&mut self.diagnosis, &judged).err();
         self.prediction_failure = predict(&mut self.diagnosis, &judged).err();
+    }
+}
+
+/// [s] Horizon by whose errors an effect of the judged machine is adopted: long enough for a torque to move what it moves, short enough for hundreds of
+/// predictions in a minute.
+const AHEAD: f64 = HORIZONS[1];
+
+/// Takes what the score of every sample supports into the diagnosis, where it also predicts the data held out better; what cannot be predicted stays as it is.
+fn adopt(diagnosis: &mut Diagnosis, held_out: &[Session], show: &mut dyn FnMut(&str, f64)) {
+    let Some(machine) = diagnosis.judgement.as_mut().and_then(|judgement| judgement.machine.take()) else { return };
+    show("predicting with what every sample supports", 0.0);
+    let gain = |one: &JudgedEffect| -> Option<EffectGain> {
+        let ahead = compare_predictions(&one.without, &machine.extended, held_out, &replay::Options::default()).ok()?;
+        let own = ahead.iter().filter(|ahead| ahead.horizon == AHEAD);
+        let own = own.filter(|ahead| one.joint.as_ref().is_none_or(|joint| *joint == ahead.joint));
+        let most = own.max_by(|a, b| a.gain.gain_percent.total_cmp(&b.gain.gain_percent))?;
+        Some(EffectGain::of(most.gain, &format!("position {AHEAD} s ahead")))
+    };
+    if let Some(gains) = machine.effects.iter().map(gain).collect::<Option<Vec<_>>>() {
+        judge::adopt(diagnosis, machine, &gains);
     }
 }
 

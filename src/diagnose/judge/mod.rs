@@ -6,9 +6,11 @@
 //! - `starts`: where the fit of an effect starts; `sets`: the sets that compete
 //! - `contest`: fits and scores, first of all sets, then closer of the leading ones and of their unions
 //! - `floor`: whether the best set explains the recording; `posterior`: probabilities
+//! - `machine`: the machine with the most probable set, which can take the place of what the regression found
 
 mod contest;
 mod floor;
+mod machine;
 mod posterior;
 mod scope;
 mod sets;
@@ -16,12 +18,15 @@ mod sets;
 pub mod starts;
 mod windows;
 
+use crate::diagnose::options;
 use crate::diagnose::result::{Diagnosis, Distance, JudgedName, JudgedSet, JudgedWindow, Judgement};
+use crate::diagnose::rows::division::Division;
 use crate::effects::Catalogue;
 use crate::error::Result;
 use crate::likelihood::{Recording, Settings};
 use crate::timeseries::TimeSeries;
 use contest::{Contender, Contest};
+pub use machine::adopt;
 use windows::Window;
 
 /// Options of the stage.
@@ -31,6 +36,8 @@ pub struct Options {
     pub seconds: f64,
     /// Effects that are tried beside what the regression named.
     pub unseen: Vec<&'static str>,
+    /// [1] Part at the end of each training session that is held out when there are no held-out sessions, as in the diagnosis: nothing is fitted to it.
+    pub held_out_share: f64,
     /// Effects that there are.
     pub catalogue: Catalogue,
 }
@@ -38,7 +45,8 @@ pub struct Options {
 impl Default for Options {
     /// Five minutes: two joints take one or two on two cores.
     fn default() -> Self {
-        Self { seconds: 300.0, unseen: sets::UNSEEN.to_vec(), catalogue: Catalogue::default() }
+        let options::Options { held_out_share, catalogue, .. } = options::Options::default();
+        Self { seconds: 300.0, unseen: sets::UNSEEN.to_vec(), held_out_share, catalogue }
     }
 }
 
@@ -66,7 +74,8 @@ pub fn judge(
     let recordings = sessions.iter().map(|session| Recording::new(model, session)).collect::<Result<Vec<_>>>()?;
     // One for each joint, as staircases move them, and two for the motion of all.
     let count = model.joints.len() + 2;
-    let [fitted, judged] = windows::choose(model, &sessions, &recordings, train.len(), count);
+    let division = Division::of(&sessions, train.len(), options.held_out_share);
+    let [fitted, judged] = windows::choose(model, &sessions, &recordings, division, count);
     if fitted.len() < 2 || judged.len() < 2 {
         return Ok(Judgement::not_applied("The recordings are too short for windows to fit and windows to judge."));
     }
@@ -82,7 +91,7 @@ pub fn judge(
     };
     let first = sets::first(diagnosis, &options.unseen);
     let (contenders, not_tried) = contest.hold(model, &first, progress)?;
-    let mut judgement = conclude(&contest, &contenders)?;
+    let mut judgement = conclude(diagnosis, &contest, &contenders)?;
     judgement.not_tried = not_tried;
     judgement.windows = [(&fitted, true), (&judged, false)]
         .into_iter()
@@ -98,7 +107,7 @@ pub fn judge(
 }
 
 /// Distance of the best set from its floor and, where it is near, the probabilities; the first contender is the baseline.
-fn conclude(contest: &Contest, contenders: &[Contender]) -> Result<Judgement> {
+fn conclude(diagnosis: &Diagnosis, contest: &Contest, contenders: &[Contender]) -> Result<Judgement> {
     let Some(baseline) = contenders.first() else { return Ok(Judgement::default()) };
     let mut order: Vec<&Contender> = contenders.iter().collect();
     order.sort_by(|a, b| b.nats.total_cmp(&a.nats));
@@ -125,11 +134,16 @@ fn conclude(contest: &Contest, contenders: &[Contender]) -> Result<Judgement> {
         probability: (!unexplained).then_some(*probability),
         sizes: one.sizes(),
     });
+    let sets = sets.collect();
+    let names = if unexplained { Vec::new() } else { names(&order, &probabilities) };
+    let catalogue = &contest.settings.catalogue;
+    let machine = || machine::most_probable(diagnosis, baseline, &order, &probabilities, &names, catalogue);
     Ok(Judgement {
-        names: if unexplained { Vec::new() } else { names(&order, &probabilities) },
+        machine: if unexplained { None } else { machine() },
+        names,
         unexplained,
         distance: Some(distance),
-        sets: sets.collect(),
+        sets,
         ..Judgement::default()
     })
 }

@@ -1,6 +1,6 @@
 //! Windows of recordings in which every joint reverses, rests and travels: some to fit, others to judge.
 //!
-//! A recording is cut into windows of equal length, which go to the two parts in turn; held-out sessions are for judging alone. In each part
+//! A recording is cut into windows of equal length, which go to the two parts in turn; what the diagnosis holds out is for judging alone. In each part
 //! windows are taken one by one, always the one that adds most to
 //!
 //! ```text
@@ -8,6 +8,7 @@
 //! ```
 //! so that what few windows have, the rests of one joint in a staircase, is not left out for more of the same.
 
+use crate::diagnose::rows::division::Division;
 use crate::likelihood::Recording;
 use crate::robot::{JointModel, Model};
 use crate::timeseries::{Channel, TimeSeries};
@@ -36,12 +37,12 @@ pub struct Window {
     events: Vec<[f64; KINDS]>,
 }
 
-/// Windows to fit and windows to judge, so many of each; the first `trained` sessions are for both.
+/// Windows to fit and windows to judge, so many of each.
 pub fn choose(
     model: &Model,
     sessions: &[&TimeSeries],
     recordings: &[Recording],
-    trained: usize,
+    division: Division,
     count: usize,
 ) -> [Vec<Window>; 2] {
     let slow: Vec<f64> = model.joints.iter().map(|joint| SLOW * fastest(joint, sessions)).collect();
@@ -51,12 +52,25 @@ pub fn choose(
         let most = ((last - first) / LENGTH + 1e-9).floor() as usize;
         for k in 0..most {
             let from = first + LENGTH * k as f64;
-            let events = events(model, &slow, series, from, from + LENGTH);
-            let judges = session >= trained || k % 2 == 1;
-            parts[usize::from(judges)].push(Window { session, from, to: from + LENGTH, events });
+            let to = from + LENGTH;
+            let own = samples(series, [from, to]);
+            let judges = k % 2 == 1 || holds_out(division, session, series, own);
+            let events = events(model, &slow, series, own);
+            parts[usize::from(judges)].push(Window { session, from, to, events });
         }
     }
     parts.map(|windows| best(windows, count))
+}
+
+/// Samples of a session between two times [s] since its start.
+fn samples(series: &TimeSeries, [from, to]: [f64; 2]) -> [usize; 2] {
+    let start = series.time.first().copied().unwrap_or(0.0);
+    [from, to].map(|time| series.time.partition_point(|one| one - start < time))
+}
+
+/// Whether a part of these samples is held out.
+fn holds_out(division: Division, number: usize, series: &TimeSeries, [first, last]: [usize; 2]) -> bool {
+    division.held_out(number, series).iter().any(|part| part.start < last && first < part.end)
 }
 
 /// The windows that together have most of the events.
@@ -108,10 +122,8 @@ fn fastest(joint: &JointModel, sessions: &[&TimeSeries]) -> f64 {
     sessions.iter().map(of).fold(0.0, f64::max)
 }
 
-/// Events of all joints between two times [s] since the start of a session; `slow`: longest way of slow motion in the time of a glance.
-fn events(model: &Model, slow: &[f64], series: &TimeSeries, from: f64, to: f64) -> Vec<[f64; KINDS]> {
-    let start = series.time.first().copied().unwrap_or(0.0);
-    let part = [from, to].map(|time| series.time.partition_point(|one| one - start < time));
+/// Events of all joints in a part of a session; `slow`: longest way of slow motion in the time of a glance.
+fn events(model: &Model, slow: &[f64], series: &TimeSeries, part: [usize; 2]) -> Vec<[f64; KINDS]> {
     let of_joint = |(joint, slow): (&JointModel, &f64)| {
         let (mut way, mut rested, mut found) = (0.0, false, [0.0; KINDS]);
         for pair in glances(joint, series, part).windows(2) {

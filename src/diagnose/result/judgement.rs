@@ -4,7 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::Measured;
+use crate::robot::Model;
 use crate::timeseries::Estimate;
+
+/// Probability above which a name is supported: it is more probable than all else together.
+const SUPPORTED: f64 = 0.5;
 
 /// The judgement by simulation, which stands beside the effects that the regression names.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -25,6 +30,41 @@ pub struct Judgement {
     pub not_tried: Vec<String>,
     /// Parts of the recordings that were used.
     pub windows: Vec<JudgedWindow>,
+    /// The machine with the most probable set, where the score supports that set and it contains what the regression named.
+    #[serde(skip)]
+    pub machine: Option<JudgedMachine>,
+}
+
+/// A machine with effects that the score of every sample supports.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedMachine {
+    /// The nominal model with everything that is not known exactly fitted by the score, without an effect.
+    pub baseline: Model,
+    /// The same with the effects.
+    pub extended: Model,
+    /// The effects, as in the extended model.
+    pub effects: Vec<JudgedEffect>,
+    /// Its friction and gaps by joint: `coulomb`, `breakaway`, `stribeck_velocity`, `viscous`, `backlash`.
+    pub estimates: BTreeMap<String, BTreeMap<&'static str, Measured>>,
+}
+
+/// An effect of a [`JudgedMachine`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedEffect {
+    /// Its name in the catalogue.
+    pub effect: String,
+    /// Its joint; `None` for the machine.
+    pub joint: Option<String>,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<String, Measured>,
+    /// Posterior probability of all sets that contain it on this joint, 0 to 1.
+    pub probability: f64,
+    /// [nat] Gain of the set over the best one without it, on windows that took no part in the fit.
+    pub gain_nats: f64,
+    /// Effects of other sets that are about as probable.
+    pub confusable_with: Vec<String>,
+    /// The machine with that best set without it.
+    pub without: Model,
 }
 
 /// An effect with the probability of all sets that contain it.
@@ -89,6 +129,18 @@ impl Judgement {
 
     /// Whether an effect is more probable than not.
     pub fn supports(&self, effect: &str) -> bool {
-        self.names.iter().any(|name| name.effect == effect && name.probability > 0.5)
+        self.names.iter().any(|name| name.effect == effect && name.is_supported())
     }
+}
+
+impl JudgedName {
+    /// Whether it is more probable than not.
+    pub fn is_supported(&self) -> bool {
+        is_supported(self.probability)
+    }
+}
+
+/// Whether an effect of this probability is more probable than not.
+pub fn is_supported(probability: f64) -> bool {
+    probability > SUPPORTED
 }

@@ -21,7 +21,9 @@ mod residuals;
 
 pub use effects::{EffectGain, FoundEffect, Standing, Withdrawn};
 pub use findings::Findings;
-pub use judgement::{Distance, JudgedName, JudgedSet, JudgedWindow, Judgement};
+pub use judgement::{
+    Distance, JudgedEffect, JudgedMachine, JudgedName, JudgedSet, JudgedWindow, Judgement, is_supported,
+};
 pub use mistake::Mistake;
 pub use parts::Parts;
 pub use residuals::{
