@@ -130,6 +130,6 @@ fn sum(scores: &[Score]) -> f64 {
 
 /// [nat] a sample and joint.
 fn mean(scores: &[Score]) -> f64 {
-    let readings: usize = scores.iter().map(|score| score.samples * score.nats.len()).sum();
+    let readings: usize = scores.iter().flat_map(|score| &score.readings).sum();
     sum(scores) / readings.max(1) as f64
 }

@@ -56,7 +56,7 @@ impl Judged {
             }
             let exact = vec![-1.5; truth.joints.len()];
             let scores = score(&truth, &windows, &exact, &Settings { burn_in: 1.0, ..Settings::default() })?;
-            let readings: usize = scores.iter().map(|score| score.samples * score.nats.len()).sum();
+            let readings: usize = scores.iter().flat_map(|score| &score.readings).sum();
             Ok(scores.iter().map(Score::sum).sum::<f64>() / readings.max(1) as f64)
         });
         Ok(Self { name, hidden, found, judgement, floor: floor.transpose()?, seconds })

@@ -70,8 +70,8 @@ pub(super) struct Scored {
 pub(super) struct Outcome {
     /// Sum of `ℓ` after the burn-in [nat], one per joint.
     pub nats: Vec<f64>,
-    /// Readings that were scored, for each joint.
-    pub count: usize,
+    /// Readings that were scored, one per joint.
+    pub readings: Vec<usize>,
     /// `∂ℓ/∂p`.
     pub gradient: DVector<f64>,
     /// Its information.
@@ -142,7 +142,7 @@ impl<'a> Run<'a> {
             currents: vec![0.0; n],
             outcome: Outcome {
                 nats: vec![0.0; n],
-                count: 0,
+                readings: vec![0; n],
                 gradient: DVector::zeros(parameters),
                 information: DMatrix::zeros(parameters, parameters),
                 scored: vec![Vec::new(); n],
@@ -160,15 +160,14 @@ impl<'a> Run<'a> {
             return self.outcome;
         }
         self.start();
-        let from = self.recording.time[0] + self.settings.burn_in;
+        let from: Vec<usize> =
+            (0..self.noise.len()).map(|joint| self.recording.first_scored(joint, self.settings.burn_in)).collect();
         for k in 0..self.recording.len() {
             if k > 0 {
                 self.carry(k);
             }
-            let counts = self.recording.time[k] >= from;
-            self.outcome.count += usize::from(counts);
-            for joint in 0..self.noise.len() {
-                self.take(joint, k, counts, keep);
+            for (joint, from) in from.iter().enumerate() {
+                self.take(joint, k, k >= *from, keep);
             }
         }
         self.outcome
@@ -299,6 +298,7 @@ impl<'a> Run<'a> {
         let mut said = read.says(theta, self.covariance.variance(state), outliers);
         if counts {
             self.outcome.nats[joint] += said.nats;
+            self.outcome.readings[joint] += 1;
             self.learn(state, &said);
         }
         let first = said;

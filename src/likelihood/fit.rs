@@ -101,6 +101,22 @@ impl Fitted {
         self.setup().model
     }
 
+    /// Its values of what every hypothesis has: hypotheses that contain its effects begin there.
+    #[must_use]
+    pub fn beside_effects(&self) -> Self {
+        let all: Vec<usize> = (0..self.effects.len()).collect();
+        let (effects, parameters, x) = self.left(&all);
+        Self { effects, parameters, x, ..self.clone() }
+    }
+
+    /// The same parameters where another model of the machine has them, before any fit to it.
+    #[must_use]
+    pub fn at_values_of(&self, model: &Model) -> Self {
+        let bodies = self.parameters.iter().filter(|parameter| parameter.is_of_bodies()).cloned();
+        let parameters: Vec<Parameter> = parameters::nuisances(model).into_iter().chain(bodies).collect();
+        Self { x: vec![0.0; parameters.len()], parameters, model: model.clone(), effects: Vec::new(), ..self.clone() }
+    }
+
     /// Scores recordings under the fitted machine.
     ///
     /// # Errors

@@ -46,7 +46,7 @@ const GAP_RATIO: f64 = 0.87;
 const GAPS: usize = 9;
 const LARGEST_GAP: f64 = 1.1;
 const UNKNOWN_GAPS: usize = 23;
-const LARGEST_IN_COUNTS: f64 = 44.0;
+pub(super) const LARGEST_IN_COUNTS: f64 = 44.0;
 /// Ratio of a stiffness to the next, and their number: from the nominal one to 1/28 of it.
 const STIFFNESS_RATIO: f64 = 0.66;
 const STIFFNESSES: usize = 9;

@@ -71,17 +71,17 @@ impl Default for Settings {
 pub struct Score {
     /// Name of the session.
     pub name: String,
-    /// [nat] Sum after the burn-in, one per joint.
+    /// [nat] Sum of the readings that are scored ([`Recording::first_scored`]), one per joint.
     pub nats: Vec<f64>,
-    /// Samples that were scored.
-    pub samples: usize,
+    /// Number of these readings, one per joint.
+    pub readings: Vec<usize>,
     /// [s] Sample times since the start of the session.
     pub time: Vec<f64>,
     /// One per joint.
     pub joints: Vec<JointScore>,
 }
 
-/// The score of a joint, sample by sample, burn-in included.
+/// The score of a joint, sample by sample, from the start of the recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointScore {
     /// `ℓ` [nat].
@@ -95,9 +95,9 @@ pub struct JointScore {
 }
 
 impl Score {
-    /// [nat] per sample of all joints together.
+    /// [nat] a reading.
     pub fn mean(&self) -> f64 {
-        self.nats.iter().sum::<f64>() / (self.samples.max(1) * self.nats.len().max(1)) as f64
+        self.sum() / self.readings.iter().sum::<usize>().max(1) as f64
     }
 
     /// [nat] of all joints together.
@@ -122,7 +122,7 @@ fn scored(setup: &Setup, recordings: &[Recording], lambda: &[f64], settings: &Se
         let outcome = Run::new(recording, settings, [subject()?, subject()?], Vec::new(), lambda).go(true);
         let name = recording.name.clone();
         let joints = outcome.scored.iter().map(|scored| joint_score(scored)).collect();
-        Ok(Score { name, nats: outcome.nats, samples: outcome.count, time: recording.time.clone(), joints })
+        Ok(Score { name, nats: outcome.nats, readings: outcome.readings, time: recording.time.clone(), joints })
     };
     recordings.par_iter().map(one).collect()
 }

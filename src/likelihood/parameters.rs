@@ -31,6 +31,8 @@ const LINK_SHARE: f64 = 0.15;
 const OFFSET: f64 = 0.01;
 /// [1] The same of the weight `w` of a current: the time at which a bus reads it.
 const WEIGHT: f64 = 0.2;
+/// What the names of the bodies' deviations begin with.
+const BODIES: &str = "bodies";
 /// Numbers of a body, see [`Model::deviating`].
 pub(super) const NUMBERS: usize = 10;
 
@@ -100,6 +102,11 @@ impl Parameter {
         Some(Self { kind, ..self.clone() })
     }
 
+    /// Whether it is a deviation of the bodies, see [`inertial`].
+    pub fn is_of_bodies(&self) -> bool {
+        self.name.starts_with(BODIES)
+    }
+
     /// `|∂value/∂x|`, limits aside.
     pub fn slope(&self, x: f64) -> f64 {
         if self.positive { self.scale * self.value(x) } else { self.scale }
@@ -164,7 +171,7 @@ pub(super) fn inertial(model: &Model, directions: &[DVector<f64>]) -> Vec<Parame
     let length = (NUMBERS + 2) * model.joints.len();
     let one = |(k, direction): (usize, &DVector<f64>)| {
         let whole = direction.clone().resize_vertically(length, 0.0);
-        Parameter::additive(format!("bodies.{} [σ]", k + 1), Kind::Deviation(whole), 0.0, 1.0)
+        Parameter::additive(format!("{BODIES}.{} [σ]", k + 1), Kind::Deviation(whole), 0.0, 1.0)
     };
     directions.iter().enumerate().map(one).collect()
 }

@@ -9,6 +9,7 @@
 //! interval before; `w = 1` for a command, which is held. `T` is the interval between samples.
 
 use super::count::Read;
+use super::gears::LARGEST_IN_COUNTS;
 use crate::dataset;
 use crate::drive::{PowerStage, Sensing, Winding};
 use crate::error::{Error, Place, Result};
@@ -17,6 +18,9 @@ use crate::timeseries::{Channel, TimeSeries, root_mean_square, uninterrupted, wh
 
 /// Sharpness of an encoder's edges, as a share of a count.
 const EDGE: f64 = 0.02;
+/// Way that presses a gear to a flank, in gaps of the model and counts: a gap is known within some per cent, and a gear winds up by some counts.
+const SETTLING_GAPS: f64 = 1.5;
+const SETTLING_COUNTS: f64 = 4.0;
 
 /// One joint of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +36,8 @@ pub(super) struct Recorded {
     /// `δ/2`, see [`Read`].
     half: f64,
     floor: f64,
+    /// [rad or m] Way from the start of a window after which the link's place in its gap is known.
+    settles: f64,
 }
 
 impl Recorded {
@@ -84,6 +90,20 @@ impl Recording {
         Self { name: self.name.clone(), time: self.time[part.clone()].to_vec(), joints }
     }
 
+    /// The first sample of a joint that is scored: the burn-in [s] is over, and the joint has moved so far that its gear is pressed to a flank. Where it rests, friction holds
+    /// its link anywhere in the gap, with any wind-up, and no reading tells.
+    pub fn first_scored(&self, joint: usize, burn_in: f64) -> usize {
+        let Some(start) = self.time.first() else { return 0 };
+        let Recorded { position, settles, .. } = &self.joints[joint];
+        let moved = position.iter().position(|place| (place - position[0]).abs() > *settles);
+        self.time.partition_point(|time| *time < start + burn_in).max(moved.unwrap_or(position.len()))
+    }
+
+    /// Number of readings that are scored, of all joints together.
+    pub fn readings(&self, burn_in: f64) -> usize {
+        (0..self.joints.len()).map(|joint| self.len() - self.first_scored(joint, burn_in)).sum()
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.time.len()
@@ -122,7 +142,9 @@ fn recorded(model: &Model, joint: &JointModel, series: &TimeSeries) -> Result<Re
     // Where nothing is said of the noise, a thousandth of the current.
     let floor = if step > 0.0 { EDGE * step } else { white_noise(position).max(1e-9) };
     let noise = noise.max(1e-3 * root_mean_square(&current));
-    Ok(Recorded { current, noise, weight, position: position.to_vec(), half: 0.5 * step, floor })
+    let gap = joint.backlash.map_or(LARGEST_IN_COUNTS * step, |gap| SETTLING_GAPS * gap);
+    let settles = gap + SETTLING_COUNTS * step;
+    Ok(Recorded { current, noise, weight, position: position.to_vec(), half: 0.5 * step, floor, settles })
 }
 
 /// `w` of a measured current.
@@ -132,4 +154,31 @@ fn loop_weight(joint: &JointModel, interval: f64) -> f64 {
     let e = (-interval / time_constant).exp();
     let mu = time_constant / interval * (1.0 - e);
     mu - (1.0 - mu) * e / (1.0 - e)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A joint of counts of 1 mrad and a gap of 10 mrad, settled after 19, that rests, moves and rests again.
+    #[test]
+    fn analytic_a_joint_is_scored_from_where_its_gear_is_surely_pressed() {
+        let position: Vec<f64> = (0..100).map(|k: i32| 1e-3 * f64::from((k - 20).clamp(0, 40))).collect();
+        let joint = Recorded {
+            current: vec![0.0; 100],
+            noise: 0.01,
+            weight: 0.0,
+            position,
+            half: 5e-4,
+            floor: 2e-5,
+            settles: SETTLING_GAPS * 0.01 + SETTLING_COUNTS * 1e-3,
+        };
+        let time = (0..100).map(|k| 0.01 * f64::from(k)).collect();
+        let recording = Recording { name: "made".to_owned(), time, joints: vec![joint] };
+        assert_eq!(recording.first_scored(0, 0.1), 40);
+        assert_eq!(recording.first_scored(0, 0.5), 50);
+        assert_eq!(recording.readings(0.5), 50);
+        // A window in which it rests has nothing to say of it.
+        assert_eq!(recording.window(0.7, 0.9).readings(0.0), 0);
+    }
 }

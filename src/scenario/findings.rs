@@ -137,9 +137,17 @@ fn adopt(diagnosis: &mut Diagnosis, held_out: &[Session], show: &mut dyn FnMut(&
         let most = own.max_by(|a, b| a.gain.gain_percent.total_cmp(&b.gain.gain_percent))?;
         Some(EffectGain::of(most.gain, &format!("position {AHEAD} s ahead")))
     };
-    if let Some(gains) = machine.effects.iter().map(gain).collect::<Option<Vec<_>>>() {
+    let Some(gains) = machine.effects.iter().map(gain).collect::<Option<Vec<_>>>() else { return };
+    let options = replay::Options::default();
+    let beside = compare_predictions(&diagnosis.extended_model, &machine.extended, held_out, &options);
+    if beside.is_ok_and(|beside| is_better(&beside)) {
         judge::adopt(diagnosis, machine, &gains);
     }
+}
+
+/// Whether the second model predicts some joint over some horizon better, and none worse.
+fn is_better(ahead: &[Ahead]) -> bool {
+    ahead.iter().any(|one| one.gain.shown) && !ahead.iter().any(|one| one.gain.interval_percent[1] < 0.0)
 }
 
 /// Both models in simulation beside the data held out.

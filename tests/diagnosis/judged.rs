@@ -4,7 +4,10 @@ use crate::drawn::Drawn;
 use crate::hidden::Order;
 use crate::rough;
 use lostmotion::diagnose::judge::{self, judge};
-use lostmotion::diagnose::{Diagnosis, Judgement, Options, diagnose};
+use lostmotion::diagnose::{
+    Diagnosis, EffectGain, JudgedEffect, JudgedMachine, Judgement, Measured, Options, Verdict, diagnose,
+};
+use lostmotion::replay::Gain;
 use lostmotion::timeseries::{Channel, TimeSeries};
 
 /// A machine's sessions, the last of which is held out, and what the regression says of them with a nominal model that is off by `rough` deviations.
@@ -48,6 +51,47 @@ fn property_what_is_not_judged_by_simulation_is_said_in_a_sentence() {
     assert!(reason(&without, &sessions).contains("not judged by its torque"));
     let short: Vec<TimeSeries> = sessions.iter().map(|session| session.part(0..5000)).collect();
     assert!(reason(&found, &short).contains("too short"));
+}
+
+/// What every sample supports takes its place in the diagnosis with a gain on data held out, and without one it is listed as withdrawn and changes nothing.
+#[test]
+fn property_a_judged_machine_is_adopted_with_a_gain_only() {
+    let (found, _) = diagnosed(&Order::nothing(700_020), 0.0);
+    let joint = found.baseline_model.joints[1].name.clone();
+    let stiffness = Measured { value: 200.0, std_error: 1.0, unit: "N·m/rad" };
+    let mut extended = found.baseline_model.clone();
+    extended.joints[1].backlash = Some(0.004);
+    let machine = JudgedMachine {
+        baseline: found.baseline_model.clone(),
+        extended: extended.clone(),
+        effects: vec![JudgedEffect {
+            effect: "joint_compliance".to_owned(),
+            joint: Some(joint.clone()),
+            parameters: [("stiffness".to_owned(), stiffness.clone())].into(),
+            probability: 0.97,
+            gain_nats: 800.0,
+            confusable_with: Vec::new(),
+            without: found.baseline_model.clone(),
+        }],
+        estimates: [(joint.clone(), [("backlash", Measured { value: 0.004, std_error: 1e-5, unit: "rad" })].into())]
+            .into(),
+    };
+    let gain = |interval_percent: [f64; 2]| {
+        let gain = Gain { gain_percent: 30.0, interval_percent, shown: interval_percent[0] > 0.0 };
+        EffectGain::of(gain, "position 0.1 s ahead")
+    };
+    let mut adopted = found.clone();
+    judge::adopt(&mut adopted, machine.clone(), &[gain([20.0, 40.0])]);
+    assert_eq!(adopted.verdict, Verdict::EffectsFound);
+    assert_eq!((&*adopted.effects[0].effect, &adopted.effects[0].joints), ("joint_compliance", &vec![joint.clone()]));
+    assert_eq!(adopted.effects[0].parameters["stiffness"], stiffness);
+    assert_eq!(adopted.baseline[&joint].backlash.as_ref().map(|gap| gap.value), Some(0.004));
+    assert_eq!(adopted.extended_model, extended);
+    let mut refused = found.clone();
+    judge::adopt(&mut refused, machine, &[gain([-5.0, 40.0])]);
+    assert_eq!(refused.withdrawn.last().map(|one| &*one.effect), Some("joint_compliance"));
+    refused.withdrawn.pop();
+    assert_eq!(format!("{refused:?}"), format!("{found:?}"));
 }
 
 // The machines of docs/gate.md.

@@ -1,7 +1,7 @@
 //! The contest of sets: fits on some windows, scores on others.
 //!
-//! The baseline is fitted first. Where it is far from its floor, the gears that explain the recordings best are sought, rigid ones for the baseline and soft ones for the
-//! sets that have them. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched along single
+//! The baseline is fitted first, then what the regression named; the other sets build on the better of them, their ground. Where that is far from its floor, the gears that
+//! explain the recordings best are sought, rigid ones for a baseline beside which nothing was named, and soft ones for the sets that have them. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched along single
 //! lines, and beside a baseline near its floor what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them, also
 //! from where each of them ended: a rival must not win because its fit went on longer, or found better values of what both have.
 
@@ -10,7 +10,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::{floor, sets, starts};
+use super::sets::{self, Known, Sets};
+use super::{floor, starts};
 use crate::error::Result;
 use crate::likelihood::{
     Fitted, Gear, Hypothesis, Recording, SOFT_GEAR, Score, Settings, Start, fit, fit_baseline, from_better_gears,
@@ -102,6 +103,25 @@ impl Contender {
     }
 }
 
+/// What other sets build on: the baseline, or what the regression named.
+struct Ground {
+    /// Without the effects of that set.
+    fitted: Fitted,
+    /// That set as it was fitted; `None` for the baseline.
+    start: Option<Hypothesis>,
+    /// Whether it leaves nothing to be found in the windows to which it was fitted.
+    finished: bool,
+    /// The model as it was given, with the effects of that set.
+    model: Model,
+}
+
+impl Ground {
+    /// [nat] What a set has to gain by searches along single lines. Where much is missing, a set begins far below the baseline, whose parameters make up for it.
+    fn hopeful(&self) -> f64 {
+        if self.finished { HOPEFUL } else { f64::NEG_INFINITY }
+    }
+}
+
 /// [nat] Score of the training windows and prior.
 fn height(fitted: &Fitted) -> f64 {
     fitted.nats + fitted.prior
@@ -132,19 +152,14 @@ fn enter(contenders: &mut Vec<Contender>, one: Contender) -> usize {
 impl Contest {
     /// Number of readings of some windows that are scored, all joints together.
     pub fn readings(&self, windows: &[Recording]) -> f64 {
-        let of = |recording: &Recording| {
-            let start = recording.time.first().copied().unwrap_or(0.0) + self.settings.burn_in;
-            recording.len() - recording.time.partition_point(|time| *time < start)
-        };
-        let samples: usize = windows.iter().map(of).sum();
-        (samples * self.joints).max(1) as f64
+        windows.iter().map(|one| one.readings(self.settings.burn_in)).sum::<usize>().max(1) as f64
     }
 
     /// [nat] a reading: the floor of a fit on some windows.
     pub fn floor(&self, fitted: &Fitted, windows: &[Recording]) -> Result<f64> {
         let exact = vec![floor::EXACT; fitted.lambda.len()];
         let scores = score(&fitted.model(), windows, &exact, &self.settings)?;
-        Ok(floor::floor(&scores, self.settings.burn_in))
+        Ok(floor::floor(&scores))
     }
 
     /// Whether a fit leaves nothing to be found in the windows to which it was fitted.
@@ -161,70 +176,112 @@ impl Contest {
     pub fn hold(
         &self,
         model: &Model,
-        sets: &[Hypothesis],
+        sets: &Sets,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<(Vec<Contender>, Vec<String>)> {
         let start = Instant::now();
         let over = || start.elapsed().as_secs_f64() > self.seconds;
         progress("simulating the baseline", 0.0);
-        let rough = Settings { steps: CLOSE, rounds: 1, hopeful: HOPEFUL, ..self.settings.clone() };
-        let baseline = self.baseline(model, &rough)?;
-        let mut contenders = vec![self.contender(&Hypothesis::baseline(), baseline.clone())?];
-        let finished = self.is_finished(&baseline)?;
-        let sets = if finished { sets.to_vec() } else { self.with_sought_gears(model, sets, progress) };
-        // Where much is missing, a set begins far below the baseline, whose parameters make up for it.
-        let hopeful = if finished { HOPEFUL } else { f64::NEG_INFINITY };
+        let (mut contenders, ground) = self.ground(model, sets.known.as_ref())?;
+        let more = sets.more.iter().map(|one| match &ground.start {
+            Some(known) => sets::joined(&[known.clone(), one.clone()]),
+            None => one.clone(),
+        });
+        let [more, others] = self.sought([more.collect(), sets.others.clone()], &ground, progress);
+        let baseline = contenders[0].fitted.clone();
+        let tried: Vec<(&Hypothesis, &Fitted)> =
+            more.iter().map(|set| (set, &ground.fitted)).chain(others.iter().map(|set| (set, &baseline))).collect();
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
-        for (round, some) in sets.chunks(together).enumerate() {
+        for (round, some) in tried.chunks(together).enumerate() {
             if over() {
-                not_tried.extend(some.iter().map(|set| set.name.clone()));
+                not_tried.extend(some.iter().map(|(set, _)| set.name.clone()));
                 continue;
             }
-            let done = (round * together) as f64 / sets.len() as f64;
-            progress(&format!("simulating {}", some[0].name), 0.3 + 0.5 * done);
-            let tried: Vec<Result<Contender>> =
-                some.par_iter().map(|set| self.rough(set, &baseline, hopeful)).collect();
-            contenders.extend(tried.into_iter().flatten());
+            let done = (round * together) as f64 / tried.len() as f64;
+            progress(&format!("simulating {}", some[0].0.name), 0.3 + 0.5 * done);
+            let fitted: Vec<Result<Contender>> =
+                some.par_iter().map(|(set, from)| self.rough(set, from, ground.hopeful())).collect();
+            contenders.extend(fitted.into_iter().flatten());
         }
         progress("simulating the leading sets", 0.8);
         if over() {
             not_tried.push("unions of the leading sets".to_owned());
         } else {
-            self.close(&mut contenders, &baseline, finished);
+            self.close(&mut contenders, &ground);
         }
         Ok((contenders, not_tried))
     }
 
-    /// The baseline, from the gears of the model and, where it is far from its floor, from those that were sought.
-    fn baseline(&self, model: &Model, settings: &Settings) -> Result<Fitted> {
-        let fitted = fit_baseline(model, &self.train, settings)?;
-        if self.is_finished(&fitted)? {
-            return Ok(fitted);
+    /// The baseline, what the regression named, and the better of them, on which other sets build.
+    fn ground(&self, model: &Model, known: Option<&Known>) -> Result<(Vec<Contender>, Ground)> {
+        let settings = Settings { steps: CLOSE, rounds: 1, ..self.settings.clone() };
+        let fitted = fit_baseline(model, &self.train, &settings)?;
+        let finished = self.is_finished(&fitted)?;
+        let baseline = self.contender(&Hypothesis::baseline(), fitted)?;
+        let bare = |fitted: Fitted, finished: bool| Ground { fitted, finished, start: None, model: model.clone() };
+        // What cannot be simulated is not on the ground.
+        if let Some(Ok(with)) = known.map(|known| self.with_known(known, &baseline.fitted, finished)) {
+            if height(&with.fitted) > height(&baseline.fitted) + HOPEFUL {
+                let mut model = known.map_or(model, |known| &known.model).clone();
+                model.effects.extend(with.fitted.effects());
+                let finished = self.is_finished(&with.fitted)?;
+                let fitted = with.fitted.beside_effects();
+                let ground = Ground { fitted, finished, start: Some(with.fitted_start()), model };
+                return Ok((vec![baseline, with], ground));
+            }
+            let ground = bare(baseline.fitted.clone(), finished);
+            return Ok((vec![baseline, with], ground));
         }
-        let mut sought = model.clone();
-        let gears = seek_gears(model, &self.glances(), false, settings);
-        for (joint, gear) in sought.joints.iter_mut().zip(&gears) {
+        if finished {
+            let ground = bare(baseline.fitted.clone(), finished);
+            return Ok((vec![baseline], ground));
+        }
+        let other = fit_baseline(&self.with_rigid_gears(model), &self.train, &settings)?;
+        let better = match height(&other) > height(&baseline.fitted) {
+            true => self.contender(&Hypothesis::baseline(), other)?,
+            false => baseline,
+        };
+        let finished = self.is_finished(&better.fitted)?;
+        let ground = bare(better.fitted.clone(), finished);
+        Ok((vec![better], ground))
+    }
+
+    /// What the regression named, fitted closely where the baseline is far from its floor.
+    fn with_known(&self, Known { set, model }: &Known, baseline: &Fitted, finished: bool) -> Result<Contender> {
+        if finished {
+            return self.rough(set, baseline, HOPEFUL);
+        }
+        let rough = self.rough(set, &baseline.at_values_of(model), f64::NEG_INFINITY)?;
+        let settings = Settings { steps: CLOSE, rounds: 1, ..self.settings.clone() };
+        self.contender(set, refine(&rough.fitted, &self.train, &settings)?)
+    }
+
+    /// The model with the rigid gears that explain the recordings best.
+    fn with_rigid_gears(&self, model: &Model) -> Model {
+        let mut model = model.clone();
+        let gears = seek_gears(&model, &self.glances(), false, &self.settings);
+        for (joint, gear) in model.joints.iter_mut().zip(&gears) {
             joint.backlash = Some(gear.gear.gap);
             joint.friction.iter_mut().for_each(|friction| friction.link_share = gear.gear.share);
         }
-        let other = fit_baseline(&sought, &self.train, settings)?;
-        Ok(if height(&other) > height(&fitted) { other } else { fitted })
+        model
     }
 
-    /// The sets with their soft gears at those that explain the recordings best.
-    fn with_sought_gears(
+    /// Sets with their soft gears at those that explain the recordings best, where the ground is far from its floor.
+    fn sought<const N: usize>(
         &self,
-        model: &Model,
-        sets: &[Hypothesis],
+        sets: [Vec<Hypothesis>; N],
+        ground: &Ground,
         progress: &mut dyn FnMut(&str, f64),
-    ) -> Vec<Hypothesis> {
-        if !sets.iter().any(|set| sets::names(set).iter().any(|name| name == SOFT_GEAR)) {
-            return sets.to_vec();
+    ) -> [Vec<Hypothesis>; N] {
+        let soft = |set: &Hypothesis| sets::names(set).iter().any(|name| name == SOFT_GEAR);
+        if ground.finished || !sets.iter().flatten().any(soft) {
+            return sets;
         }
         progress("seeking soft gears", 0.2);
-        let gears = seek_gears(model, &self.glances(), true, &self.settings);
-        sets.iter().map(|set| starts::at_sought_gears(set, model, &gears)).collect()
+        let gears = seek_gears(&ground.model, &self.glances(), true, &self.settings);
+        sets.map(|sets| sets.iter().map(|set| starts::at_sought_gears(set, &ground.model, &gears)).collect())
     }
 
     /// A set, fitted roughly; `hopeful`: see [`Settings::hopeful`].
@@ -247,21 +304,22 @@ impl Contest {
     }
 
     /// Fits the leading sets and the baseline closely, and the union of the two best.
-    fn close(&self, contenders: &mut Vec<Contender>, baseline: &Fitted, finished: bool) {
+    fn close(&self, contenders: &mut Vec<Contender>, ground: &Ground) {
         let least = contenders[0].nats + LEADS;
         let mut order: Vec<usize> = (1..contenders.len()).filter(|one| contenders[*one].nats > least).collect();
         order.sort_by(|a, b| contenders[*b].nats.total_cmp(&contenders[*a].nats));
         order.truncate(LEADING);
         // A baseline that is far from its floor may only not have been fitted far enough.
-        if order.is_empty() && finished {
+        if order.is_empty() && (ground.finished || ground.start.is_some()) {
             return;
         }
+        let baseline = contenders[0].fitted.clone();
         let union = match order[..] {
-            [one, other] => self.union(&contenders[one], &contenders[other], baseline),
+            [one, other] => self.union(&contenders[one], &contenders[other], &baseline),
             _ => None,
         };
         let settings = Settings { steps: CLOSE, rounds: 1, ..self.settings.clone() };
-        let again: Vec<usize> = order.iter().copied().chain([0]).collect();
+        let again: Vec<usize> = order.iter().copied().chain(ground.start.is_none().then_some(0)).collect();
         let closer = |index: &usize| -> Result<(usize, Contender)> {
             let old = &contenders[*index];
             let fitted = self.closely(&old.fitted, &settings)?;

@@ -25,14 +25,12 @@ const MISSED: f64 = 1.0;
 const OUTLIER: f64 = 1e-3;
 const AFTER: usize = 100;
 
-/// [nat] a reading, of joints scored without missed torque; each score begins with readings of its burn-in [s].
-pub fn floor(scores: &[Score], burn_in: f64) -> f64 {
+/// [nat] a reading, of joints scored without missed torque.
+pub fn floor(scores: &[Score]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for score in scores {
-        let start = score.time.first().copied().unwrap_or(0.0) + burn_in;
-        let from = score.time.partition_point(|time| *time < start);
-        for joint in &score.joints {
-            let of_joint = expected(joint, from);
+        for (joint, readings) in score.joints.iter().zip(&score.readings) {
+            let of_joint = expected(joint, joint.nats.len().saturating_sub(*readings));
             sum += of_joint.0;
             count += of_joint.1;
         }
@@ -87,11 +85,11 @@ mod tests {
         let score = Score {
             name: String::new(),
             nats: vec![0.0],
-            samples: 4,
+            readings: vec![3],
             time: vec![0.0, 1.0, 2.0, 3.0],
             joints: vec![joint],
         };
-        assert!((floor(&[score], 1.0) + CAUTION * std::f64::consts::LN_2).abs() < 1e-12);
+        assert!((floor(&[score]) + CAUTION * std::f64::consts::LN_2).abs() < 1e-12);
     }
 
     #[test]

@@ -89,8 +89,8 @@ pub fn judge(
         settings: Settings { burn_in: BURN_IN, catalogue: options.catalogue.clone(), ..Settings::default() },
         seconds: options.seconds,
     };
-    let first = sets::first(diagnosis, &options.unseen);
-    let (contenders, not_tried) = contest.hold(model, &first, progress)?;
+    let sets = sets::of(diagnosis, &options.unseen);
+    let (contenders, not_tried) = contest.hold(model, &sets, progress)?;
     let mut judgement = conclude(diagnosis, &contest, &contenders)?;
     judgement.not_tried = not_tried;
     judgement.windows = [(&fitted, true), (&judged, false)]

@@ -3,7 +3,7 @@
 use super::starts;
 use crate::diagnose::result::Diagnosis;
 use crate::likelihood::{Free, Hypothesis, Scale, Start};
-use crate::robot::EffectEntry;
+use crate::robot::{EffectEntry, Model};
 
 /// Effects that leave no torque in smooth motion away from reversals, which is what the regression judges. `presliding` is not among them: the filter
 /// corrects the rotor's angle, but not the bend of the bristles, so that it loses the track of a machine that has them.
@@ -15,34 +15,51 @@ const LEAST_SHARE: f64 = 0.05;
 /// Most starts of a set of several effects.
 const MOST_STARTS: usize = 64;
 
-/// Sets that are tried first; `unseen`: effects to try beside what was named.
-pub fn first(diagnosis: &Diagnosis, unseen: &[&str]) -> Vec<Hypothesis> {
+/// Sets that compete with the baseline.
+pub struct Sets {
+    /// All that the regression named.
+    pub known: Option<Known>,
+    /// Sets that lack a part of it.
+    pub others: Vec<Hypothesis>,
+    /// What is tried beside all of it.
+    pub more: Vec<Hypothesis>,
+}
+
+/// What the regression named.
+pub struct Known {
+    pub set: Hypothesis,
+    /// The machine without these effects, with the friction and the gaps that the regression found beside them.
+    pub model: Model,
+}
+
+/// The sets of a diagnosis; `unseen`: effects to try beside what was named.
+pub fn of(diagnosis: &Diagnosis, unseen: &[&str]) -> Sets {
     let model = &diagnosis.baseline_model;
     let named = named(diagnosis);
-    let unseen: Vec<Hypothesis> = unseen.iter().flat_map(|effect| starts::of(effect, model, &[])).collect();
-    let mut all = Vec::new();
-    if !named.is_empty() {
-        all.push(joined(&named));
+    let more: Vec<Hypothesis> = unseen.iter().flat_map(|effect| starts::of(effect, model, &[])).collect();
+    if named.is_empty() {
+        return Sets { known: None, others: Vec::new(), more };
     }
+    let mut others = Vec::new();
     for (index, found) in diagnosis.effects.iter().take(named.len()).enumerate() {
-        let others: Vec<Hypothesis> = without(&named, index);
-        if !others.is_empty() {
-            all.push(joined(&others));
+        let rest: Vec<Hypothesis> = without(&named, index);
+        if !rest.is_empty() {
+            others.push(joined(&rest));
         }
         let rivals = found.confusable_with.iter().flat_map(|rival| starts::of(rival, model, &[]));
-        all.extend(rivals.map(|rival| joined(&[others.clone(), vec![rival]].concat())));
+        others.extend(rivals.map(|rival| joined(&[rest.clone(), vec![rival]].concat())));
     }
-    all.extend(unseen.iter().cloned());
-    if !named.is_empty() {
-        all.extend(unseen.iter().map(|more| joined(&[named.clone(), vec![more.clone()]].concat())));
-    }
-    let mut known: Vec<String> = Vec::new();
-    all.retain(|set| {
-        let new = !known.contains(&set.name);
-        known.push(set.name.clone());
+    others.extend(more.iter().cloned());
+    let known = joined(&named);
+    let mut names = vec![known.name.clone()];
+    others.retain(|set| {
+        let new = !names.contains(&set.name);
+        names.push(set.name.clone());
         new
     });
-    all
+    let mut model = diagnosis.extended_model.clone();
+    model.effects.truncate(diagnosis.baseline_model.effects.len());
+    Sets { known: Some(Known { set: known, model }), others, more }
 }
 
 fn without(named: &[Hypothesis], index: usize) -> Vec<Hypothesis> {

@@ -161,6 +161,15 @@ mod tests {
     }
 
     #[test]
+    fn property_what_is_held_out_is_fitted_to_by_no_window() {
+        let series = TimeSeries { time: (0..1000).map(|k| 0.05 * f64::from(k)).collect(), ..TimeSeries::default() };
+        let division = Division::of(&[&series], 1, 0.3);
+        let held = |from: f64| holds_out(division, 0, &series, samples(&series, [from, from + LENGTH]));
+        // The last 30 % of 50 s begin at 35 s.
+        assert_eq!([25.0, 29.0, 31.0, 40.0].map(held), [false, false, true, true]);
+    }
+
+    #[test]
     fn property_no_window_is_chosen_twice_and_too_few_are_all() {
         assert_eq!(best(vec![window(0, [0.0; KINDS]), window(1, [0.0; KINDS])], 5).len(), 2);
     }
