@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::diagnose::mistakes;
+use crate::effects::{Catalogue, applied};
 use crate::error::Result;
 use crate::identify::{self, Options};
 use crate::report::files::planned;
@@ -47,7 +48,9 @@ impl Identify {
         let notes = input::notes(&sessions);
         let series = input::series(sessions);
         let suspected = mistakes::suspected(&model, &series.iter().collect::<Vec<_>>());
-        let found = identify::identify(&model, &series, &Options::default())?;
+        // What the model file lists of the machine belongs to its torques.
+        let trusted = applied(&model, &Catalogue::default())?.model;
+        let found = identify::identify(&trusted, &series, &Options::default())?;
         drop(progress);
         let mut report = report(&model.name, &found, None, &model, drawn);
         report.document.warnings.extend(notes);

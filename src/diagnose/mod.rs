@@ -47,6 +47,7 @@ pub use result::{
     Unexplained, Verdict, Withdrawn, Zone, ZoneShares,
 };
 
+use crate::effects::applied;
 use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
@@ -89,6 +90,8 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
+    let given = applied(model, &options.catalogue)?;
+    let model = &given.model;
     let recorded: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
     let (usable, dead) = mistakes::without_dead_channels(model, &recorded);
     let usable: Vec<&TimeSeries> = usable.iter().map(AsRef::as_ref).collect();
@@ -96,6 +99,7 @@ pub fn diagnose(
     let division = Division::of(&recorded, train.len(), options.held_out_share);
     let mut diagnosis = diagnose_as_measured(&seen, &usable, division, options, progress)?;
     diagnosis.dead_channels = dead;
+    diagnosis.method.listed_effects = conclude::listed_effects(&given);
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)

@@ -210,6 +210,7 @@ fn found(diagnosis: &Diagnosis) -> Section {
     }
     section.text.extend(gaps_left_out(&diagnosis.baseline));
     section.text.extend(diagnosis.method.left_out.clone());
+    section.text.extend(diagnosis.method.listed_effects.clone());
     for withdrawn in &diagnosis.withdrawn {
         let (effect, joints, reason) = (&withdrawn.effect, withdrawn.joints.join(", "), &withdrawn.reason);
         section.text.push(format!("Not named: {effect} on {joints}: {reason}."));

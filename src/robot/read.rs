@@ -153,7 +153,7 @@ fn require_movable(table: &Table, urdf: &Urdf, file: &Path) -> Result<()> {
 
 impl Model {
     /// Writes the inertias of some bodies of the tree into the text of the URDF. From then on the model has a URDF file of its own.
-    pub(super) fn write_inertias(&mut self, changed: &[usize]) {
+    pub(crate) fn write_inertias(&mut self, changed: &[usize]) {
         if changed.is_empty() {
             return;
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Findings, Keep, Run, Scenario, Tracking};
 use crate::dataset;
-use crate::effects;
+use crate::effects::{self, Catalogue};
 use crate::error::{Error, Result};
 use crate::identify::{self, Identification, Options};
 use crate::robot::Model;
@@ -126,7 +126,8 @@ impl Scenario {
         let recordings = run.sessions.iter().map(|series| recording(series, &self.source)).collect();
         let findings = Findings::new(&self.model, recordings, Vec::new(), None, show)?;
         let extended = &findings.diagnosis.extended_model;
-        let identified = corrected(extended).and_then(|trusted| self.identify(&trusted, extended, run, show));
+        let identified = effects::applied(extended, &Catalogue::default())
+            .and_then(|trusted| self.identify(&trusted.model, extended, run, show));
         let named = self.diagnosis_expectation.check(&findings.diagnosis);
         let mut unmet: Vec<String> = named.iter().map(ToString::to_string).collect();
         match &identified {
@@ -149,18 +150,6 @@ impl Scenario {
     pub fn allows(&self, why: &Error) -> bool {
         matches!(why, Error::TooLittleData { .. }) && self.expectations.is_empty()
     }
-}
-
-/// The model without its list of effects; those that alter the model's numbers have been applied to them.
-fn corrected(model: &Model) -> Result<Model> {
-    let mut corrected = Model { effects: Vec::new(), ..model.clone() };
-    for entry in &model.effects {
-        let joint = entry.joint.as_deref().and_then(|name| model.robot.joint_index(name));
-        if let Some(effect) = effects::find(&entry.effect) {
-            effect.install(&mut corrected, joint, &entry.parameters)?;
-        }
-    }
-    Ok(corrected)
 }
 
 /// A simulated recording, as if it had been read from a file.

@@ -42,6 +42,7 @@ mod drawn_sets;
 mod drive_command;
 mod gaps;
 mod judged;
+mod listed_effects;
 mod odd_recordings;
 mod prediction;
 mod regularised_friction;

@@ -46,6 +46,7 @@ use crate::diagnose::select::selection;
 use crate::diagnose::select::selection::{Nominal, Selection, Taken};
 use crate::diagnose::select::{naming, substitutes};
 use crate::diagnose::{conclude, mistakes};
+use crate::effects::applied;
 use crate::effects::{Catalogue, Diagnosable};
 use crate::error::Result;
 use crate::robot::{Masses, Model};
@@ -66,6 +67,8 @@ pub fn compare(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
+    let given = applied(model, &options.catalogue)?;
+    let model = &given.model;
     let recorded: Vec<&TimeSeries> = reference.iter().chain(now).chain(hold_out).collect();
     let division = Division::of(&recorded, recorded.len() - hold_out.len(), options.held_out_share);
     let (usable, dead) = mistakes::without_dead_channels(model, &recorded);
@@ -75,6 +78,7 @@ pub fn compare(
     let seen = as_measured(model, &usable);
     let mut diagnosis = compare_as_measured(&seen, reference, [now, hold_out], division, options, progress)?;
     diagnosis.dead_channels = dead;
+    diagnosis.method.listed_effects = conclude::listed_effects(&given);
     complete(&mut diagnosis.baseline_model, model);
     complete(&mut diagnosis.extended_model, model);
     Ok(diagnosis)

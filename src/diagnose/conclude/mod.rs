@@ -18,6 +18,7 @@ mod undecided;
 /// Structure that no effect explains.
 pub mod unexplained;
 
+pub use records::listed_effects;
 use std::collections::BTreeMap;
 
 use crate::diagnose::fit::estimate;

@@ -8,8 +8,8 @@ use crate::diagnose::rows::division::Division;
 use crate::diagnose::rows::sampling::Sampling;
 use crate::diagnose::select::candidates::Candidate;
 use crate::diagnose::select::selection::Selection;
-use crate::effects::{JointMotion, LeftOut};
-use crate::robot::{Accuracy, JointModel};
+use crate::effects::{Applied, JointMotion, LeftOut};
+use crate::robot::{Accuracy, EffectEntry, JointModel};
 use crate::timeseries::TimeSeries;
 
 /// [1] Share of uneven steps up to which a session counts as even: single lost samples cut it into runs that are long enough for every instrument.
@@ -131,7 +131,24 @@ pub fn method(problem: &Problem, sessions: &[&TimeSeries], division: Division) -
         baseline: baseline(problem),
         held_out,
         left_out: left_out(problem),
+        listed_effects: Vec::new(),
     }
+}
+
+/// What becomes of the effects that the model file lists, one sentence each.
+pub fn listed_effects(given: &Applied) -> Vec<String> {
+    let name = |entry: &EffectEntry| match &entry.joint {
+        Some(joint) => format!("{} on {joint}", entry.effect),
+        None => entry.effect.clone(),
+    };
+    let known = given
+        .in_numbers
+        .iter()
+        .map(|entry| format!("{} of the model file is known: the corrected model has it in its numbers.", name(entry)));
+    let sought = given.others.iter().map(|entry| {
+        format!("{} of the model file was sought anew: the corrected model has what was found.", name(entry))
+    });
+    known.chain(sought).collect()
 }
 
 /// The joints that are not judged, each with the reason.

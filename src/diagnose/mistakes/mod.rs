@@ -172,6 +172,7 @@ pub fn diagnosis(model: &Model, mistakes: Vec<Mistake>, compared: bool, options:
         baseline: none(),
         held_out: none(),
         left_out: Vec::new(),
+        listed_effects: Vec::new(),
     };
     let parts = Parts::new(model, method, &options.catalogue);
     Parts { mistakes, changes: compared.then(Vec::new), ..parts }.assembled()

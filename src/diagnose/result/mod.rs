@@ -341,4 +341,7 @@ pub struct Method {
     /// Joints whose torque was not judged, each with the reason.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
+    /// What became of the effects that the model file lists.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub listed_effects: Vec<String>,
 }
