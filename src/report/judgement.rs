@@ -14,6 +14,12 @@ pub fn section(judgement: &Judgement) -> Section {
     }
     section.text.push(answer(judgement));
     section.text.extend(distance(judgement));
+    if judgement.adopted {
+        section.text.push(
+            "The extended model is the machine as it was fitted to every sample: it predicts data held out better than the one that was fitted to smooth motion. Torque errors along the motion are those of the latter."
+                .to_owned(),
+        );
+    }
     if !judgement.not_tried.is_empty() {
         section.text.push(format!("There was no time for: {}.", judgement.not_tried.join(", ")));
     }

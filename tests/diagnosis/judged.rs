@@ -87,6 +87,11 @@ fn property_a_judged_machine_is_adopted_with_a_gain_only() {
     assert_eq!(adopted.effects[0].parameters["stiffness"], stiffness);
     assert_eq!(adopted.baseline[&joint].backlash.as_ref().map(|gap| gap.value), Some(0.004));
     assert_eq!(adopted.extended_model, extended);
+    let without_effects = JudgedMachine { effects: Vec::new(), ..machine.clone() };
+    let mut refined = found.clone();
+    judge::adopt(&mut refined, without_effects, &[]);
+    assert_eq!((refined.verdict, &refined.extended_model), (found.verdict, &extended));
+    assert!(refined.effects.is_empty() && refined.baseline_model == found.baseline_model);
     let mut refused = found.clone();
     judge::adopt(&mut refused, machine, &[gain([-5.0, 40.0])]);
     assert_eq!(refused.withdrawn.last().map(|one| &*one.effect), Some("joint_compliance"));

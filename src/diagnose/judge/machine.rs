@@ -12,8 +12,8 @@ use crate::gearhead::FrictionLaw;
 use crate::robot::{EffectEntry, JointModel};
 use crate::timeseries::Estimate;
 
-/// The machine with the most probable set; `None` where an effect of it is not supported, or an effect that the regression named is not in it: where the two
-/// disagree, neither changes the other's result. Contenders are in falling order of their scores.
+/// The machine with the most probable set, which may have no effect; `None` where an effect of it is not supported, or an effect that the regression named is not
+/// in it: where the two disagree, neither changes the other's result. Contenders are in falling order of their scores.
 pub fn most_probable(
     diagnosis: &Diagnosis,
     baseline: &Contender,
@@ -25,7 +25,7 @@ pub fn most_probable(
     let best = (0..order.len()).max_by(|a, b| probabilities[*a].total_cmp(&probabilities[*b]))?;
     let best = order[best];
     let entries = best.fitted.effects();
-    if entries.is_empty() || !regression(diagnosis).iter().all(|named| entries.iter().any(|one| same(one, named))) {
+    if !regression(diagnosis).iter().all(|named| entries.iter().any(|one| same(one, named))) {
         return None;
     }
     let has = |one: &Contender, entry: &EffectEntry| one.fitted.effects().iter().any(|own| same(own, entry));
@@ -54,7 +54,8 @@ pub fn most_probable(
 }
 
 /// Puts a machine in the place of what the regression found; `gains`: of its effects, one by one, on data held out. Where one of them has no gain, nothing is
-/// changed, and the effects without one are listed as withdrawn.
+/// changed, and the effects without one are listed as withdrawn. Without an effect, the machine is the nominal one with its friction, gaps and inaccurate values
+/// fitted to every sample.
 pub fn adopt(diagnosis: &mut Diagnosis, machine: JudgedMachine, gains: &[EffectGain]) {
     let JudgedMachine { baseline, extended, effects, estimates } = machine;
     let all = || effects.iter().zip(gains);
@@ -87,8 +88,12 @@ pub fn adopt(diagnosis: &mut Diagnosis, machine: JudgedMachine, gains: &[EffectG
             }
         }
     }
-    diagnosis.verdict = Verdict::EffectsFound;
-    (diagnosis.baseline_model, diagnosis.extended_model) = (baseline, extended);
+    if !effects.is_empty() {
+        diagnosis.verdict = Verdict::EffectsFound;
+        diagnosis.baseline_model = baseline;
+    }
+    diagnosis.extended_model = extended;
+    diagnosis.judgement.iter_mut().for_each(|judgement| judgement.adopted = true);
 }
 
 /// Adds an effect that the regression did not name.

@@ -30,6 +30,8 @@ pub struct Judgement {
     pub not_tried: Vec<String>,
     /// Parts of the recordings that were used.
     pub windows: Vec<JudgedWindow>,
+    /// Whether the extended model is the machine that was fitted to every sample, since it predicts data held out better.
+    pub adopted: bool,
     /// The machine with the most probable set, where the score supports that set and it contains what the regression named.
     #[serde(skip)]
     pub machine: Option<JudgedMachine>,
