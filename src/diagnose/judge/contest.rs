@@ -1,9 +1,11 @@
 //! The contest of sets: fits on some windows, scores on others.
 //!
-//! The baseline is fitted first, then what the regression named; the other sets build on the better of them, their ground. Where that is far from its floor, the gears that
-//! explain the recordings best are sought, rigid ones for a baseline beside which nothing was named, and soft ones for the sets that have them. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched along single
-//! lines, and beside a baseline near its floor what gains nothing by that is fitted no further. Then the leading sets are fitted closely, with the union of the two best, and the baseline with them, also
-//! from where each of them ended: a rival must not win because its fit went on longer, or found better values of what both have.
+//! The baseline is fitted first, then what the regression named; the other sets build on the better of them, their ground. Where that is far from its
+//! floor, the gears that explain the recordings best are sought, rigid ones for a baseline beside which nothing was named, and soft ones for the sets
+//! that have them. Every set is fitted roughly from there: its starts are compared on the first seconds of the windows, the best of them are searched
+//! along single lines, and beside a baseline near its floor what gains nothing by that is fitted no further. Then the leading sets are fitted closely,
+//! with the union of the two best, and the baseline with them, also from where each of them ended: a rival must not win because its fit went on longer,
+//! or found better values of what both have.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -217,34 +219,30 @@ impl Contest {
     fn ground(&self, model: &Model, known: Option<&Known>) -> Result<(Vec<Contender>, Ground)> {
         let settings = Settings { steps: CLOSE, rounds: 1, ..self.settings.clone() };
         let fitted = fit_baseline(model, &self.train, &settings)?;
-        let finished = self.is_finished(&fitted)?;
-        let baseline = self.contender(&Hypothesis::baseline(), fitted)?;
-        let bare = |fitted: Fitted, finished: bool| Ground { fitted, finished, start: None, model: model.clone() };
-        // What cannot be simulated is not on the ground.
-        if let Some(Ok(with)) = known.map(|known| self.with_known(known, &baseline.fitted, finished)) {
-            if height(&with.fitted) > height(&baseline.fitted) + HOPEFUL {
-                let mut model = known.map_or(model, |known| &known.model).clone();
+        let mut finished = self.is_finished(&fitted)?;
+        let mut contenders = vec![self.contender(&Hypothesis::baseline(), fitted)?];
+        // What cannot be simulated is no ground.
+        if let Some((known, Ok(with))) =
+            known.map(|known| (known, self.with_known(known, &contenders[0].fitted, finished)))
+        {
+            if height(&with.fitted) > height(&contenders[0].fitted) + HOPEFUL {
+                let mut model = known.model.clone();
                 model.effects.extend(with.fitted.effects());
                 let finished = self.is_finished(&with.fitted)?;
-                let fitted = with.fitted.beside_effects();
-                let ground = Ground { fitted, finished, start: Some(with.fitted_start()), model };
-                return Ok((vec![baseline, with], ground));
+                let (fitted, start) = (with.fitted.beside_effects(), Some(with.fitted_start()));
+                contenders.push(with);
+                return Ok((contenders, Ground { fitted, start, finished, model }));
             }
-            let ground = bare(baseline.fitted.clone(), finished);
-            return Ok((vec![baseline, with], ground));
+            contenders.push(with);
+        } else if !finished {
+            let other = fit_baseline(&self.with_rigid_gears(model), &self.train, &settings)?;
+            if height(&other) > height(&contenders[0].fitted) {
+                finished = self.is_finished(&other)?;
+                contenders[0] = self.contender(&Hypothesis::baseline(), other)?;
+            }
         }
-        if finished {
-            let ground = bare(baseline.fitted.clone(), finished);
-            return Ok((vec![baseline], ground));
-        }
-        let other = fit_baseline(&self.with_rigid_gears(model), &self.train, &settings)?;
-        let better = match height(&other) > height(&baseline.fitted) {
-            true => self.contender(&Hypothesis::baseline(), other)?,
-            false => baseline,
-        };
-        let finished = self.is_finished(&better.fitted)?;
-        let ground = bare(better.fitted.clone(), finished);
-        Ok((vec![better], ground))
+        let fitted = contenders[0].fitted.clone();
+        Ok((contenders, Ground { fitted, start: None, finished, model: model.clone() }))
     }
 
     /// What the regression named, fitted closely where the baseline is far from its floor.
