@@ -27,6 +27,22 @@ impl JointKind {
         }
     }
 
+    /// Unit of velocity: `rad/s` or `m/s`.
+    pub const fn velocity_unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "rad/s",
+            Self::Prismatic => "m/s",
+        }
+    }
+
+    /// Unit of viscous friction and of damping: `N·m·s/rad` or `N·s/m`.
+    pub const fn damping_unit(self) -> &'static str {
+        match self {
+            Self::Revolute => "N·m·s/rad",
+            Self::Prismatic => "N·s/m",
+        }
+    }
+
     /// Unit of stiffness: `N·m/rad` or `N/m`.
     pub const fn stiffness_unit(self) -> &'static str {
         match self {

@@ -98,11 +98,10 @@ impl Observable {
 
     /// Its unit on a joint that turns or slides.
     pub const fn unit(self, kind: JointKind) -> &'static str {
-        match (self, kind) {
-            (Self::Position, _) => kind.position_unit(),
-            (Self::Velocity, JointKind::Revolute) => "rad/s",
-            (Self::Velocity, JointKind::Prismatic) => "m/s",
-            (Self::Torque, _) => kind.effort_unit(),
+        match self {
+            Self::Position => kind.position_unit(),
+            Self::Velocity => kind.velocity_unit(),
+            Self::Torque => kind.effort_unit(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Units for readers: files use SI and radians, reports use degrees.
 
-use crate::units::{DEG, JointKind};
+use crate::units::DEG;
 
 use super::number;
 
@@ -44,13 +44,5 @@ pub fn join(number: &str, unit: &str) -> String {
         "" | "1" => number.to_owned(),
         "deg" => format!("{number}°"),
         unit => format!("{number} {unit}"),
-    }
-}
-
-/// SI unit of velocity.
-pub const fn velocity_unit(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Revolute => "rad/s",
-        JointKind::Prismatic => "m/s",
     }
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::Report;
-use super::display::{self, shown, velocity_unit};
+use super::display::{self, shown};
 use super::document::{Document, Section};
 use super::files::envelope;
 use super::number;
@@ -99,8 +99,8 @@ fn verdict(joint: &JointIdentification) -> String {
 }
 
 fn section(joint: &JointIdentification, truth: Option<FrictionLaw>, drawn: &[Drawn]) -> Section {
-    let unit = display::shown(velocity_unit(joint.kind)).0;
-    let [slowest, fastest] = joint.friction.speeds.map(|speed| display::value(speed, velocity_unit(joint.kind)));
+    let unit = display::shown(joint.kind.velocity_unit()).0;
+    let [slowest, fastest] = joint.friction.speeds.map(|speed| display::value(speed, joint.kind.velocity_unit()));
     let preferred = match joint.friction.preferred {
         LawKind::Exponential => "the exponential law (equation 6)",
         LawKind::TwoLines => "the two lines (equation 9)",
@@ -242,7 +242,7 @@ fn methods_table(joint: &JointIdentification) -> Option<Table> {
 }
 
 fn residual_plot(joint: &JointIdentification) -> Plot {
-    let (unit, factor) = shown(velocity_unit(joint.kind));
+    let (unit, factor) = shown(joint.kind.velocity_unit());
     let left = joint.points.iter().map(|point| [point.velocity * factor, joint.residual(point)]).collect();
     Plot::new(
         format!("{}: friction minus fit", joint.joint),
@@ -254,7 +254,7 @@ fn residual_plot(joint: &JointIdentification) -> Plot {
 
 fn gap_plot(joint: &JointIdentification) -> Option<Plot> {
     let gap = joint.backlash.as_ref()?;
-    let (speed_unit, speed) = shown(velocity_unit(joint.kind));
+    let (speed_unit, speed) = shown(joint.kind.velocity_unit());
     let (unit, factor) = shown(joint.kind.position_unit());
     let values = |values: &[crate::identify::backlash::ReversalGap]| -> Vec<[f64; 2]> {
         values.iter().map(|one| [one.velocity.abs() * speed, one.gap * factor]).collect()

@@ -1,6 +1,6 @@
 //! The paper's figures of an identification: staircase (2), one reversal (5), friction of a joint (6 and 7).
 
-use super::display::{self, shown, velocity_unit};
+use super::display::{self, shown};
 use super::plot::{Layer, Mark, Plot, Role};
 use crate::gearhead::{Direction, FrictionLaw};
 use crate::identify::backlash::ShownReversal;
@@ -39,7 +39,7 @@ fn staircase(joint: &JointIdentification, drawn: &[Drawn]) -> Option<Plot> {
     if fastest(&line) == 0.0 {
         return None;
     }
-    let (unit, factor) = shown(velocity_unit(joint.kind));
+    let (unit, factor) = shown(joint.kind.velocity_unit());
     let points = line.time.iter().zip(&line.values).map(|(time, v)| [*time, v * factor]).collect();
     let title = format!("{}: reference velocity (Figure 2)", joint.joint);
     let plot = Plot::new(title, "time [s]", format!("velocity [{unit}]")).in_file(file("staircase", &joint.joint));
@@ -48,7 +48,7 @@ fn staircase(joint: &JointIdentification, drawn: &[Drawn]) -> Option<Plot> {
 
 /// Figure 5: velocity and current at one reversal, `t1`, `t2`, and the area between them.
 fn reversal(joint: &str, kind: JointKind, one: &ShownReversal) -> [Plot; 2] {
-    let (unit, factor) = shown(velocity_unit(kind));
+    let (unit, factor) = shown(kind.velocity_unit());
     let series = |values: &[f64], factor: f64| -> Vec<[f64; 2]> {
         one.time.iter().zip(values).map(|(time, value)| [*time, value * factor]).collect()
     };
@@ -79,7 +79,7 @@ fn reversal(joint: &str, kind: JointKind, one: &ShownReversal) -> [Plot; 2] {
 
 /// Figures 6 and 7: points of equation 11 as they were measured, those of the balance over the motion, and both laws.
 fn friction(joint: &JointIdentification, truth: Option<FrictionLaw>) -> Plot {
-    let (unit, factor) = shown(velocity_unit(joint.kind));
+    let (unit, factor) = shown(joint.kind.velocity_unit());
     let fastest = 1.03 * joint.friction.speeds[1];
     let measured = joint.points.iter().map(|point| {
         // The average of the velocity channel is the paper's; where none was recorded, the counts give it.

@@ -1,6 +1,6 @@
 //! Errors of the simulation before any cause is sought: a sentence per joint, a table, and small plots of its maps.
 
-use super::display::{shown, velocity_unit};
+use super::display::shown;
 use super::document::Section;
 use super::number::significant;
 use super::plot::{Layer, Mark, Plot, Role};
@@ -169,7 +169,7 @@ fn titled(against: &str, share: Option<f64>) -> String {
 
 fn over_axis(map: &ResidualMap, kind: JointKind, share: Option<f64>) -> Plot {
     let si = match map.axis {
-        Axis::Velocity => velocity_unit(kind),
+        Axis::Velocity => kind.velocity_unit(),
         Axis::Position => kind.position_unit(),
         Axis::MotorAngle => "rad",
         Axis::Load => kind.effort_unit(),

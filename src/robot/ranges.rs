@@ -82,26 +82,12 @@ pub(super) fn friction(kind: JointKind) -> Range {
 
 /// Slope of friction against speed; negative if friction falls with speed.
 pub(super) fn friction_slope(kind: JointKind) -> Range {
-    Range::between(
-        -1e10,
-        1e10,
-        match kind {
-            JointKind::Revolute => "N·m·s/rad",
-            JointKind::Prismatic => "N·s/m",
-        },
-    )
+    Range::between(-1e10, 1e10, kind.damping_unit())
 }
 
 /// Speed scale of the fall of friction from rest.
 pub(super) fn stribeck_velocity(kind: JointKind) -> Range {
-    Range::between(
-        1e-9,
-        1e4,
-        match kind {
-            JointKind::Revolute => "rad/s",
-            JointKind::Prismatic => "m/s",
-        },
-    )
+    Range::between(1e-9, 1e4, kind.velocity_unit())
 }
 
 /// Gravity on the sun is 274 m/s².

@@ -22,7 +22,7 @@ pub(super) const LONGEST_SESSION: f64 = 1e7;
 
 /// Speed of a moving joint: from one turn in two months to the fastest motion that the plant allows.
 pub(super) fn speed(kind: JointKind) -> Range {
-    Range::between(1e-6, FASTEST_MOTION, speed_unit(kind))
+    Range::between(1e-6, FASTEST_MOTION, kind.velocity_unit())
 }
 
 /// Acceleration of a joint: from a speed of 0.01 rad/s in 10⁴ s to a speed of 10⁴ rad/s in a millisecond.
@@ -73,7 +73,7 @@ pub(super) const PERIOD: Range = Range::between(1e-5, 1e6, "s");
 
 /// Speed within which a controller is linear, or limit of a speed error.
 pub(super) fn speed_error(kind: JointKind) -> Range {
-    Range::positive(speed_unit(kind)).up_to(FASTEST_MOTION)
+    Range::positive(kind.velocity_unit()).up_to(FASTEST_MOTION)
 }
 
 /// Side of an obstacle.
@@ -84,10 +84,3 @@ pub(super) const PLACE: Range = Range::between(-1e4, 1e4, "m");
 
 /// Orientation of an obstacle.
 pub(super) const TURN: Range = Range::between(-1e3, 1e3, "rad");
-
-pub(super) fn speed_unit(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Revolute => "rad/s",
-        JointKind::Prismatic => "m/s",
-    }
-}

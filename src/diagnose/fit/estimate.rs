@@ -100,7 +100,7 @@ pub fn friction(
     uncertainty: &Uncertainty,
 ) -> BTreeMap<&'static str, Measured> {
     let kind = problem.motion.model.joints[joint].kind;
-    let (effort, position) = (kind.effort_unit(), kind.position_unit());
+    let effort = kind.effort_unit();
     let at = fitted.baseline_at[joint];
     let law = problem.motion.joints[joint].friction;
     let mut friction = BTreeMap::new();
@@ -114,14 +114,12 @@ pub fn friction(
         }
     };
     put("coulomb", law.coulomb, &[(at + COULOMB, 1.0)], effort, torque);
-    let viscous_unit = if position == "rad" { "N·m·s/rad" } else { "N·s/m" };
-    put("viscous", law.viscous, &[(at + VISCOUS, 1.0)], viscous_unit, torque / speed);
+    put("viscous", law.viscous, &[(at + VISCOUS, 1.0)], kind.damping_unit(), torque / speed);
     match problem.baseline[joint].falling() {
         Falling::Free(_) => {
             put("breakaway", law.breakaway, &[(at + COULOMB, 1.0), (at + FALLING, 1.0)], effort, torque);
-            let speed_unit = if position == "rad" { "rad/s" } else { "m/s" };
             if let Some(position) = uncertainty.stribeck_at[joint] {
-                put("stribeck_velocity", law.stribeck_velocity, &[(position, 1.0)], speed_unit, speed);
+                put("stribeck_velocity", law.stribeck_velocity, &[(position, 1.0)], kind.velocity_unit(), speed);
             }
         }
         Falling::Given(_) => put("breakaway", law.breakaway, &[(at + COULOMB, 1.0)], effort, torque),

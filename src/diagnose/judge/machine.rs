@@ -140,12 +140,9 @@ fn parameters(best: &Contender, entry: &EffectEntry, catalogue: &Catalogue) -> O
 /// Friction and gap of a joint as they were fitted, where their errors are known.
 fn estimates(best: &Contender, joint: &JointModel) -> BTreeMap<&'static str, Measured> {
     let fitted = |name: &str| estimate(best, &format!("{}.{name}", joint.name)).filter(|one| one.std_error.is_finite());
-    let (effort, position) = (joint.kind.effort_unit(), joint.kind.position_unit());
-    let [speed, per_speed] = match position {
-        "rad" => ["rad/s", "N·m·s/rad"],
-        _ => ["m/s", "N·s/m"],
-    };
-    let mut all: Vec<(&'static str, Option<Estimate>, &'static str)> = vec![("backlash", fitted("backlash"), position)];
+    let (kind, effort) = (joint.kind, joint.kind.effort_unit());
+    let mut all: Vec<(&'static str, Option<Estimate>, &'static str)> =
+        vec![("backlash", fitted("backlash"), kind.position_unit())];
     if let Some(FrictionLaw::Exponential(_)) = joint.friction.map(|friction| friction.law) {
         let coulomb = fitted("coulomb");
         // F_S = F_C (1 + r), errors of both independent.
@@ -156,8 +153,8 @@ fn estimates(best: &Contender, joint: &JointModel) -> BTreeMap<&'static str, Mea
         all.extend([
             ("coulomb", coulomb, effort),
             ("breakaway", breakaway, effort),
-            ("stribeck_velocity", fitted("stribeck_velocity"), speed),
-            ("viscous", fitted("viscous"), per_speed),
+            ("stribeck_velocity", fitted("stribeck_velocity"), kind.velocity_unit()),
+            ("viscous", fitted("viscous"), kind.damping_unit()),
         ]);
     }
     all.into_iter().filter_map(|(name, fitted, unit)| Some((name, Measured::of(fitted?, unit)))).collect()

@@ -27,7 +27,6 @@ use crate::identify::quantity::Quantity;
 use crate::identify::signals::Signals;
 use crate::robot::{JointModel, Model};
 use crate::timeseries::TimeSeries;
-use crate::units::JointKind;
 
 /// [s] Span of the mean of the torque.
 const SMOOTH: f64 = 0.1;
@@ -284,10 +283,7 @@ fn damping(steps: &[Steps], joint: &JointModel, law: &FrictionLaw, found: &Loop)
     let independent = if edges > 0.0 { edges.min(samples) } else { samples };
     let std_error = (2.0 * lowest / independent / bend).sqrt();
     let value = at(least) * shift.exp();
-    let unit = match joint.kind {
-        JointKind::Revolute => "N·m·s/rad",
-        JointKind::Prismatic => "N·s/m",
-    };
+    let unit = joint.kind.damping_unit();
     // An error of σ0 changes the ringing's frequency, and through it the damping in the same proportion.
     let inherited = value * found.std_error / found.stiffness;
     Some(Quantity::new(value, (value * std_error).hypot(inherited), 1.96, unit))

@@ -7,7 +7,6 @@ use super::blueprint::Layout;
 use super::entities::{APPLICATION, colour, failed, log_static, times};
 use super::{Motion, Trace, arm, canvas, traces};
 use crate::error::Result;
-use crate::report::display::velocity_unit;
 use crate::report::document::Document;
 use crate::report::plot::Plot;
 use crate::units::JointKind;
@@ -68,7 +67,7 @@ fn unit(motion: &Motion<'_>, trace: &Trace) -> &'static str {
     let joint = motion.robot.joint_index(&trace.joint).map(|index| &motion.robot.bodies[index].joint);
     let kind = joint.map_or(JointKind::Revolute, |joint| joint.kind);
     match trace.panel {
-        "velocity" => velocity_unit(kind),
+        "velocity" => kind.velocity_unit(),
         "torque" | "residual" => kind.effort_unit(),
         "current" => "A",
         "force" => "N",
