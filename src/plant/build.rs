@@ -19,11 +19,10 @@ use super::world::Pair;
 use super::{Engine, Evaluations, Options, Plant, World};
 use crate::drive::PowerStage;
 use crate::dynamics::Dynamics;
-use crate::effects::{Action, Catalogue, JointState, Reading, Scope, Stop};
+use crate::effects::{Action, Catalogue, JointState, Reading, Stop, install_listed};
 use crate::error::{Error, Place, Result};
 use crate::gearhead::{DeadZone, Gearhead, Grip, Memory, Slip};
 use crate::robot::{Body, JointModel, Model};
-use crate::toml_input::nearest;
 
 /// [rad/s] Fastest motion of a gear that is simulated: 3 µs a step.
 pub(super) const FASTEST: f64 = 1e5;
@@ -208,41 +207,10 @@ fn put_obstacles(world: &mut World, model: &Model, obstacles: &[Obstacle]) -> Re
 fn install(model: &mut Model, catalogue: &Catalogue) -> Result<Vec<(usize, Action)>> {
     let mut actions = Vec::new();
     for (number, entry) in (1..).zip(model.effects.clone()) {
-        let refused = |key: &str, value: &str, expected: String| {
-            Error::input(&model.source, Place::File, format!("effects[{number}].{key}"), value, expected)
-        };
-        let effect = catalogue.find(&entry.effect).ok_or_else(|| {
-            let near = nearest(&entry.effect, catalogue.iter().map(|effect| effect.name()));
-            let hint = near.map_or_else(String::new, |near| format!(", such as {near}"));
-            refused("effect", &entry.effect, format!("a name of `lostmotion list effects`{hint}"))
-        })?;
-        let named = entry.joint.as_deref();
-        let joint = named.map(|name| {
-            let names = || model.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
-            let index = model.joints.iter().position(|joint| joint.name == name);
-            index.ok_or_else(|| refused("joint", name, format!("a joint of the model: {}", names())))
-        });
-        let joint = joint.transpose()?;
-        if let (Scope::Machine, Some(name)) = (effect.about().scope, named) {
-            let expected = format!("no joint: {} acts on the whole machine", entry.effect);
-            return Err(refused("joint", name, expected));
-        }
-        let installed = effect.install(model, joint, &entry.parameters);
-        let acting = installed.map_err(|error| numbered(error, number, &entry.effect))?;
+        let acting = install_listed(model, number, &entry, catalogue)?;
         actions.extend(acting.into_iter().map(|action| (number, action)));
     }
     Ok(actions)
-}
-
-/// Converts an effect's error about `effects.NAME.parameter` to an error about an entry of the list.
-fn numbered(error: Error, number: usize, effect: &str) -> Error {
-    let Error::Input(mut fault) = error else { return error };
-    if let Some(name) = fault.key.strip_prefix(&format!("effects.{effect}.")) {
-        fault.key = format!("effects[{number}].{name}");
-    } else if !fault.key.starts_with("effects") {
-        fault.expected = format!("{} (effects[{number}])", fault.expected);
-    }
-    Error::Input(fault)
 }
 
 /// The laws of all joints. Unknown values of gears and rotors are computed from the links with all joints at zero; the plant's steps are

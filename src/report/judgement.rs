@@ -53,7 +53,7 @@ fn row(set: &JudgedSet) -> [String; 4] {
 /// What the posterior says, in one sentence.
 fn answer(judgement: &Judgement) -> String {
     if judgement.unexplained {
-        return "No set of effects explains the recording sample by sample: the machine differs in something else, and by this score nothing is named."
+        return "No set of effects explains the recording sample by sample: the machine differs in something else, or a fit stopped short of it. By this score nothing is named."
             .to_owned();
     }
     let sure: Vec<&JudgedName> = judgement.names.iter().filter(|name| name.is_supported()).collect();
