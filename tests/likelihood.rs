@@ -114,6 +114,29 @@ fn property_an_exact_model_reaches_the_floor_and_its_probabilities_are_right() {
     assert!(lost > 100.0, "{lost}");
 }
 
+/// Positions that come two samples late, from encoders of 100,000 counts a turn: a filter that corrected the present by them would oscillate.
+#[test]
+fn property_a_delay_of_the_positions_costs_no_score() {
+    const FINER: f64 = 50.0;
+    let mean = |delay: f64| {
+        let mut drawn = Drawn::new(&Order::nothing(700_001));
+        drawn.machine.joints.iter_mut().for_each(|joint| {
+            joint.encoder.iter_mut().for_each(|encoder| encoder.counts_per_turn *= FINER);
+        });
+        let parameters = [("position_delay".to_owned(), delay)].into();
+        drawn.entries.push(EffectEntry { effect: "sensor_delay".to_owned(), joint: None, parameters });
+        let truth = drawn.truth();
+        let series = drawn.sessions().nth(1).expect("a fast run");
+        let window = Recording::new(&truth, &series).expect("a recording").window(3.0, 8.0);
+        let score = score(&truth, &[window], &EXACT, &Settings::default()).expect("a score");
+        println!("{delay} s late: {:.4} nats a reading", score[0].mean());
+        score[0].mean()
+    };
+    let [now, late] = [0.0, 0.002].map(mean);
+    // Another motion, since the controller sees late positions as well.
+    assert!(late > 1.2 * now, "{late} {now}");
+}
+
 #[test]
 #[ignore = "long: .ci/run carries it out"]
 fn recover_friction_and_gap_from_a_start_that_is_off() {

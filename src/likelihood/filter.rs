@@ -36,6 +36,9 @@ use crate::plant::tangent::Tangent;
 
 /// Samples over which the speed at the start is taken.
 const START: usize = 20;
+/// [1] A speed beyond so many times the fastest that was recorded has lost its track: a wrong model may run away from an encoder of very small counts, and what
+/// moves with the speed, a ripple, then needs more and more steps.
+const LOST: f64 = 10.0;
 /// [1] Deviation of the link's place in its gap where nothing is known: so that cubature points of two joints lie within the gap.
 const LINK_IN_GAP: f64 = 1.0 / 6.0;
 /// [1] The same without a gap, in counts: a wind-up.
@@ -97,6 +100,8 @@ pub(super) struct Run<'a> {
     /// `√⟨d²⟩` and `d` [N·m or N].
     spread: Vec<f64>,
     missed: Vec<f64>,
+    /// [rad/s or m/s] Speeds beyond which the track is lost.
+    limits: Vec<f64>,
     /// `∂m/∂p`, and `∂f/∂p` of the last interval.
     sensitivities: Vec<Vec<f64>>,
     differences: Vec<Vec<f64>>,
@@ -129,6 +134,7 @@ impl<'a> Run<'a> {
         Self {
             spread: noise.iter().zip(lambda).map(|([torque, _], lambda)| lambda.exp() * torque).collect(),
             missed: vec![0.0; n],
+            limits: recording.joints.iter().map(|joint| LOST * joint.fastest(&recording.time)).collect(),
             noise,
             other,
             points: Points::new(5 * n),
@@ -159,7 +165,7 @@ impl<'a> Run<'a> {
         if self.recording.len() < 2 {
             return self.outcome;
         }
-        self.start();
+        self.start(0);
         let from: Vec<usize> =
             (0..self.noise.len()).map(|joint| self.recording.first_scored(joint, self.settings.burn_in)).collect();
         for k in 0..self.recording.len() {
@@ -169,19 +175,33 @@ impl<'a> Run<'a> {
             for (joint, from) in from.iter().enumerate() {
                 self.take(joint, k, k >= *from, keep);
             }
+            if self.is_lost() && k + 1 < self.recording.len() {
+                self.start(k);
+            }
         }
         self.outcome
     }
 
-    /// Rotor and link together at the first reading, with the speed of the first samples.
-    fn start(&mut self) {
+    /// Whether a velocity has left what can be recorded.
+    fn is_lost(&self) -> bool {
+        self.reference.carrier.joints().iter().zip(&self.limits).enumerate().any(|(joint, (y, limit))| {
+            let beyond = |velocity: f64, state: usize| {
+                let within = velocity.abs().max(self.covariance.deviation(state)) <= *limit;
+                !within
+            };
+            beyond(y.omega, 4 * joint + 1) || beyond(y.v, 4 * joint + 3)
+        })
+    }
+
+    /// Rotor and link together at the reading of a sample, with the speed of the next samples; nothing is known of parameters that differ.
+    fn start(&mut self, sample: usize) {
         let Recording { time, joints, .. } = self.recording;
-        let last = START.min(time.len() - 1);
-        let span = time[last] - time[0];
+        let last = (sample + START).min(time.len() - 1);
+        let span = time[last] - time[sample];
         let phases = joints.iter().map(|joint| {
             let position = &joint.position;
-            let speed = (position[last] - position[0]) / span;
-            Phase { theta: position[0], omega: speed, q: position[0], v: speed, ..Phase::default() }
+            let (here, speed) = (position[sample], (position[last] - position[sample]) / span);
+            Phase { theta: here, omega: speed, q: here, v: speed, ..Phase::default() }
         });
         let phases: Vec<Phase> = phases.collect();
         self.covariance = Covariance::diagonal(&vec![0.0; 5 * joints.len()]);
@@ -194,8 +214,10 @@ impl<'a> Run<'a> {
             let gap = self.reference.carrier.backlash(joint);
             self.covariance.widen(&[state + 2], LINK_IN_GAP * gap + LINK * step);
         }
-        self.reference.carrier.start(time[0], &phases);
-        self.shadows.iter_mut().for_each(|shadow| shadow.subject.carrier.start(time[0], &phases));
+        self.missed.fill(0.0);
+        self.sensitivities.iter_mut().for_each(|sensitivity| sensitivity.fill(0.0));
+        self.reference.carrier.start(time[sample], &phases);
+        self.shadows.iter_mut().for_each(|shadow| shadow.subject.carrier.start(time[sample], &phases));
     }
 
     /// Carries everything to a sample.

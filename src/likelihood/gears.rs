@@ -14,10 +14,9 @@
 
 use rayon::prelude::*;
 
-use super::Settings;
-use super::filter::Run;
 use super::recording::Recording;
-use super::subject::{Setup, Subject};
+use super::subject::Setup;
+use super::{Settings, run};
 use crate::error::Result;
 use crate::gearhead::{Direction, Friction};
 use crate::robot::{EffectEntry, JointModel, Model};
@@ -259,8 +258,7 @@ impl Scan<'_> {
         let lambda = vec![lambda; places.len()];
         let mut sum = vec![0.0; places.len()];
         for recording in self.recordings {
-            let subject = || Subject::new(&setup, recording, self.settings);
-            let outcome = Run::new(recording, self.settings, [subject()?, subject()?], Vec::new(), &lambda).go(false);
+            let outcome = run(&setup, recording, &lambda, self.settings, false)?;
             sum.iter_mut().zip(&outcome.nats).for_each(|(sum, nats)| *sum += nats);
         }
         Ok(sum)

@@ -25,7 +25,7 @@ pub use gears::{Gear, SOFT_GEAR, STIFFNESS, SoughtGear, hardly_soft, seek_gears}
 pub use hypothesis::{Free, Hypothesis, Scale, Start};
 pub use recording::Recording;
 
-use filter::{Run, Scored};
+use filter::{Outcome, Run, Scored};
 use rayon::prelude::*;
 use subject::{Setup, Subject};
 
@@ -118,13 +118,18 @@ pub fn score(model: &Model, recordings: &[Recording], lambda: &[f64], settings: 
 /// Scores recordings under a setup.
 fn scored(setup: &Setup, recordings: &[Recording], lambda: &[f64], settings: &Settings) -> Result<Vec<Score>> {
     let one = |recording: &Recording| -> Result<Score> {
-        let subject = || Subject::new(setup, recording, settings);
-        let outcome = Run::new(recording, settings, [subject()?, subject()?], Vec::new(), lambda).go(true);
+        let outcome = run(setup, recording, lambda, settings, true)?;
         let name = recording.name.clone();
         let joints = outcome.scored.iter().map(|scored| joint_score(scored)).collect();
         Ok(Score { name, nats: outcome.nats, readings: outcome.readings, time: recording.time.clone(), joints })
     };
     recordings.par_iter().map(one).collect()
+}
+
+/// Carries a setup along a recording; with `keep` it records what each reading said.
+fn run(setup: &Setup, recording: &Recording, lambda: &[f64], settings: &Settings, keep: bool) -> Result<Outcome> {
+    let subject = || Subject::new(setup, recording, settings);
+    Ok(Run::new(recording, settings, [subject()?, subject()?], Vec::new(), lambda).go(keep))
 }
 
 fn joint_score(scored: &[Scored]) -> JointScore {

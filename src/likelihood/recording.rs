@@ -46,6 +46,15 @@ impl Recorded {
         Read { middle: self.position[sample], half: self.half, floor: self.floor }
     }
 
+    /// [rad/s or m/s] The fastest change from a sample to the next, by as much as a reading leaves open at most.
+    pub fn fastest(&self, time: &[f64]) -> f64 {
+        let changes = self.position.windows(2).zip(time.windows(2));
+        let speed = |(position, time): (&[f64], &[f64])| {
+            ((position[1] - position[0]).abs() + self.step()) / (time[1] - time[0])
+        };
+        changes.map(speed).fold(0.0, f64::max)
+    }
+
     /// [rad or m] A count, or six deviations of an exact reading: about what one reading leaves open.
     pub fn step(&self) -> f64 {
         if self.half > 0.0 { 2.0 * self.half } else { 6.0 * self.floor }

@@ -85,10 +85,29 @@ fn words(name: &JudgedName) -> String {
 
 fn distance(judgement: &Judgement) -> Option<String> {
     let distance = judgement.distance.as_ref()?;
+    let scores = [distance.baseline, distance.best].map(|score| significant(score, 3));
+    let floor = distance.floor.map_or_else(
+        || "; without a torque beside its own, that set loses the recording's track".to_owned(),
+        |floor| format!(", {} on average if that set is right", significant(floor, 3)),
+    );
     Some(format!(
-        "Score of a reading: {} nats for the nominal model with friction and gap, {} for the best set, {} on average if that set is right.",
-        significant(distance.baseline, 3),
-        significant(distance.best, 3),
-        significant(distance.floor, 3)
+        "Score of a reading: {} nats for the nominal model with friction and gap, {} for the best set{floor}.{}",
+        scores[0],
+        scores[1],
+        missed(judgement)
     ))
+}
+
+/// Torque that the best set misses, where nothing is explained.
+fn missed(judgement: &Judgement) -> String {
+    let missed =
+        judgement.distance.iter().filter(|_| judgement.unexplained).flat_map(|distance| &distance.missed_torque);
+    let missed: Vec<String> = missed.map(|factor| significant(*factor, 2)).collect();
+    match &missed[..] {
+        [] => String::new(),
+        [one] => format!(" It misses a torque of {one} times the noise of the measured one."),
+        all => {
+            format!(" It misses torques of {} times the noise of the measured ones, joint by joint.", all.join(", "))
+        }
+    }
 }

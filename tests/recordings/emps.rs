@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use lostmotion::dataset;
 use lostmotion::diagnose::{self, Split, diagnose};
 use lostmotion::gearhead::{Exponential, Friction, FrictionLaw};
+use lostmotion::likelihood::{Recording, Settings, score};
 use lostmotion::replay::{self, Loop, Observable, Options};
 use lostmotion::robot::{EffectEntry, Model};
 use lostmotion::timeseries::Channel;
@@ -94,4 +95,35 @@ pub fn errs_in_open_loop_as_much_as_published() {
     // The same parameters: the figure is theirs, up to how the last sample's force is held, what the current loop delays, and the gear
     // that they leave out. A tenth of it covers that; a controller left in would make it a thousandth.
     assert!((0.85..1.0).contains(&(position / 9.22e-3)), "{position}");
+}
+
+/// Every reading of encoders with counts of 50 nm has a score, also by models that are far off: one of them misses 40 times the noise of the drive signal, and runs away from
+/// the recording if it is believed. What the regression names raises the score.
+pub fn is_scored_reading_by_reading() {
+    /// `ln 40`.
+    const MISSED: f64 = 3.7;
+    let series = load(&emps(), &[datasets().join("train.toml")]).remove(0);
+    let mean = |model: &Model, lambda: f64| {
+        let window = Recording::new(model, &series).expect("a recording").window(5.0, 10.0);
+        let settings = Settings { burn_in: 1.0, ..Settings::default() };
+        let score = score(model, &[window], &[lambda], &settings).expect("a score").remove(0);
+        assert_eq!(score.readings, [4000]);
+        assert!(score.mean().is_finite(), "{}", score.mean());
+        score.mean()
+    };
+    let named = |effect: &str, joint: Option<&str>, parameters: &[(&str, f64)]| EffectEntry {
+        effect: effect.to_owned(),
+        joint: joint.map(str::to_owned),
+        parameters: parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+    };
+    let mut late = emps();
+    late.effects.push(named("sensor_delay", None, &[("position_delay", 8e-4)]));
+    let mut line = late.clone();
+    let cogging = [("amplitude", 1.0), ("order", 1.0), ("phase", 2.68)];
+    line.effects.push(named("cogging", Some("carriage"), &cogging));
+    let means = [&emps(), &late, &line].map(|model| mean(model, MISSED));
+    println!("published model, with the delay, and with the screw's line: {means:.3?} nats a reading");
+    assert!(means[1] > means[0] && means[2] > means[1], "{means:?}");
+    // Believed as if it missed nothing, it cannot follow, and is still scored to the end.
+    assert!(mean(&line, -1.5) < means[0]);
 }

@@ -39,7 +39,7 @@ const LONG: [Check; 2] = [
     ("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load),
 ];
 
-const CHECKS: [Check; 7] = [
+const CHECKS: [Check; 8] = [
     ("published_emps_recordings_read_as_they_were_published", &EMPS, emps::read_as_published),
     (
         "published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn",
@@ -51,6 +51,7 @@ const CHECKS: [Check; 7] = [
         &EMPS,
         emps::replays_at_least_as_well_as_published,
     ),
+    ("published_every_reading_of_emps_has_a_score", &EMPS, emps::is_scored_reading_by_reading),
     (
         "published_emps_in_open_loop_errs_as_much_as_the_published_simulation",
         &EMPS,

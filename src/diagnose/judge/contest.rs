@@ -157,8 +157,8 @@ impl Contest {
         windows.iter().map(|one| one.readings(self.settings.burn_in)).sum::<usize>().max(1) as f64
     }
 
-    /// [nat] a reading: the floor of a fit on some windows.
-    pub fn floor(&self, fitted: &Fitted, windows: &[Recording]) -> Result<f64> {
+    /// [nat] a reading: the floor of a fit on some windows, see [`floor::floor`].
+    pub fn floor(&self, fitted: &Fitted, windows: &[Recording]) -> Result<Option<f64>> {
         let exact = vec![floor::EXACT; fitted.lambda.len()];
         let scores = score(&fitted.model(), windows, &exact, &self.settings)?;
         Ok(floor::floor(&scores))
@@ -189,7 +189,9 @@ impl Contest {
             Some(known) => sets::joined(&[known.clone(), one.clone()]),
             None => one.clone(),
         });
-        let [more, others] = self.sought([more.collect(), sets.others.clone()], &ground, progress);
+        // Beside nothing, what is tried beside the regression's set is already there.
+        let others = sets.others.iter().filter(|one| ground.start.is_some() || !sets.more.contains(one));
+        let [more, others] = self.sought([more.collect(), others.cloned().collect()], &ground, progress);
         let baseline = contenders[0].fitted.clone();
         let tried: Vec<(&Hypothesis, &Fitted)> =
             more.iter().map(|set| (set, &ground.fitted)).chain(others.iter().map(|set| (set, &baseline))).collect();

@@ -25,8 +25,8 @@ const MISSED: f64 = 1.0;
 const OUTLIER: f64 = 1e-3;
 const AFTER: usize = 100;
 
-/// [nat] a reading, of joints scored without missed torque.
-pub fn floor(scores: &[Score]) -> f64 {
+/// [nat] a reading, of joints scored without missed torque; `None` where nothing was read as predicted, so that none can be computed.
+pub fn floor(scores: &[Score]) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     for score in scores {
         for (joint, readings) in score.joints.iter().zip(&score.readings) {
@@ -35,7 +35,7 @@ pub fn floor(scores: &[Score]) -> f64 {
             count += of_joint.1;
         }
     }
-    CAUTION * sum / f64::max(count, 1.0)
+    (count > 0.0).then(|| CAUTION * sum / count)
 }
 
 /// Sum of the expected scores from a reading on, and their number.
@@ -61,13 +61,13 @@ fn term(p: f64) -> f64 {
 }
 
 /// Whether a score is so far from its floor, or so much torque missed, that the machine lacks something else.
-pub fn is_far(score: f64, floor: f64, missed: &[f64]) -> bool {
-    score < RIGHT * floor || missed.iter().any(|missed| *missed > MISSED)
+pub fn is_far(score: f64, floor: Option<f64>, missed: &[f64]) -> bool {
+    floor.is_none_or(|floor| score < RIGHT * floor) || missed.iter().any(|missed| *missed > MISSED)
 }
 
 /// Whether a score is as near to its floor as those of healthy machines, and no more torque is missed.
-pub fn is_near(score: f64, floor: f64, missed: &[f64]) -> bool {
-    score >= NEAR * floor && missed.iter().all(|missed| *missed <= MISSED)
+pub fn is_near(score: f64, floor: Option<f64>, missed: &[f64]) -> bool {
+    floor.is_some_and(|floor| score >= NEAR * floor) && missed.iter().all(|missed| *missed <= MISSED)
 }
 
 /// Torque that is missed at these `λ`, relative to the noise by the current sensors.
@@ -89,15 +89,17 @@ mod tests {
             time: vec![0.0, 1.0, 2.0, 3.0],
             joints: vec![joint],
         };
-        assert!((floor(&[score]) + CAUTION * std::f64::consts::LN_2).abs() < 1e-12);
+        let floor = floor(&[score]).expect("readings");
+        assert!((floor + CAUTION * std::f64::consts::LN_2).abs() < 1e-12);
     }
 
     #[test]
     fn property_what_is_far_is_not_judged() {
-        assert!(!is_far(-0.030, -0.029, &missed(&[EXACT, EXACT])));
-        assert!(is_near(-0.030, -0.029, &missed(&[EXACT, EXACT])));
-        assert!(!is_near(-0.035, -0.030, &missed(&[EXACT, EXACT])));
-        assert!(is_far(-0.090, -0.044, &missed(&[EXACT, EXACT])));
-        assert!(is_far(-0.030, -0.029, &missed(&[3.0, EXACT])));
+        assert!(!is_far(-0.030, Some(-0.029), &missed(&[EXACT, EXACT])));
+        assert!(is_near(-0.030, Some(-0.029), &missed(&[EXACT, EXACT])));
+        assert!(!is_near(-0.035, Some(-0.030), &missed(&[EXACT, EXACT])));
+        assert!(is_far(-0.090, Some(-0.044), &missed(&[EXACT, EXACT])));
+        assert!(is_far(-0.030, Some(-0.029), &missed(&[3.0, EXACT])));
+        assert!(is_far(-0.030, None, &missed(&[EXACT])) && !is_near(-0.030, None, &missed(&[EXACT])));
     }
 }

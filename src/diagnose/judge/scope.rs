@@ -1,9 +1,10 @@
 //! Whether a judgement by simulation applies to a model and its recordings.
 
+use crate::dataset;
 use crate::diagnose::result::{Diagnosis, Verdict};
-use crate::drive::Sensing;
+use crate::drive::{Encoder, Sensing};
 use crate::robot::{JointModel, Masses, Model};
-use crate::timeseries::{Channel, Clock, TimeSeries, uninterrupted};
+use crate::timeseries::{Channel, TimeSeries};
 
 /// More joints were not measured, and the cost of a set grows faster than with their square.
 const MOST_JOINTS: usize = 3;
@@ -13,10 +14,20 @@ pub fn refusal(diagnosis: &Diagnosis, sessions: &[&TimeSeries]) -> Option<String
     let model = &diagnosis.baseline_model;
     of_diagnosis(diagnosis).or_else(|| of_model(model)).or_else(|| {
         let joints = || model.joints.iter();
-        sessions
-            .iter()
-            .find_map(|session| uneven(session).or_else(|| joints().find_map(|joint| of_joint(joint, session))))
+        sessions.iter().find_map(|session| joints().find_map(|joint| of_joint(joint, session)))
     })
+}
+
+/// The diagnosis with the encoder counts that its recordings show, where the model file gives none.
+pub fn with_counts(diagnosis: &Diagnosis, sessions: &[&TimeSeries]) -> Diagnosis {
+    let mut diagnosis = diagnosis.clone();
+    let Diagnosis { baseline_model, extended_model, .. } = &mut diagnosis;
+    for joint in baseline_model.joints.iter_mut().chain(&mut extended_model.joints) {
+        let recorded = sessions.iter().filter_map(|session| session.joint(&joint.name)?.get(Channel::Position));
+        let step = || dataset::encoder_step(&recorded.collect::<Vec<_>>());
+        joint.encoder = joint.encoder.or_else(|| Some(Encoder::of_step(step()?, joint.gear_ratio)));
+    }
+    diagnosis
 }
 
 fn of_diagnosis(diagnosis: &Diagnosis) -> Option<String> {
@@ -39,18 +50,17 @@ fn of_model(model: &Model) -> Option<String> {
         return Some("Motors that move several joints are not judged by it.".to_owned());
     }
     let without = model.joints.iter().find(|joint| joint.encoder.is_none())?;
-    Some(format!("The model file gives no encoder counts of {}, by which the score is computed.", without.name))
-}
-
-fn uneven(session: &TimeSeries) -> Option<String> {
-    let longest = uninterrupted(&session.time).into_iter().max_by_key(|part| part.len())?;
-    let even = Clock::new(session.time.get(longest)?).even;
-    (!even).then(|| format!("Recording {} is not sampled evenly.", session.name))
+    Some(format!(
+        "Neither the model file nor the recordings give encoder counts of {}, by which the score is computed.",
+        without.name
+    ))
 }
 
 fn of_joint(joint: &JointModel, session: &TimeSeries) -> Option<String> {
     let signed = joint.current_sensor.is_none_or(|sensor| sensor.sensing == Sensing::Signed);
     let has = |channel: Channel| session.joint(&joint.name).is_some_and(|one| one.get(channel).is_some());
-    let missing = !has(Channel::Position) || !has(Channel::Current) || !signed;
-    missing.then(|| format!("Recording {} has no motor current with its sign of {}.", session.name, joint.name))
+    let moved_by = has(Channel::Torque) || (has(Channel::Current) && signed);
+    let missing = !has(Channel::Position) || !moved_by;
+    missing
+        .then(|| format!("Recording {} has neither torque nor current with its sign of {}.", session.name, joint.name))
 }

@@ -36,7 +36,7 @@ pub struct Drawn {
     /// The model that the program is given.
     pub nominal: Model,
     /// The machine that moves, without what is hidden in it.
-    machine: Model,
+    pub machine: Model,
     /// What is hidden in it.
     pub entries: Vec<EffectEntry>,
     /// How it is sampled; `None`: as in a laboratory.
