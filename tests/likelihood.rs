@@ -29,6 +29,7 @@ use hidden::Order;
 use lostmotion::likelihood::{Fitted, Free, Hypothesis, JointScore, Recording, Scale, Score, Settings, Start};
 use lostmotion::likelihood::{fit, fit_baseline, score, seek_gears};
 use lostmotion::robot::{Accuracy, EffectEntry, Model};
+use lostmotion::timeseries::Channel;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -112,6 +113,27 @@ fn property_an_exact_model_reaches_the_floor_and_its_probabilities_are_right() {
     let lost = sum(&scores) - sum(&score(&wrong, &windows, &EXACT, &settings).expect("a score"));
     println!("1 % of a torque constant: {lost:.0} nats");
     assert!(lost > 100.0, "{lost}");
+}
+
+/// A recording of torques has the same score as one of currents, but for the noise, which is estimated from the signal where no current sensor is described, and then
+/// contains what the current itself does within some samples: twice the noise costs a factor of two at most, less would cost the exact model its track.
+#[test]
+fn property_torques_are_scored_as_currents_are() {
+    let drawn = Drawn::new(&Order::nothing(700_001));
+    let truth = drawn.truth();
+    let currents = drawn.sessions().nth(1).expect("a fast run");
+    let mut torques = currents.clone();
+    for (joint, recorded) in truth.joints.iter().zip(&mut torques.joints) {
+        let current = recorded.channels.remove(&Channel::Current).expect("a current");
+        let torque: Vec<f64> = current.iter().map(|current| joint.torque_per_ampere() * current).collect();
+        recorded.channels.insert(Channel::Torque, torque.into());
+    }
+    let [by_current, by_torque] = [currents, torques].map(|series| {
+        let window = Recording::new(&truth, &series).expect("a recording").window(3.0, 11.0);
+        score(&truth, &[window], &EXACT, &Settings::default()).expect("a score")[0].mean()
+    });
+    println!("{by_current:.4} and {by_torque:.4} nats a reading");
+    assert!(by_torque > 2.0 * by_current, "{by_torque} {by_current}");
 }
 
 /// Positions that come two samples late, from encoders of 100,000 counts a turn: a filter that corrected the present by them would oscillate.

@@ -5,7 +5,7 @@
 //! ```
 //! An effect on the readings is simulated as it acts, from current to reading; the filter needs it the other way. `Sᵀ` is `S` along the reversed
 //! time, so that a delay is undone by the first step; an offset is as well, since its linear part is one.
-//! Positions that are recorded late are not misread but read of a machine that is late itself: its currents are delayed, as on the recorder's other channels. A filter that
+//! Positions that are recorded late are those of a machine that is late itself, driven by delayed currents. A filter that
 //! corrected the present by what it reads of the past would oscillate.
 //! Reference: L. Landweber (1951), An iteration formula for Fredholm integral equations of the first kind.
 

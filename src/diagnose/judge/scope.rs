@@ -59,8 +59,8 @@ fn of_model(model: &Model) -> Option<String> {
 fn of_joint(joint: &JointModel, session: &TimeSeries) -> Option<String> {
     let signed = joint.current_sensor.is_none_or(|sensor| sensor.sensing == Sensing::Signed);
     let has = |channel: Channel| session.joint(&joint.name).is_some_and(|one| one.get(channel).is_some());
-    let moved_by = has(Channel::Torque) || (has(Channel::Current) && signed);
-    let missing = !has(Channel::Position) || !moved_by;
+    let driven = has(Channel::Torque) || (has(Channel::Current) && signed);
+    let missing = !has(Channel::Position) || !driven;
     missing
         .then(|| format!("Recording {} has neither torque nor current with its sign of {}.", session.name, joint.name))
 }
