@@ -75,7 +75,7 @@ impl Judged {
         if let Some(distance) = &said.distance {
             let _ = write!(
                 text,
-                "\n    baseline {:.4}, best {:.4}, its floor {:.4}, floor of the truth {:.4?}, missed torque {:.2?}{}",
+                "\n    baseline {:.4}, best {:.4}, its floor {:.4?}, floor of the truth {:.4?}, missed torque {:.2?}{}",
                 distance.baseline,
                 distance.best,
                 distance.floor,
