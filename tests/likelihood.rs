@@ -115,8 +115,8 @@ fn property_an_exact_model_reaches_the_floor_and_its_probabilities_are_right() {
     assert!(lost > 100.0, "{lost}");
 }
 
-/// A recording of torques has the same score as one of currents, but for the noise, which is estimated from the signal where no current sensor is described, and then
-/// contains what the current itself does within some samples: twice the noise costs a factor of two at most, less would cost the exact model its track.
+/// A recording of torques is scored as one of currents, but for the noise: where no current sensor is described it is estimated from the signal, and contains
+/// what the current itself does within some samples. The score falls in proportion to the noise, by a quarter here; by half, the estimate would be wrong.
 #[test]
 fn property_torques_are_scored_as_currents_are() {
     let drawn = Drawn::new(&Order::nothing(700_001));
@@ -133,7 +133,7 @@ fn property_torques_are_scored_as_currents_are() {
         score(&truth, &[window], &EXACT, &Settings::default()).expect("a score")[0].mean()
     });
     println!("{by_current:.4} and {by_torque:.4} nats a reading");
-    assert!(by_torque > 2.0 * by_current, "{by_torque} {by_current}");
+    assert!(by_torque > 1.5 * by_current, "{by_torque} {by_current}");
 }
 
 /// Positions that come two samples late, from encoders of 100,000 counts a turn: a filter that corrected the present by them would oscillate.

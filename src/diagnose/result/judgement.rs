@@ -91,7 +91,7 @@ pub struct Distance {
     pub best: f64,
     /// [nat] a reading: score that this set has on average if it is right; `None` where, without a torque beside its own, it loses the recording's track.
     pub floor: Option<f64>,
-    /// [1] One per joint, for the best set: torque that it misses, relative to the noise by the current sensor.
+    /// [1] One per joint, for the best set: torque that it misses, relative to the noise of the measured current or torque.
     pub missed_torque: Vec<f64>,
 }
 
