@@ -112,9 +112,10 @@ impl Fitted {
     /// The same parameters where another model of the machine has them, before any fit to it.
     #[must_use]
     pub fn at_values_of(&self, model: &Model) -> Self {
+        let model = parameters::with_dry_friction(model);
         let bodies = self.parameters.iter().filter(|parameter| parameter.is_of_bodies()).cloned();
-        let parameters: Vec<Parameter> = parameters::nuisances(model).into_iter().chain(bodies).collect();
-        Self { x: vec![0.0; parameters.len()], parameters, model: model.clone(), effects: Vec::new(), ..self.clone() }
+        let parameters: Vec<Parameter> = parameters::nuisances(&model).into_iter().chain(bodies).collect();
+        Self { x: vec![0.0; parameters.len()], parameters, model, effects: Vec::new(), ..self.clone() }
     }
 
     /// Scores recordings under the fitted machine.
@@ -131,6 +132,7 @@ impl Fitted {
 /// # Errors
 /// As [`score`](super::score).
 pub fn fit_baseline(model: &Model, train: &[Recording], settings: &Settings) -> Result<Fitted> {
+    let model = &parameters::with_dry_friction(model);
     let lambda = vec![NOISE_AT_FIRST; model.joints.len()];
     let baseline = Hypothesis::baseline();
     let mut fit = Fit { model, effects: &[], parameters: parameters::nuisances(model), train, settings };

@@ -13,7 +13,7 @@ use super::gears::{self, Gear, SoughtGear};
 use super::hypothesis::{Free, Hypothesis, Scale};
 use super::subject::Setup;
 use crate::effects::Catalogue;
-use crate::gearhead::{Exponential, FrictionLaw, Lines};
+use crate::gearhead::{Direction, Exponential, FrictionLaw, Lines};
 use crate::robot::{EffectEntry, Model};
 
 /// Prior deviations of the logarithms of dry and viscous friction, Stribeck velocity and gap: a regression over smooth rows finds the first
@@ -22,6 +22,10 @@ const DRY: f64 = 0.1;
 const VISCOUS: f64 = 0.3;
 const STRIBECK: f64 = 0.5;
 const GAP: f64 = 0.15;
+/// The same of dry friction where a law has none, and the least that it then begins with, as a share of breakaway friction, or of
+/// viscous friction at 1 rad/s or 1 m/s.
+const UNKNOWN_DRY: f64 = 1.0;
+const LEAST_DRY: f64 = 1e-3;
 /// The same of a gear's damping, which nobody measures.
 const DAMPING: f64 = 0.7;
 /// [1] Prior deviation of the rise of breakaway above dry friction, and of the share of friction behind the gap.
@@ -113,6 +117,19 @@ impl Parameter {
     }
 }
 
+/// The model with some dry friction in laws that have none, so that it can grow.
+pub(super) fn with_dry_friction(model: &Model) -> Model {
+    let mut model = model.clone();
+    for friction in model.joints.iter_mut().filter_map(|joint| joint.friction.as_mut()) {
+        let FrictionLaw::Exponential(sides) = &mut friction.law else { continue };
+        for side in sides {
+            let least = LEAST_DRY * side.viscous.max(side.breakaway);
+            side.coulomb = side.coulomb.max(least).max(f64::MIN_POSITIVE);
+        }
+    }
+    model
+}
+
 /// Everything of a model that the data may know better.
 pub(super) fn nuisances(model: &Model) -> Vec<Parameter> {
     let mut all = vec![Parameter::additive("weight".to_owned(), Kind::Weight, 0.0, WEIGHT)];
@@ -120,12 +137,14 @@ pub(super) fn nuisances(model: &Model) -> Vec<Parameter> {
         let name = |what: &str| format!("{}.{what}", joint.name);
         if let Some(friction) = &joint.friction {
             let [level, viscous] = levels(&friction.law);
-            all.push(Parameter::positive(name("coulomb"), Kind::Coulomb(i), level, DRY));
+            let dry = if friction.law.coulomb(Direction::Positive) > LEAST_DRY * viscous { DRY } else { UNKNOWN_DRY };
+            all.push(Parameter::positive(name("coulomb"), Kind::Coulomb(i), level, dry));
             all.push(Parameter::positive(name("viscous"), Kind::Viscous(i), viscous, VISCOUS));
             if let FrictionLaw::Exponential([one, other]) = &friction.law {
                 let rise = 0.5 * (one.breakaway / one.coulomb + other.breakaway / other.coulomb) - 1.0;
                 let rise = Parameter::additive(name("rise"), Kind::Rise(i), rise, RISE);
-                all.push(Parameter { min: 0.0, ..rise });
+                // Friction that rises from rest is no rise of breakaway; a model that has it keeps it.
+                all.push(Parameter { min: rise.start.min(0.0), ..rise });
                 let speed = 0.5 * (one.stribeck_velocity + other.stribeck_velocity);
                 all.push(Parameter::positive(name("stribeck_velocity"), Kind::StribeckVelocity(i), speed, STRIBECK));
             }
@@ -315,4 +334,57 @@ fn levels(law: &FrictionLaw) -> [f64; 2] {
     };
     let dry = dry.max(f64::MIN_POSITIVE);
     [dry, viscous.max(LEAST * dry)]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn with_law(side: Exponential) -> Model {
+        let mut model = Model::load(Path::new("robots/scara/model.toml")).expect("a model");
+        for friction in model.joints.iter_mut().filter_map(|joint| joint.friction.as_mut()) {
+            friction.law = FrictionLaw::Exponential([side; 2]);
+        }
+        model
+    }
+
+    /// The law of the first joint at a change of one of its parameters.
+    fn law_at(model: &Model, what: &str, x: f64) -> Exponential {
+        let parameters = nuisances(model);
+        let name = format!("{}.{what}", model.joints[0].name);
+        let moved: Vec<f64> = parameters.iter().map(|one| if one.name == name { x } else { 0.0 }).collect();
+        let joint = setup(model, &[], &parameters, &moved).model.joints[0].clone();
+        match joint.friction.map(|friction| friction.law) {
+            Some(FrictionLaw::Exponential([side, _])) => side,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Regressions of smooth motion find none where something else of that size is missing; dry friction must be able to return.
+    #[test]
+    fn property_dry_friction_grows_from_none() {
+        let none = Exponential { coulomb: 0.0, breakaway: 0.0, stribeck_velocity: 0.5, viscous: 0.01 };
+        let model = with_dry_friction(&with_law(none));
+        let here = law_at(&model, "coulomb", 0.0);
+        assert!(here.coulomb > 0.0 && here.coulomb <= 0.01 * none.viscous && here.breakaway.is_finite(), "{here:?}");
+        // Within three prior deviations by a factor of 20.
+        assert!(law_at(&model, "coulomb", 3.0).coulomb > 20.0 * here.coulomb);
+        // A law that has some stays as it is.
+        let some = Exponential { coulomb: 0.1, breakaway: 0.12, ..none };
+        assert_eq!(with_dry_friction(&with_law(some)), with_law(some));
+    }
+
+    #[test]
+    fn property_friction_that_rises_from_rest_starts_as_it_is() {
+        let rising = Exponential { coulomb: 0.1, breakaway: 0.05, stribeck_velocity: 0.5, viscous: 0.01 };
+        let model = with_law(rising);
+        // Rounding of a ratio.
+        assert!((law_at(&model, "rise", 0.0).breakaway - rising.breakaway).abs() < 1e-15);
+        assert!(law_at(&model, "rise", 1.0).breakaway > rising.breakaway);
+        // Falling friction does not turn into rising friction.
+        let falling = with_law(Exponential { breakaway: 0.11, ..rising });
+        assert!(law_at(&falling, "rise", -5.0).breakaway >= rising.coulomb);
+    }
 }
