@@ -29,13 +29,6 @@ pub struct Encoder {
     pub counts_per_turn: f64,
 }
 
-impl Encoder {
-    /// The encoder whose counts are so large [rad or m] at the joint, behind a gear of this ratio.
-    pub fn of_step(step: f64, gear_ratio: f64) -> Self {
-        Self { counts_per_turn: 2.0 * std::f64::consts::PI / (step * gear_ratio) }
-    }
-}
-
 /// A second encoder on the link, behind the gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkEncoder {

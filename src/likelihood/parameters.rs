@@ -13,7 +13,7 @@ use super::gears::{self, Gear, SoughtGear};
 use super::hypothesis::{Free, Hypothesis, Scale};
 use super::subject::Setup;
 use crate::effects::Catalogue;
-use crate::gearhead::{Direction, Exponential, FrictionLaw, Lines};
+use crate::gearhead::{Exponential, FrictionLaw, Lines};
 use crate::robot::{EffectEntry, Model};
 
 /// Prior deviations of the logarithms of dry and viscous friction, Stribeck velocity and gap: a regression over smooth rows finds the first
@@ -22,10 +22,8 @@ const DRY: f64 = 0.1;
 const VISCOUS: f64 = 0.3;
 const STRIBECK: f64 = 0.5;
 const GAP: f64 = 0.15;
-/// The same of dry friction where a law has none, and the least that it then begins with, as a share of breakaway friction, or of
-/// viscous friction at 1 rad/s or 1 m/s.
+/// The same of dry friction where a law has next to none.
 const UNKNOWN_DRY: f64 = 1.0;
-const LEAST_DRY: f64 = 1e-3;
 /// The same of a gear's damping, which nobody measures.
 const DAMPING: f64 = 0.7;
 /// [1] Prior deviation of the rise of breakaway above dry friction, and of the share of friction behind the gap.
@@ -123,11 +121,18 @@ pub(super) fn with_dry_friction(model: &Model) -> Model {
     for friction in model.joints.iter_mut().filter_map(|joint| joint.friction.as_mut()) {
         let FrictionLaw::Exponential(sides) = &mut friction.law else { continue };
         for side in sides {
-            let least = LEAST_DRY * side.viscous.max(side.breakaway);
-            side.coulomb = side.coulomb.max(least).max(f64::MIN_POSITIVE);
+            let least = least_dry(side);
+            if side.coulomb < least {
+                (side.coulomb, side.breakaway) = (least, side.breakaway.max(least));
+            }
         }
     }
     model
+}
+
+/// [N·m or N] Dry friction below which a law has next to none: half of its viscous friction at the Stribeck velocity.
+fn least_dry(side: &Exponential) -> f64 {
+    (0.5 * side.viscous * side.stribeck_velocity).max(1e-3 * side.breakaway).max(f64::MIN_POSITIVE)
 }
 
 /// Everything of a model that the data may know better.
@@ -137,7 +142,11 @@ pub(super) fn nuisances(model: &Model) -> Vec<Parameter> {
         let name = |what: &str| format!("{}.{what}", joint.name);
         if let Some(friction) = &joint.friction {
             let [level, viscous] = levels(&friction.law);
-            let dry = if friction.law.coulomb(Direction::Positive) > LEAST_DRY * viscous { DRY } else { UNKNOWN_DRY };
+            let is_known = match &friction.law {
+                FrictionLaw::Exponential(sides) => sides.iter().all(|side| side.coulomb > least_dry(side)),
+                FrictionLaw::TwoLines(_) => true,
+            };
+            let dry = if is_known { DRY } else { UNKNOWN_DRY };
             all.push(Parameter::positive(name("coulomb"), Kind::Coulomb(i), level, dry));
             all.push(Parameter::positive(name("viscous"), Kind::Viscous(i), viscous, VISCOUS));
             if let FrictionLaw::Exponential([one, other]) = &friction.law {
@@ -368,7 +377,12 @@ mod tests {
         let none = Exponential { coulomb: 0.0, breakaway: 0.0, stribeck_velocity: 0.5, viscous: 0.01 };
         let model = with_dry_friction(&with_law(none));
         let here = law_at(&model, "coulomb", 0.0);
-        assert!(here.coulomb > 0.0 && here.coulomb <= 0.01 * none.viscous && here.breakaway.is_finite(), "{here:?}");
+        assert!(
+            here.coulomb > 0.0
+                && here.coulomb <= none.viscous * none.stribeck_velocity
+                && here.breakaway == here.coulomb,
+            "{here:?}"
+        );
         // Within three prior deviations by a factor of 20.
         assert!(law_at(&model, "coulomb", 3.0).coulomb > 20.0 * here.coulomb);
         // A law that has some stays as it is.

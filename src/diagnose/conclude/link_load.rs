@@ -87,11 +87,19 @@ pub fn why_not(
     (!names.is_empty() && held > HOLDS * coulomb).then(|| {
         let unit = motion.model.joints[joint].kind.effort_unit();
         format!(
-            "{} loads the link ({held:.2} {unit} RMS, {:.0} % of Coulomb friction) and may hold it on a flank of the gear: then it does not cross the gap at a reversal as the estimate of the gap assumes",
+            "{} loads the link ({held:.2} {unit} RMS, {}) and may hold it on a flank of the gear: then it does not cross the gap at a reversal as the estimate of the gap assumes",
             names.join(" and "),
-            100.0 * held / coulomb.max(1e-300)
+            compared(held, coulomb)
         )
     })
+}
+
+/// A torque beside Coulomb friction, which a regression may not have found at all.
+fn compared(held: f64, coulomb: f64) -> String {
+    match held < coulomb {
+        true => format!("{:.0} % of Coulomb friction", 100.0 * held / coulomb),
+        false => "more than Coulomb friction".to_owned(),
+    }
 }
 
 /// The positions of a motion, with zero speed.
@@ -102,4 +110,17 @@ fn at_rest<'m>(motion: &Motion<'m>) -> Motion<'m> {
         joint.a.fill(0.0);
     }
     still
+}
+
+#[cfg(test)]
+mod tests {
+    use super::compared;
+
+    /// A recorded pendulum to which a regression left no dry friction had a percentage of 300 digits.
+    #[test]
+    fn regress_a_load_beside_no_friction_has_no_percentage() {
+        assert_eq!(compared(0.06, 0.0), "more than Coulomb friction");
+        assert_eq!(compared(0.06, 0.06), "more than Coulomb friction");
+        assert_eq!(compared(0.03, 0.06), "50 % of Coulomb friction");
+    }
 }

@@ -67,7 +67,6 @@ pub fn judge(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Judgement> {
     let sessions: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
-    let diagnosis = &scope::with_counts(diagnosis, &sessions);
     if let Some(reason) = scope::refusal(diagnosis, &sessions) {
         return Ok(Judgement::not_applied(reason));
     }

@@ -1,8 +1,7 @@
 //! Whether a judgement by simulation applies to a model and its recordings.
 
-use crate::dataset;
 use crate::diagnose::result::{Diagnosis, Verdict};
-use crate::drive::{Encoder, Sensing};
+use crate::drive::Sensing;
 use crate::robot::{JointModel, Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 
@@ -16,18 +15,6 @@ pub fn refusal(diagnosis: &Diagnosis, sessions: &[&TimeSeries]) -> Option<String
         let joints = || model.joints.iter();
         sessions.iter().find_map(|session| joints().find_map(|joint| of_joint(joint, session)))
     })
-}
-
-/// The diagnosis with the encoder counts that its recordings show, where the model file gives none.
-pub fn with_counts(diagnosis: &Diagnosis, sessions: &[&TimeSeries]) -> Diagnosis {
-    let mut diagnosis = diagnosis.clone();
-    let Diagnosis { baseline_model, extended_model, .. } = &mut diagnosis;
-    for joint in baseline_model.joints.iter_mut().chain(&mut extended_model.joints) {
-        let recorded = sessions.iter().filter_map(|session| session.joint(&joint.name)?.get(Channel::Position));
-        let step = || dataset::encoder_step(&recorded.collect::<Vec<_>>());
-        joint.encoder = joint.encoder.or_else(|| Some(Encoder::of_step(step()?, joint.gear_ratio)));
-    }
-    diagnosis
 }
 
 fn of_diagnosis(diagnosis: &Diagnosis) -> Option<String> {
@@ -51,7 +38,7 @@ fn of_model(model: &Model) -> Option<String> {
     }
     let without = model.joints.iter().find(|joint| joint.encoder.is_none())?;
     Some(format!(
-        "Neither the model file nor the recordings give encoder counts of {}, by which the score is computed.",
+        "Neither the model file nor the recordings show encoder counts of {}, by which it scores.",
         without.name
     ))
 }
