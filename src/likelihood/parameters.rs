@@ -130,7 +130,8 @@ pub(super) fn with_dry_friction(model: &Model) -> Model {
     model
 }
 
-/// [N·m or N] Dry friction below which a law has next to none: half of its viscous friction at the Stribeck velocity.
+/// [N·m or N] Dry friction below which a law has next to none: half of its viscous friction at the Stribeck velocity, where a law with dry friction has several times
+/// as much. A fit only begins there. The rise of breakaway, a ratio, stays finite.
 fn least_dry(side: &Exponential) -> f64 {
     (0.5 * side.viscous * side.stribeck_velocity).max(1e-3 * side.breakaway).max(f64::MIN_POSITIVE)
 }
