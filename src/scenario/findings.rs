@@ -1,6 +1,6 @@
 //! A diagnosis of recordings, with nominal and extended model in simulation beside the data held out.
 
-use crate::dataset::Session;
+use crate::dataset::{self, Session};
 use crate::diagnose::{
     self, Diagnosis, Division, EffectGain, JudgedEffect, Options, PredictionSeries, ReplayError, ResidualSeries, Split,
     Verdict, ZoneShares, judge,
@@ -41,10 +41,11 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Diagnoses, lets the simulation judge where this is asked for, and replays; `show` receives the present step and the share of it that is done.
+    /// Completes the model with what the recordings show ([`dataset::meet`]), diagnoses, lets the simulation judge where this is asked for, and
+    /// replays; `show` receives the present step and the share of it that is done.
     ///
     /// # Errors
-    /// As [`diagnose::diagnose`]. A judgement or a replay that fails is part of the findings.
+    /// As [`dataset::meet`] and [`diagnose::diagnose`]. A judgement or a replay that fails is part of the findings.
     pub fn new(
         model: &Model,
         train: Vec<Session>,
@@ -53,6 +54,7 @@ impl Findings {
         show: &mut dyn FnMut(&str, f64),
     ) -> Result<Self> {
         let options = Options::default();
+        let model = &dataset::meet(model, &train.iter().chain(&hold_out).collect::<Vec<_>>())?;
         let [trained, held_out] = [series(&train), series(&hold_out)];
         let recorded: Vec<&TimeSeries> = trained.iter().chain(&held_out).collect();
         let division = Division::of(&recorded, trained.len(), options.held_out_share);
@@ -80,7 +82,7 @@ impl Findings {
     /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
     ///
     /// # Errors
-    /// As [`diagnose::compare`]. A replay that fails is part of the findings.
+    /// As [`dataset::meet`] and [`diagnose::compare`]. A replay that fails is part of the findings.
     pub fn compared(
         model: &Model,
         reference: Vec<Session>,
@@ -88,6 +90,7 @@ impl Findings {
         hold_out: Vec<Session>,
         show: &mut dyn FnMut(&str, f64),
     ) -> Result<Self> {
+        let model = &dataset::meet(model, &reference.iter().chain(&now).chain(&hold_out).collect::<Vec<_>>())?;
         let mut before: Vec<TimeSeries> = reference.into_iter().map(|session| session.series).collect();
         before.iter_mut().for_each(|session| session.name = reference_name(&session.name));
         let options = Options::default();

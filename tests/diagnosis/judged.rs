@@ -55,6 +55,21 @@ fn property_what_is_not_judged_by_simulation_is_said_in_a_sentence() {
     assert!(reason(&found, &short).contains("too short"));
 }
 
+/// Without time the baseline alone is fitted: nothing is named, and all sets are listed as not tried.
+#[test]
+#[ignore = "long: .ci/run carries it out"]
+fn property_sets_without_time_are_listed_as_not_tried() {
+    let (found, sessions) = diagnosed(&Order::nothing(700_020), 0.0);
+    let options = judge::Options { seconds: 0.0, ..judge::Options::default() };
+    let judgement = judge(&found, &sessions[..3], &sessions[3..], &options, &mut |_, _| {}).expect("a judgement");
+    assert!(judgement.names.is_empty(), "{:?}", judgement.names);
+    assert_eq!(judgement.sets.iter().map(|set| set.name.as_str()).collect::<Vec<_>>(), ["nothing"]);
+    for effect in &options.unseen {
+        assert!(judgement.not_tried.iter().any(|set| set.contains(effect)), "{effect}: {:?}", judgement.not_tried);
+    }
+    assert!(judgement.distance.is_some_and(|distance| distance.floor.is_some()), "the distance from the floor");
+}
+
 /// What every sample supports takes its place in the diagnosis with a gain on data held out, and without one it is listed as withdrawn and changes nothing.
 #[test]
 fn property_a_judged_machine_is_adopted_with_a_gain_only() {

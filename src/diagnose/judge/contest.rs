@@ -45,7 +45,9 @@ pub struct Contest {
     /// Number of joints.
     pub joints: usize,
     pub settings: Settings,
-    /// [s]
+    /// When it began.
+    pub start: Instant,
+    /// [s] See [`seconds`](super::Options::seconds).
     pub seconds: f64,
 }
 
@@ -152,6 +154,11 @@ fn enter(contenders: &mut Vec<Contender>, one: Contender) -> usize {
 }
 
 impl Contest {
+    /// Whether its time is over.
+    fn over(&self) -> bool {
+        self.start.elapsed().as_secs_f64() > self.seconds
+    }
+
     /// Number of readings of some windows that are scored, all joints together.
     pub fn readings(&self, windows: &[Recording]) -> f64 {
         windows.iter().map(|one| one.readings(self.settings.burn_in)).sum::<usize>().max(1) as f64
@@ -181,8 +188,6 @@ impl Contest {
         sets: &Sets,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<(Vec<Contender>, Vec<String>)> {
-        let start = Instant::now();
-        let over = || start.elapsed().as_secs_f64() > self.seconds;
         progress("simulating the baseline", 0.0);
         let (mut contenders, ground) = self.ground(model, sets.known.as_ref())?;
         let more = sets.more.iter().map(|one| match &ground.start {
@@ -198,7 +203,7 @@ impl Contest {
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
         for (round, some) in tried.chunks(together).enumerate() {
-            if over() {
+            if self.over() {
                 not_tried.extend(some.iter().map(|(set, _)| set.name.clone()));
                 continue;
             }
@@ -209,7 +214,7 @@ impl Contest {
             contenders.extend(fitted.into_iter().flatten());
         }
         progress("simulating the leading sets", 0.8);
-        if over() {
+        if self.over() {
             not_tried.push("unions of the leading sets".to_owned());
         } else {
             self.close(&mut contenders, &ground);
@@ -236,7 +241,7 @@ impl Contest {
                 return Ok((contenders, Ground { fitted, start, finished, model }));
             }
             contenders.push(with);
-        } else if !finished {
+        } else if !finished && !self.over() {
             let other = fit_baseline(&self.with_rigid_gears(model), &self.train, &settings)?;
             if height(&other) > height(&contenders[0].fitted) {
                 finished = self.is_finished(&other)?;
@@ -370,7 +375,7 @@ impl Contest {
     fn closely(&self, fitted: &Fitted, settings: &Settings) -> Result<Fitted> {
         let mut best = refine(fitted, &self.train, settings)?;
         for _ in 0..GEARS_CHANGED {
-            if self.is_finished(&best)? {
+            if self.over() || self.is_finished(&best)? {
                 break;
             }
             let other = from_better_gears(&best, &self.train, settings)?;
