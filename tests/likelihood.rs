@@ -297,7 +297,7 @@ fn recover_soft_gears_from_gaps_that_are_off() {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "too long for .ci/run: cargo test --release --test likelihood -- --ignored"]
 fn recover_gaps_that_nobody_knows_about() {
     sought(&Order::nothing(700_007), None, false);
 }
