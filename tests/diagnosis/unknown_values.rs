@@ -11,6 +11,7 @@ use lostmotion::gearhead::rigid::{OMEGA, OMEGA_MAX, ROTOR_SHARE};
 use lostmotion::plant::{self, Plant};
 use lostmotion::replay;
 use lostmotion::robot::{JointModel, Model};
+use lostmotion::scenario::Findings;
 use lostmotion::timeseries::{Channel, TimeSeries};
 
 /// Inertia [kg·m²] of the arm's rotors at the motor shaft.
@@ -173,4 +174,7 @@ fn recover_an_unknown_encoder_from_the_positions() {
     let found = met.joints[0].encoder.expect("an encoder").counts_per_turn;
     assert!((found / 2000.0 - 1.0).abs() < 1e-6, "{found}");
     assert_eq!(met.joints[1].encoder, None);
+    // Findings complete the model themselves.
+    let findings = Findings::new(&model, vec![recorded], Vec::new(), None, &mut |_, _| {}).expect("a diagnosis");
+    assert_eq!(findings.diagnosis.baseline_model.joints[0].encoder, met.joints[0].encoder);
 }

@@ -45,9 +45,7 @@ pub struct Contest {
     /// Number of joints.
     pub joints: usize,
     pub settings: Settings,
-    /// When it began.
-    pub start: Instant,
-    /// [s] See [`seconds`](super::Options::seconds).
+    /// [s]
     pub seconds: f64,
 }
 
@@ -154,11 +152,6 @@ fn enter(contenders: &mut Vec<Contender>, one: Contender) -> usize {
 }
 
 impl Contest {
-    /// Whether its time is over.
-    fn over(&self) -> bool {
-        self.start.elapsed().as_secs_f64() > self.seconds
-    }
-
     /// Number of readings of some windows that are scored, all joints together.
     pub fn readings(&self, windows: &[Recording]) -> f64 {
         windows.iter().map(|one| one.readings(self.settings.burn_in)).sum::<usize>().max(1) as f64
@@ -188,6 +181,8 @@ impl Contest {
         sets: &Sets,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<(Vec<Contender>, Vec<String>)> {
+        let start = Instant::now();
+        let over = || start.elapsed().as_secs_f64() > self.seconds;
         progress("simulating the baseline", 0.0);
         let (mut contenders, ground) = self.ground(model, sets.known.as_ref())?;
         let more = sets.more.iter().map(|one| match &ground.start {
@@ -203,7 +198,7 @@ impl Contest {
         let mut not_tried = Vec::new();
         let together = rayon::current_num_threads().max(1);
         for (round, some) in tried.chunks(together).enumerate() {
-            if self.over() {
+            if over() {
                 not_tried.extend(some.iter().map(|(set, _)| set.name.clone()));
                 continue;
             }
@@ -214,7 +209,7 @@ impl Contest {
             contenders.extend(fitted.into_iter().flatten());
         }
         progress("simulating the leading sets", 0.8);
-        if self.over() {
+        if over() {
             not_tried.push("unions of the leading sets".to_owned());
         } else {
             self.close(&mut contenders, &ground);
@@ -241,7 +236,7 @@ impl Contest {
                 return Ok((contenders, Ground { fitted, start, finished, model }));
             }
             contenders.push(with);
-        } else if !finished && !self.over() {
+        } else if !finished {
             let other = fit_baseline(&self.with_rigid_gears(model), &self.train, &settings)?;
             if height(&other) > height(&contenders[0].fitted) {
                 finished = self.is_finished(&other)?;
@@ -375,7 +370,7 @@ impl Contest {
     fn closely(&self, fitted: &Fitted, settings: &Settings) -> Result<Fitted> {
         let mut best = refine(fitted, &self.train, settings)?;
         for _ in 0..GEARS_CHANGED {
-            if self.over() || self.is_finished(&best)? {
+            if self.is_finished(&best)? {
                 break;
             }
             let other = from_better_gears(&best, &self.train, settings)?;

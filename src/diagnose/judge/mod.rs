@@ -18,8 +18,6 @@ mod sets;
 pub mod starts;
 mod windows;
 
-use std::time::Instant;
-
 use crate::diagnose::options;
 use crate::diagnose::result::{Diagnosis, Distance, JudgedName, JudgedSet, JudgedWindow, Judgement};
 use crate::diagnose::rows::division::Division;
@@ -34,7 +32,7 @@ use windows::Window;
 /// Options of the stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// [s] Time after which no further set is tried, and no fit goes on from better gears. A fit that has begun is finished.
+    /// [s] Time after which no further set is tried; the fit of a set is not interrupted.
     pub seconds: f64,
     /// Effects that are tried beside what the regression named.
     pub unseen: Vec<&'static str>,
@@ -68,7 +66,6 @@ pub fn judge(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Judgement> {
-    let start = Instant::now();
     let sessions: Vec<&TimeSeries> = train.iter().chain(hold_out).collect();
     if let Some(reason) = scope::refusal(diagnosis, &sessions) {
         return Ok(Judgement::not_applied(reason));
@@ -90,7 +87,6 @@ pub fn judge(
         judged: cut(&judged),
         joints: model.joints.len(),
         settings: Settings { burn_in: BURN_IN, catalogue: options.catalogue.clone(), ..Settings::default() },
-        start,
         seconds: options.seconds,
     };
     let sets = sets::of(diagnosis, &options.unseen);
