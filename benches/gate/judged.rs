@@ -40,7 +40,8 @@ impl Judged {
         let start = Instant::now();
         let mut options = judge::Options { seconds: f64::INFINITY, ..judge::Options::default() };
         options.unseen.retain(|effect| unseen.iter().any(|one| one == "all" || one == effect));
-        let findings = Findings::new(&nominal, train.into(), hold_out.into(), Some(&options), &mut |_, _| {})?;
+        let mut findings = Findings::new(&nominal, train.into(), hold_out.into(), &mut |_, _| {})?;
+        findings.judge(train.into(), hold_out.into(), &options, &mut |_, _| {});
         let seconds = start.elapsed().as_secs_f64();
         if let Some(failure) = findings.judge_failure {
             return Err(failure);

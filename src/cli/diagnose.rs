@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::diagnose::{Verdict, judge};
+use crate::diagnose::{Judgement, Verdict, judge};
 use crate::error::Result;
+use crate::report::Report;
 use crate::report::diagnosis::report;
 use crate::report::files::planned;
 use crate::scenario::channels;
 
-use super::console::OutputOptions;
+use super::console::{OutputOptions, Progress};
 use super::folder::{Folder, Request};
 use super::{Outcome, console, input};
 
@@ -52,12 +53,24 @@ impl Diagnose {
             inputs: recordings.files(&[&self.data, &self.hold_out, &self.reference]),
         };
         let folder = Folder::reserve(self.output.out.as_deref(), request)?;
-        let judge = self.judge.then(judge::Options::default);
-        let (found, drawn) = recordings.findings(judge.as_ref(), self.output.quiet)?;
-        let mut report = report(&found, &name, drawn);
-        report.document.warnings.extend(notes);
+        let sessions = self.judge.then(|| (recordings.data.clone(), recordings.hold_out.clone()));
+        let (mut found, drawn) = recordings.findings(self.output.quiet)?;
+        if let Some((train, hold_out)) = sessions {
+            // Minutes follow: what is found is written before them. A folder that refuses now may not at the end, which reports it.
+            found.diagnosis.judgement = Some(Judgement::not_applied("It had not ended when this was written."));
+            let _ = noted(report(&found, &name, drawn.clone()), &notes).files().and_then(|files| folder.write(&files));
+            let progress = Progress::start("judging", self.output.quiet);
+            found.judge(train, hold_out, &judge::Options::default(), &mut |doing, share| progress.show(doing, share));
+        }
+        let report = noted(report(&found, &name, drawn), &notes);
         let outcome = console::finish(&report, &folder, &self.output)?;
         let gap = !matches!(found.diagnosis.verdict, Verdict::NothingFound | Verdict::MistakeSuspected);
         Ok(if self.fail_on_gap && gap { Outcome::Failed } else { outcome })
     }
+}
+
+/// A report with what was noted while reading.
+fn noted<'a>(mut report: Report<'a>, notes: &[String]) -> Report<'a> {
+    report.document.warnings.extend_from_slice(notes);
+    report
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::dataset::{self, Session};
-use crate::diagnose::{self, judge};
+use crate::diagnose;
 use crate::error::Result;
 use crate::robot::Model;
 use crate::scenario::{Findings, reference_name};
@@ -79,16 +79,16 @@ impl Recordings {
         [&self.data, &self.hold_out, &self.reference].into_iter().flat_map(|sessions| notes(sessions)).collect()
     }
 
-    /// What the nominal model lacks, where asked for with a judgement by simulation; with a reference, what has changed. And all recordings, reduced for display.
+    /// What the nominal model lacks; with a reference, what has changed. And all recordings, reduced for display.
     ///
     /// # Errors
     /// As [`Findings::new`] and [`Findings::compared`].
-    pub fn findings(self, judge: Option<&judge::Options>, quiet: bool) -> Result<(Findings, Vec<Drawn>)> {
+    pub fn findings(self, quiet: bool) -> Result<(Findings, Vec<Drawn>)> {
         let Self { model, data, hold_out, reference, drawn, drawn_before } = self;
         let progress = Progress::start("diagnosing", quiet);
         let show = &mut |doing: &str, share: f64| progress.show(doing, share);
         if reference.is_empty() {
-            return Ok((Findings::new(&model, data, hold_out, judge, show)?, drawn));
+            return Ok((Findings::new(&model, data, hold_out, show)?, drawn));
         }
         let findings = Findings::compared(&model, reference, data, hold_out, show)?;
         let before = drawn_before.into_iter().map(|one| Drawn { name: reference_name(&one.name), ..one });

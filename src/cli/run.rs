@@ -119,7 +119,7 @@ fn on_recordings(source: &Path, scenario: &Recorded, common: &Common) -> Result<
     let folder =
         Folder::reserve(common.output.out.as_deref(), Request { verb: "run", name: &scenario.name, files, inputs })?;
     let notes = recordings.notes();
-    let (findings, drawn) = recordings.findings(None, common.output.quiet)?;
+    let (findings, drawn) = recordings.findings(common.output.quiet)?;
     let unmet: Vec<String> = scenario.check(&findings.diagnosis).iter().map(ToString::to_string).collect();
     let mut report = rendering::of_recordings(scenario, &findings, &unmet, drawn);
     report.document.warnings.extend(notes);

@@ -41,42 +41,50 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Completes the model with what the recordings show ([`dataset::meet`]), diagnoses, lets the simulation judge where this is asked for, and
-    /// replays; `show` receives the present step and the share of it that is done.
+    /// Completes the model with what the recordings show ([`dataset::meet`]), diagnoses, and replays; `show` receives the present step and the share of
+    /// it that is done.
     ///
     /// # Errors
-    /// As [`dataset::meet`] and [`diagnose::diagnose`]. A judgement or a replay that fails is part of the findings.
+    /// As [`dataset::meet`] and [`diagnose::diagnose`]. A replay that fails is part of the findings.
     pub fn new(
         model: &Model,
         train: Vec<Session>,
         hold_out: Vec<Session>,
-        judge: Option<&judge::Options>,
         show: &mut dyn FnMut(&str, f64),
     ) -> Result<Self> {
-        let options = Options::default();
         let model = &dataset::meet(model, &train.iter().chain(&hold_out).collect::<Vec<_>>())?;
-        let [trained, held_out] = [series(&train), series(&hold_out)];
-        let recorded: Vec<&TimeSeries> = trained.iter().chain(&held_out).collect();
-        let division = Division::of(&recorded, trained.len(), options.held_out_share);
-        let diagnosis = diagnose::diagnose(model, &trained, &held_out, &options, show)?;
-        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None };
-        if let Some(options) = judge {
-            match judge::judge(&findings.diagnosis, &trained, &held_out, options, show) {
-                Ok(judgement) => findings.diagnosis.judgement = Some(judgement),
-                Err(why) => findings.judge_failure = Some(why),
+        let diagnosis = diagnose::diagnose(model, &series(&train), &series(&hold_out), &Options::default(), show)?;
+        let mut findings = Self::of(diagnosis);
+        findings.add_replay(held_out(train, hold_out), show);
+        Ok(findings)
+    }
+
+    /// Lets the simulation judge by every sample of the recordings that were diagnosed. What it supports enters the diagnosis, and the models are
+    /// replayed again. A judgement that fails changes nothing else.
+    pub fn judge(
+        &mut self,
+        train: Vec<Session>,
+        hold_out: Vec<Session>,
+        options: &judge::Options,
+        show: &mut dyn FnMut(&str, f64),
+    ) {
+        match judge::judge(&self.diagnosis, &series(&train), &series(&hold_out), options, show) {
+            Ok(judgement) => self.diagnosis.judgement = Some(judgement),
+            Err(why) => {
+                (self.diagnosis.judgement, self.judge_failure) = (None, Some(why));
+                return;
             }
         }
-        drop((trained, held_out));
-        let judged: Vec<Session> = match hold_out.is_empty() {
-            true => {
-                train.iter().enumerate().flat_map(|(number, session)| held_out_of(session, number, division)).collect()
-            }
-            false => hold_out,
-        };
-        drop(train);
-        adopt(&mut findings.diagnosis, &judged, show);
-        findings.add_replay(judged, show);
-        Ok(findings)
+        let judged = held_out(train, hold_out);
+        adopt(&mut self.diagnosis, &judged, show);
+        if self.diagnosis.judgement.as_ref().is_some_and(|judgement| judgement.adopted) {
+            self.add_replay(judged, show);
+        }
+    }
+
+    /// A diagnosis that nothing was simulated for.
+    const fn of(diagnosis: Diagnosis) -> Self {
+        Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None }
     }
 
     /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
@@ -108,18 +116,20 @@ impl Findings {
             false => hold_out,
         };
         drop(before);
-        let mut findings = Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None };
+        let mut findings = Self::of(diagnosis);
         findings.add_replay(judged, show);
         Ok(findings)
     }
 
-    /// Replays the models beside the data held out, and lets them predict; what fails changes nothing else.
+    /// Replays the models beside the data held out, and lets them predict, in place of earlier replays; what fails changes nothing else.
     fn add_replay(&mut self, mut judged: Vec<Session>, show: &mut dyn FnMut(&str, f64)) {
         if self.diagnosis.verdict == Verdict::MistakeSuspected {
             return;
         }
         show("replaying", 0.0);
         judged.iter_mut().for_each(|session| session.series.keep(&replay::CHANNELS));
+        self.diagnosis.replay.clear();
+        self.diagnosis.predictions.clear();
         self.replay_failure = replay(&mut self.diagnosis, &judged).err();
         self.prediction_failure = predict(&mut self.diagnosis, &judged).err();
     }
@@ -176,6 +186,16 @@ fn predict(diagnosis: &mut Diagnosis, judged: &[Session]) -> Result<()> {
 /// The signals alone, which share their samples with the sessions.
 fn series(sessions: &[Session]) -> Vec<TimeSeries> {
     sessions.iter().map(|session| session.series.clone()).collect()
+}
+
+/// The data held out: the sessions given for it, or else the ends of the others.
+fn held_out(train: Vec<Session>, hold_out: Vec<Session>) -> Vec<Session> {
+    if !hold_out.is_empty() {
+        return hold_out;
+    }
+    let recorded: Vec<&TimeSeries> = train.iter().map(|session| &session.series).collect();
+    let division = Division::of(&recorded, train.len(), Options::default().held_out_share);
+    train.iter().enumerate().flat_map(|(number, session)| held_out_of(session, number, division)).collect()
 }
 
 /// The held-out parts of a session, each with samples of its own: the rest can be freed.

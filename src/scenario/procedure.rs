@@ -124,7 +124,7 @@ impl Scenario {
     /// identification trusts. A finished diagnosis is kept even if the identification fails.
     fn diagnose(&self, run: &Run, show: &mut dyn FnMut(&str, f64)) -> Result<Conclusion> {
         let recordings = run.sessions.iter().map(|series| recording(series, &self.source)).collect();
-        let findings = Findings::new(&self.model, recordings, Vec::new(), None, show)?;
+        let findings = Findings::new(&self.model, recordings, Vec::new(), show)?;
         let extended = &findings.diagnosis.extended_model;
         let identified = effects::applied(extended, &Catalogue::default())
             .and_then(|trusted| self.identify(&trusted.model, extended, run, show));

@@ -57,7 +57,7 @@ fn property_an_exact_model_predicts_as_well_as_its_sensors_allow() {
 fn scenario_the_gain_of_the_demonstration_shows_in_what_it_predicts() {
     let (_, nominal, mut sessions) = demonstration(1);
     let hold_out = sessions.split_off(sessions.len() - 1);
-    let found = Findings::new(&nominal, sessions, hold_out, None, &mut |_, _| {}).expect("a diagnosis");
+    let found = Findings::new(&nominal, sessions, hold_out, &mut |_, _| {}).expect("a diagnosis");
     assert!(found.replay_failure.is_none() && found.prediction_failure.is_none(), "{found:?}");
     let second: Vec<_> = found.diagnosis.replay.iter().filter(|error| error.horizon == Some(1.0)).collect();
     assert_eq!(second.len(), 2, "one for each joint");

@@ -175,6 +175,6 @@ fn recover_an_unknown_encoder_from_the_positions() {
     assert!((found / 2000.0 - 1.0).abs() < 1e-6, "{found}");
     assert_eq!(met.joints[1].encoder, None);
     // Findings complete the model themselves.
-    let findings = Findings::new(&model, vec![recorded], Vec::new(), None, &mut |_, _| {}).expect("a diagnosis");
+    let findings = Findings::new(&model, vec![recorded], Vec::new(), &mut |_, _| {}).expect("a diagnosis");
     assert_eq!(findings.diagnosis.baseline_model.joints[0].encoder, met.joints[0].encoder);
 }

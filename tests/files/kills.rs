@@ -161,6 +161,30 @@ fn regress_an_interrupted_run_leaves_nothing() {
 }
 
 #[test]
+fn regress_an_interrupted_judgement_leaves_the_diagnosis() {
+    let files = Files::new();
+    done(&files.lostmotion(&["run", "02_name_the_cause", "--quiet", "--csv", "--out", "recorded"]));
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/02_name_the_cause/model.toml");
+    let data = ["staircase_1", "staircase_2", "sweep_1", "sweep_2"].map(|name| format!("recorded/{name}.csv"));
+    let mut arguments = vec!["diagnose", "--judge", "--quiet", "--model", model, "--out", "results", "--data"];
+    arguments.extend(data.iter().map(String::as_str));
+    for signal in ["-INT", "-KILL"] {
+        let mut child = files.start(&arguments);
+        wait_for("the diagnosis", || {
+            files.path("results/report.json").exists() || child.try_wait().expect("its state").is_some()
+        });
+        // Far longer than the rest of the writing, far shorter than a judgement.
+        std::thread::sleep(Duration::from_secs(1));
+        send(signal, &child);
+        assert!(!ended(child).status.success());
+        let report = files.text("results/report.json");
+        assert!(report.contains("base_tilt") && report.contains("It had not ended when this was written."), "{report}");
+        done(&files.lostmotion(&["check", "results/model.toml"]));
+        fs::remove_dir_all(files.path("results")).unwrap();
+    }
+}
+
+#[test]
 fn regress_an_interrupted_run_leaves_no_catalogue_behind() {
     let files = Files::new();
     fs::create_dir(files.path("tmp")).unwrap();
