@@ -69,7 +69,7 @@ impl Findings {
         show: &mut dyn FnMut(&str, f64),
     ) {
         match judge::judge(&self.diagnosis, &series(&train), &series(&hold_out), options, show) {
-            Ok(judgement) => self.diagnosis.judgement = Some(judgement),
+            Ok(judgement) => (self.diagnosis.judgement, self.judge_failure) = (Some(judgement), None),
             Err(why) => {
                 (self.diagnosis.judgement, self.judge_failure) = (None, Some(why));
                 return;
