@@ -7,6 +7,7 @@ use super::case::Case;
 use super::hidden::{Arm, Field};
 use super::share::Share;
 use super::table::quantile;
+use super::verdict::Gap;
 
 /// What is counted over.
 pub struct FieldTable<'a> {
@@ -117,6 +118,20 @@ impl FieldTable<'_> {
                     Share::of(first.flat_map(|case| case.verdict.sizes()).map(|size| size.is_inside())).text()
                 }),
             ),
+            ("gaps measured", "", Box::new(|cases| Share::of(gaps(cases).map(|gap| gap.measured.is_some())).text())),
+            (
+                "gap within its 95 % interval",
+                "90 to 99 %",
+                Box::new(|cases| Share::of(gaps(cases).filter_map(Gap::is_inside)).text()),
+            ),
+            (
+                "error of a gap, median",
+                "",
+                Box::new(|cases| {
+                    let off = |gap: &Gap| gap.measured.as_ref().map(|one| 100.0 * (one.value / gap.truth - 1.0).abs());
+                    format!("{} %", quantile(&mut gaps(cases).filter_map(off).collect::<Vec<_>>(), 0.5))
+                }),
+            ),
             (
                 "runs without a report",
                 "0",
@@ -137,6 +152,11 @@ impl FieldTable<'_> {
 
 fn healthy<'a>(cases: &'a [&Case]) -> impl Iterator<Item = &'a Case> {
     cases.iter().copied().filter(|case| case.order.effects.is_empty())
+}
+
+/// The gaps of machines that hide nothing.
+fn gaps<'a>(cases: &'a [&Case]) -> impl Iterator<Item = &'a Gap> {
+    healthy(cases).flat_map(|case| &case.verdict.gaps)
 }
 
 fn title(arm: Arm) -> &'static str {

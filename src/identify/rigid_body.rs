@@ -13,13 +13,15 @@ use nalgebra::DMatrix;
 use super::windows::Window;
 use crate::dynamics::Dynamics;
 use crate::robot::{JointModel, Model};
-use crate::timeseries::{Channel, TimeSeries};
+use crate::timeseries::{Channel, Clock, TimeSeries};
 
 /// Number of postures at which a window is sampled.
 const SAMPLES: usize = 8;
 
-/// [s] Between two evaluations of gravity along a motion.
+/// [s] Between two evaluations along a motion.
 const STRIDE: f64 = 0.02;
+/// [s] To either side, over which velocities and accelerations are taken from positions.
+const DIFFERENCE: f64 = 0.06;
 
 /// The model along one session, seen from one joint.
 pub struct RigidBody<'a> {
@@ -29,10 +31,12 @@ pub struct RigidBody<'a> {
     rotor: f64,
     /// Positions of all joints; a joint that was not recorded stands at zero.
     positions: Vec<Option<&'a [f64]>>,
-    /// Samples between two evaluations of gravity along a motion.
+    /// Samples between two evaluations along a motion.
     stride: usize,
     /// The joints of the model.
     joints: &'a [JointModel],
+    /// [s] Sample times.
+    time: &'a [f64],
 }
 
 impl<'a> RigidBody<'a> {
@@ -50,6 +54,7 @@ impl<'a> RigidBody<'a> {
             positions,
             stride: (STRIDE / series.sample_interval()).max(1.0) as usize,
             joints: &model.joints,
+            time: &series.time,
         }
     }
 
@@ -75,13 +80,43 @@ impl<'a> RigidBody<'a> {
         self.average(window, |q| inertia(q)) + self.rotor
     }
 
-    /// `G_i` [N·m or N] at every sample, computed at some samples and interpolated linearly: a held value would lag behind the motion.
+    /// `G_i` [N·m or N] at every sample.
     pub fn gravity_along(&self, samples: Range<usize>) -> Vec<f64> {
+        let (mut gravity, mut links) = (self.gravity_of(), self.links());
+        self.interpolated(samples, |sample| gravity(&links(sample)))
+    }
+
+    /// `K_i` [N·m or N] at every sample: what the velocities of all joints, and the accelerations of the others, ask of the joint's motor.
+    pub fn coupling_along(&self, samples: Range<usize>) -> Vec<f64> {
+        let (clock, last) = (Clock::new(self.time), self.time.len() - 1);
+        let (mut dynamics, mut moving) = (self.dynamics.clone(), vec![0.0; self.joints.len()]);
+        let mut still = moving.clone();
+        self.interpolated(samples, |sample| {
+            let (before, after) = (clock.before(sample, DIFFERENCE), clock.after(sample, DIFFERENCE).min(last));
+            if before == sample || after == sample {
+                return 0.0;
+            }
+            let [t, u] = [clock.elapsed(before, sample), clock.elapsed(sample, after)];
+            let slopes = |position: &Option<&[f64]>| {
+                position.map_or([0.0; 2], |x| [(x[sample] - x[before]) / t, (x[after] - x[sample]) / u])
+            };
+            let slopes: Vec<[f64; 2]> = self.positions.iter().map(slopes).collect();
+            let v: Vec<f64> = slopes.iter().map(|[a, b]| (a * t + b * u) / (t + u)).collect();
+            let mut a: Vec<f64> = slopes.iter().map(|[a, b]| 2.0 * (b - a) / (t + u)).collect();
+            a[self.joint] = 0.0;
+            let q = self.posture(sample);
+            dynamics.inverse(&q, &v, &a, &mut moving);
+            dynamics.gravity(&q, &mut still);
+            moving[self.joint] - still[self.joint]
+        })
+    }
+
+    /// A function of the sample, computed at some samples and interpolated linearly: a held value would lag behind the motion.
+    fn interpolated(&self, samples: Range<usize>, mut value: impl FnMut(usize) -> f64) -> Vec<f64> {
         let Range { start, end } = samples;
         let stride = self.stride;
-        let (mut gravity, mut links) = (self.gravity_of(), self.links());
         let knots: Vec<f64> =
-            (start..end + stride).step_by(stride).map(|k| gravity(&links(k.min(end.saturating_sub(1))))).collect();
+            (start..end + stride).step_by(stride).map(|k| value(k.min(end.saturating_sub(1)))).collect();
         (0..end - start)
             .map(|k| {
                 let (knot, part) = (k / stride, (k % stride) as f64 / stride as f64);

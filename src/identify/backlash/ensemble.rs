@@ -29,7 +29,7 @@ const MARGIN: f64 = 2.0;
 
 /// The measured reversal, with what is known of the machine there.
 #[derive(Debug, Clone)]
-pub(super) struct Window<'a> {
+pub(super) struct Window {
     /// The machine at this posture.
     pub transmission: Transmission,
     /// `δ` [rad or m] size of a count.
@@ -39,9 +39,11 @@ pub(super) struct Window<'a> {
     /// [s] from each sample to the next.
     pub steps: Vec<f64>,
     /// [rad or m] middle of the count at each sample.
-    pub position: &'a [f64],
+    pub position: Vec<f64>,
     /// `τ` [N·m or N] motor torque between a sample and the next.
     pub torque: Vec<f64>,
+    /// `K` [N·m or N] coupling to the other joints between a sample and the next.
+    pub coupling: Vec<f64>,
     /// [rad/s or m/s] approximate velocity at the first sample.
     pub velocity: f64,
     /// Seed of the ensemble's noise; the same for every gap, so that likelihoods compare.
@@ -97,7 +99,7 @@ impl Draws {
 /// An ensemble at one sample of a reversal.
 #[derive(Debug, Clone)]
 pub(super) struct Run<'a> {
-    window: &'a Window<'a>,
+    window: &'a Window,
     draws: &'a Draws,
     spread: Spread,
     members: Vec<Member>,
@@ -132,13 +134,6 @@ impl<'a> Run<'a> {
         Score { log_likelihood: run.log_likelihood, worst: run.worst, share }
     }
 
-    /// Whether no sample of the reversal has a `ln Z` of `unlikely` or less for the gap `b`.
-    pub fn explains(&self, gap: f64, unlikely: f64) -> bool {
-        let mut run = self.with(gap);
-        while run.worst > unlikely && run.step() {}
-        run.worst > unlikely
-    }
-
     /// A run from here on for the gap `b`.
     fn with(&self, gap: f64) -> Self {
         let mut run = self.clone();
@@ -151,7 +146,7 @@ impl<'a> Run<'a> {
 
     /// Advances by one sample; false at the end of the window.
     fn step(&mut self) -> bool {
-        let Window { transmission, torque, interval, steps, position, count, .. } = self.window;
+        let Window { transmission, torque, interval, steps, position, count, coupling, .. } = self.window;
         let (Some(tau), Some(step)) = (torque.get(self.sample), steps.get(self.sample)) else { return false };
         // A longer step is divided, because contact is stable in steps of the median interval.
         let parts = (step / interval - 0.5).ceil().max(1.0);
@@ -161,7 +156,13 @@ impl<'a> Run<'a> {
         for (member, [z_torque, z_level]) in self.members.iter_mut().zip(&self.draws.noise[from..]) {
             member.level = 1.0 + keep * (member.level - 1.0) + renew * z_level;
             for _ in 0..parts as usize {
-                transmission.advance(member, self.gap, tau + self.spread.torque * z_torque, step / parts);
+                transmission.advance(
+                    member,
+                    self.gap,
+                    tau + self.spread.torque * z_torque,
+                    coupling[self.sample],
+                    step / parts,
+                );
             }
         }
         self.sample += 1;

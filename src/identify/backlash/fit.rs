@@ -1,4 +1,4 @@
-//! The gap that explains all reversals best: a coarse scan for where it is, then a fine one for each reversal's own value.
+//! The gap that explains the reversals best at one resolution: the likelihood of each over a range of gaps, its value, and the mean of all.
 //!
 //! Each reversal gives a value `b_i` with a variance; the mean weighs them with `1/(σ_i² + τ²)`, where `τ²` is the scatter that
 //! the single variances do not explain (R. DerSimonian, N. Laird 1986), so that the standard error is that of the scatter seen.
@@ -7,20 +7,10 @@ use rayon::prelude::*;
 
 use super::ensemble::{Draws, Run, Score, Spread};
 use super::result::{EstimatorResult, LeftOut, NORMAL_95, Reason, ReversalGap, mean_deviation_percent};
-use super::reversal::{FEWEST, Session};
-use super::window::{Site, sites};
-use crate::gearhead::Friction;
+use super::reversal::FEWEST;
+use super::window::Site;
 use crate::identify::quantity::Quantity;
-use crate::robot::JointModel;
 
-/// Reversals that the coarse scan looks at.
-const COARSE_SITES: usize = 5;
-/// Counts to either side of a gap that is known about.
-const NEAR: f64 = 8.0;
-/// Range in counts that the coarse scan looks at first.
-const FIRST_RANGE: f64 = 30.0;
-/// Gaps that the coarse scan tries at most: its step is two counts, and wider only where the range is as wide as no gap of a gear is.
-const MOST_GAPS: f64 = 400.0;
 /// A reversal one of whose samples is less likely than this is not explained: six standard deviations.
 const UNLIKELY: f64 = -18.0;
 /// What one reversal can cost a gap in the coarse scan, in `ln L`.
@@ -42,11 +32,14 @@ const COMMON: f64 = 0.2;
 /// Factor on that above which single values disagree. At link shares of 0.1 and 0.15 the values of reversals that the links had left deviated by
 /// 0.35 to 1.4 counts, at 0.3 and at a quarter of the counts by 0.2 to 0.3.
 const UNEVEN: f64 = 1.5;
+/// Counts of error that all values share, for each count by which their median deviation is above the usual one. Of 222 levels of 50 drawn planar arms
+/// (tuning seeds from 71000; `cargo bench --bench blind -- table --field` counts the intervals), the median error was 0.05 of a count at median deviations
+/// up to 0.2, 0.2 at 0.35, 0.4 at 0.45, 0.6 at 0.6, and 0.9 above 0.8.
+const SHARED_OF_EXCESS: f64 = 1.5;
+/// Median deviation above which values have no gap in common, in counts.
+const NOTHING_IN_COMMON: f64 = 1.0;
 /// Median deviations beyond which a value is an outlier.
 const OUTLIER: f64 = 5.0;
-
-/// Deviation of a link share that is held: the guesses have to differ a little, so that one reversal may.
-const HELD: f64 = 0.02;
 
 /// What is known beforehand.
 #[derive(Debug, Clone, Copy)]
@@ -65,12 +58,6 @@ impl Default for Known {
     }
 }
 
-/// Whether gravity leaves enough reversals for a gap to be measured, however small the link's share of friction is.
-pub(super) fn is_level(sessions: &[Session], joint: &JointModel, friction: &Friction) -> bool {
-    let all = sessions.iter().flat_map(|session| sites(session, joint, friction, 0.0));
-    all.filter(|site| !site.carried(SMALLEST_SHARE)).count() >= FEWEST
-}
-
 /// What the fit finds.
 pub(super) struct Fit {
     /// The gap.
@@ -80,7 +67,7 @@ pub(super) struct Fit {
 }
 
 /// One reversal's likelihood over a range of gaps.
-struct Profile {
+pub(super) struct Profile {
     best: Score,
     /// Whether the likeliest gap is the smallest, or the largest, of the range.
     at: [bool; 2],
@@ -89,102 +76,15 @@ struct Profile {
     scores: Vec<f64>,
 }
 
-/// Fits the gap to all reversals of the sessions, sought anywhere or near a known one; `None` where no reversal tells of it.
-pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction, known: Known) -> Option<Fit> {
-    let about = |found: f64, deviation: f64| known.share.map_or([found, deviation], |share| [share, HELD]);
-    let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
-    let reaching = |travel: f64| -> (Vec<Site>, Vec<Site>) {
-        let all = sessions.iter().flat_map(|session| sites(session, joint, friction, travel));
-        all.partition(|site| !site.carried(known.least_share))
-    };
-    let mut spread =
-        Spread { members: 16, share: about(0.3, 0.2), level: 0.05, level_time: 0.1, torque: 4.0 * noise, blur: 0.2 };
-    let start = known.gap.and_then(|gap| Some((gap, reaching(0.0).0.first()?.window.count)));
-    let (mut gap, count) = if let Some((gap, count)) = start {
-        spread.members = 32;
-        let gaps = grid(gap - NEAR * count, gap + NEAR * count, count);
-        let profiles = scan(&reaching(gap.max(0.0) + (NEAR + 4.0) * count).0, &gaps, &spread);
-        spread.share = about(share(&profiles)?.0, 0.1);
-        (gaps[pooled_best(&profiles)?], count)
-    } else {
-        let (gap, share_found, count) = coarse(&|travel| reaching(travel).0, largest_gap(sessions), &spread)?;
-        spread.share = about(share_found, 0.1);
-        (gap, count)
-    };
-
-    for (width, step, factor) in [(4.0, 1.0, 2.0), (2.5, 0.25, 1.0)] {
-        (spread.torque, spread.level, spread.blur) = (factor * noise, 0.08, 0.2);
-        let gaps = grid(gap - width * count, gap + width * count, step * count);
-        let (near, carried) = reaching(gap.max(0.0) + (width + 4.0) * count);
-        let profiles = scan(&near, &gaps, &spread);
-        gap = gaps[pooled_best(&profiles)?];
-        spread.share = about(share(&profiles)?.0, 0.05);
-        if factor == 1.0 {
-            return pool(&near, &profiles, &carried, sessions.first()?.unit);
-        }
-    }
-    None
-}
-
-/// Where the gap is, what the link share is, and the size of a count: the range searched grows until a gap inside it is found. None where most
-/// reversals prefer a gap below any that is possible: no wider range would change that.
-fn coarse<'a>(reaching: &dyn Fn(f64) -> Vec<Site<'a>>, largest: f64, spread: &Spread) -> Option<(f64, f64, f64)> {
-    let mut counts = FIRST_RANGE;
-    loop {
-        let count = reaching(0.0).first()?.window.count;
-        let reach = (counts * count).min(largest);
-        let mut few = reaching(reach + 4.0 * count);
-        few.sort_by_key(|site| site.window.position.len());
-        few.truncate(COARSE_SITES);
-        let gaps = grid(-4.0 * count, reach, (2.0 * count).max(reach / MOST_GAPS));
-        let most = few.len() / 2;
-        // Most gaps are found in the first range, where the likelihood shows at once which reversals are explained.
-        if counts > FIRST_RANGE {
-            few = few.into_par_iter().filter(|site| is_explained(site, &gaps, spread)).collect();
-        }
-        let profiles = scan(&few, &gaps, spread);
-        let number = |is: fn(&Profile) -> bool| profiles.iter().filter(|one| is(one)).count();
-        if number(Profile::usable) > most || reach >= largest {
-            return Some((gaps[pooled_best(&eased(&profiles))?], share(&profiles)?.0, count));
-        }
-        if number(Profile::is_below) > most {
-            return None;
-        }
-        counts *= 2.5;
-    }
-}
-
-/// The largest gap looked for [rad or m]: half the median stroke.
-fn largest_gap(sessions: &[Session]) -> f64 {
-    let mut strokes: Vec<f64> = sessions
-        .iter()
-        .flat_map(|session| {
-            session
-                .reversals
-                .iter()
-                .map(|r| 2.0 * (session.signals.position[r.end] - session.signals.position[r.turn]).abs())
-        })
-        .collect();
-    strokes.sort_by(f64::total_cmp);
-    0.5 * strokes.get(strokes.len() / 4).copied().unwrap_or(0.0)
-}
-
 /// Equidistant values from `low` to `high`.
-fn grid(low: f64, high: f64, step: f64) -> Vec<f64> {
+pub(super) fn grid(low: f64, high: f64, step: f64) -> Vec<f64> {
     let n = ((high - low) / step).round().max(1.0) as usize;
     (0..=n).map(|k| low + step * k as f64).collect()
 }
 
 /// Every reversal's likelihood over the gaps.
-fn scan(sites: &[Site], gaps: &[f64], spread: &Spread) -> Vec<Profile> {
+pub(super) fn scan(sites: &[Site], gaps: &[f64], spread: &Spread) -> Vec<Profile> {
     sites.par_iter().map(|site| profile(site, gaps, spread)).collect()
-}
-
-/// Whether any gap explains every sample of a reversal. If none does, the likeliest of them does not either, and the reversal takes no part.
-fn is_explained(site: &Site, gaps: &[f64], spread: &Spread) -> bool {
-    let draws = Draws::new(&site.window, spread.members);
-    let common = Run::before_contact(&site.window, &draws, [gaps[0], gaps[gaps.len() - 1]], spread);
-    outwards(gaps.len()).into_iter().any(|k| common.explains(gaps[k], UNLIKELY))
 }
 
 /// Numbers below `count`, from the middle outwards.
@@ -194,6 +94,7 @@ fn outwards(count: usize) -> Vec<usize> {
     order
 }
 
+/// One reversal's likelihood over the gaps.
 fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
     let draws = Draws::new(&site.window, spread.members);
     let common = Run::before_contact(&site.window, &draws, [gaps[0], gaps[gaps.len() - 1]], spread);
@@ -224,12 +125,12 @@ fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
 
 impl Profile {
     /// Whether some gap of the range explains the reversal.
-    fn explained(&self) -> bool {
+    pub fn explained(&self) -> bool {
         self.best.worst > UNLIKELY
     }
 
     /// Whether the reversal prefers some gaps of the range to others: no flank changes where the load carries the link.
-    fn tells(&self) -> bool {
+    pub fn tells(&self) -> bool {
         let least = self.scores.iter().copied().fold(f64::INFINITY, f64::min);
         self.best.log_likelihood - least > LEAST_PREFERENCE
     }
@@ -238,11 +139,6 @@ impl Profile {
     fn usable(&self) -> bool {
         self.explained() && self.tells() && self.at == [false; 2]
     }
-
-    /// Whether it prefers the smallest gap of the range.
-    fn is_below(&self) -> bool {
-        self.explained() && self.tells() && self.at[0]
-    }
 }
 
 fn argmax(values: &[f64]) -> usize {
@@ -250,7 +146,7 @@ fn argmax(values: &[f64]) -> usize {
 }
 
 /// The gap that all explained reversals agree on, none of them with more than its largest cost.
-fn pooled_best(profiles: &[Profile]) -> Option<usize> {
+pub(super) fn pooled_best(profiles: &[Profile]) -> Option<usize> {
     let explained: Vec<&Profile> = profiles.iter().filter(|profile| profile.explained() && profile.tells()).collect();
     let gaps = explained.first()?.scores.len();
     let total = |k: usize| -> f64 {
@@ -261,7 +157,7 @@ fn pooled_best(profiles: &[Profile]) -> Option<usize> {
 
 /// Profiles of a coarse scan, each score the best of a gap and its neighbours: a reversal may prefer a gap between two that are tried, and
 /// its cost is at the largest already one step away, so that reversals with almost the same gap would not support each other.
-fn eased(profiles: &[Profile]) -> Vec<Profile> {
+pub(super) fn eased(profiles: &[Profile]) -> Vec<Profile> {
     let of_one = |one: &Profile| {
         let near = |k: usize| one.scores[k.saturating_sub(1)..(k + 2).min(one.scores.len())].iter().copied();
         let scores = (0..one.scores.len()).map(|k| near(k).fold(f64::NEG_INFINITY, f64::max)).collect();
@@ -271,7 +167,7 @@ fn eased(profiles: &[Profile]) -> Vec<Profile> {
 }
 
 /// Mean and standard error of the link share over the explained reversals.
-fn share(profiles: &[Profile]) -> Option<(f64, f64)> {
+pub(super) fn share(profiles: &[Profile]) -> Option<(f64, f64)> {
     let values: Vec<(f64, f64)> = profiles
         .iter()
         .filter(|profile| profile.usable())
@@ -299,16 +195,20 @@ fn weighted(values: &[(f64, f64)]) -> Option<(f64, f64)> {
     Some((s1 / s0, (1.0 / s0).sqrt()))
 }
 
-/// The values of all reversals, and their mean.
-fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static str) -> Option<Fit> {
+/// The values of all reversals, and their mean; `others` were left out before, and `asked` reversals tell of the gap. `None` where they do not agree.
+pub(super) fn pool(
+    sites: &[Site],
+    profiles: &[Profile],
+    others: Vec<LeftOut>,
+    asked: usize,
+    unit: &'static str,
+) -> Option<Fit> {
     let count = sites.first()?.window.count;
     let share = share(profiles)?;
     let means = || profiles.iter().filter(|one| one.usable()).map(|one| one.mean);
     let middle = median(means())?;
     let scatter = median(means().map(|mean| (mean - middle).abs()))?.max(COMMON * count);
-    let mut left_out: Vec<LeftOut> =
-        carried.iter().map(|site| LeftOut { time: site.time, reason: Reason::CarriedByLoad }).collect();
-    let (mut values, mut held) = (Vec::new(), 0);
+    let (mut values, mut left_out, mut held) = (Vec::new(), others, 0);
     for (site, profile) in sites.iter().zip(profiles) {
         if profile.usable() && (profile.mean - middle).abs() <= OUTLIER * scatter {
             held += usize::from(!site.loose(share.0));
@@ -319,13 +219,14 @@ fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static s
             left_out.push(LeftOut { time: site.time, reason });
         }
     }
-    // A gap that most reversals contradict is not that of the machine.
-    if 2 * values.len() < profiles.iter().filter(|one| one.tells()).count() {
+    // A gap that most reversals contradict, or that few show, is not sure to be that of the machine.
+    if values.len() < FEWEST || 2 * values.len() < asked || scatter > NOTHING_IN_COMMON * count {
         return None;
     }
     let pairs: Vec<(f64, f64)> = values.iter().map(|one| (one.gap, one.std_error.powi(2))).collect();
     let (mean, scatter_error) = weighted(&pairs)?;
-    let std_error = scatter_error.hypot(SHARED * count);
+    let shared = SHARED * count + SHARED_OF_EXCESS * (scatter - COMMON * count);
+    let std_error = scatter_error.hypot(shared);
     // Nor is one from links that had left their flanks: the values then disagree. Without a gap they cannot leave, and the link share is arbitrary.
     if held < FEWEST && scatter > UNEVEN * COMMON * count && mean > NORMAL_95 * std_error {
         return None;
@@ -340,7 +241,7 @@ fn pool(sites: &[Site], profiles: &[Profile], carried: &[Site], unit: &'static s
     Some(Fit { gap, share: Quantity::new(share.0, share.1, NORMAL_95, "1") })
 }
 
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied()

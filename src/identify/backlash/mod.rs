@@ -20,6 +20,7 @@ mod fit;
 mod paper;
 mod result;
 mod reversal;
+mod search;
 mod transmission;
 mod truncated;
 mod window;
@@ -89,7 +90,7 @@ pub fn identify_loaded(
     /// disagreed (tuning seeds 3021 to 3050).
     const CLEARLY: f64 = 0.8;
     let parts = uninterrupted(data);
-    if !fit::is_level(&sessions(nominal, joint, &parts), &nominal.joints[joint], friction) {
+    if !search::is_level(&sessions(nominal, joint, &parts), &nominal.joints[joint], friction) {
         return None;
     }
     let counting_on =
@@ -128,7 +129,7 @@ fn identify_from(
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
     let fit =
-        fit::fit(&sessions, &model.joints[joint], friction, known).ok_or_else(|| reversal::uninformative(name))?;
+        search::fit(&sessions, &model.joints[joint], friction, known).ok_or_else(|| reversal::uninformative(name))?;
     let strokes: Vec<Strokes> = sessions.iter().map(Strokes::gentlest).collect();
     Ok(BacklashIdentification {
         joint: name.clone(),

@@ -2,8 +2,9 @@
 //!
 //! ```text
 //!   J v̇ = τ − T(x, ẋ) − (1 − s) F(v)         x = θ − q
-//!   I ẇ = T(x, ẋ) − s F(w) − G(q)            T: the gearhead's flanks, b < 0 meaning that they are preloaded; F: its law
+//!   I ẇ = T(x, ẋ) − s F(w) − G(q) − K        T: the gearhead's flanks, b < 0 meaning that they are preloaded; F: its law
 //! ```
+//! `K` is the coupling to the other joints: what their accelerations, and all velocities, ask of this one.
 //! Friction is set-valued: a motion that it can stop within a step ends at rest, and stays at rest until the torque exceeds breakaway.
 //! In the gap and at rest a whole sample is one step; near and in contact it is [`CONTACT_STEPS`].
 
@@ -58,13 +59,13 @@ impl Transmission {
         self.gravity + self.gravity_slope * (q - self.origin)
     }
 
-    /// Steps a member by `dt` [s] under the motor torque `tau` [N·m or N], gap `b`.
-    pub fn advance(&self, member: &mut Member, gap: f64, tau: f64, dt: f64) {
+    /// Steps a member by `dt` [s] under the motor torque `tau` and the coupling `K` to other joints [N·m or N], gap `b`.
+    pub fn advance(&self, member: &mut Member, gap: f64, tau: f64, coupling: f64, dt: f64) {
         let gear = DeadZone { backlash: gap, ..self.dead_zone };
         let x = member.theta - member.q;
         let on_link = member.level * member.share;
         let on_rotor = member.level - on_link;
-        let gravity = self.gravity_at(member.q);
+        let gravity = self.gravity_at(member.q) + coupling;
         if member.v == 0.0 && member.w == 0.0 {
             let torque = gear.of_flanks(x, 0.0);
             if self.holds(on_rotor, tau - torque) && self.holds(on_link, torque - gravity) {

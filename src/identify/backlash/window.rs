@@ -23,11 +23,14 @@ const HARDER: f64 = 1.5;
 /// energy within `x²/8`, 1 %.
 const STEP_ANGLE: f64 = 0.3;
 
+/// [s] Shortest step from reading to reading: a faster recording is read once in it, since what its samples say is not independent.
+const SHORTEST_STEP: f64 = 1e-3;
+
 /// A reversal with its window.
 #[derive(Debug, Clone)]
-pub(super) struct Site<'a> {
+pub(super) struct Site {
     /// Signals and machine.
-    pub window: Window<'a>,
+    pub window: Window,
     /// [s] When the rotor turned.
     pub time: f64,
     /// [rad/s or m/s] Steady velocity after the turn, with its sign.
@@ -36,7 +39,7 @@ pub(super) struct Site<'a> {
     pub deceleration: f64,
 }
 
-impl Site<'_> {
+impl Site {
     /// Whether the load rests on one flank throughout: gravity at the turn outweighs the link's friction at this share.
     pub fn carried(&self, share: f64) -> bool {
         let machine = &self.window.transmission;
@@ -52,18 +55,26 @@ impl Site<'_> {
     }
 }
 
-/// The windows of a session that end where the rotor has gone `travel` [rad or m] beyond its turn.
-pub(super) fn sites<'a>(session: &'a Session, joint: &JointModel, friction: &Friction, travel: f64) -> Vec<Site<'a>> {
-    session.reversals.iter().map(|reversal| site(session, joint, friction, reversal, travel)).collect()
+/// The windows of a session that end where the rotor has gone `travel` [rad or m] beyond its turn, with counts that are `coarser` times those of
+/// the encoder.
+pub(super) fn sites(
+    session: &Session,
+    joint: &JointModel,
+    friction: &Friction,
+    travel: f64,
+    coarser: f64,
+) -> Vec<Site> {
+    session.reversals.iter().map(|reversal| site(session, joint, friction, reversal, travel, coarser)).collect()
 }
 
-fn site<'a>(
-    session: &'a Session,
+fn site(
+    session: &Session,
     joint: &JointModel,
     friction: &Friction,
     reversal: &Reversal,
     travel: f64,
-) -> Site<'a> {
+    coarser: f64,
+) -> Site {
     let signals = &session.signals;
     let (position, clock) = (signals.position, &signals.clock);
     let (brakes, steady) = braking(position, reversal, clock);
@@ -78,13 +89,19 @@ fn site<'a>(
     let speed = |from: usize, to: usize| {
         if from < to { (position[to] - position[from]) / clock.elapsed(from, to) } else { 0.0 }
     };
-    let steps: Vec<f64> = (start + 1..end).map(|k| clock.elapsed(k - 1, k)).collect();
+    let stride = ((SHORTEST_STEP / clock.interval) as usize).max(1);
+    let intervals: Vec<f64> = (start + 1..end).map(|k| clock.elapsed(k - 1, k)).collect();
+    let torque = torque_between(&signals.torque[start..end], &intervals, joint.amplifier.current_time_constant);
+    let steps: Vec<f64> = intervals.chunks(stride).map(|intervals| intervals.iter().sum()).collect();
+    let impulse: Vec<f64> = torque.iter().zip(&intervals).map(|(torque, interval)| torque * interval).collect();
+    let impulse = impulse.chunks(stride).map(|part| part.iter().sum::<f64>());
     let window = Window {
         transmission: transmission(session, joint, friction, reversal),
-        count: signals.count.max(FINEST_COUNT * (range.1 - range.0)),
-        interval: clock.interval,
-        position: &position[start..end],
-        torque: torque_between(&signals.torque[start..end], &steps, joint.amplifier.current_time_constant),
+        count: coarser * signals.count.max(FINEST_COUNT * (range.1 - range.0)),
+        interval: clock.interval * stride as f64,
+        position: (start..end - 1).step_by(stride).chain([end - 1]).map(|k| position[k]).collect(),
+        torque: impulse.zip(&steps).map(|(impulse, step)| impulse / step).collect(),
+        coupling: session.rigid.coupling_along(start..end).into_iter().step_by(stride).collect(),
         steps,
         velocity: speed(early, start),
         seed: reversal.turn as u64,
@@ -108,7 +125,8 @@ fn transmission(session: &Session, joint: &JointModel, friction: &Friction, reve
     let mobility = 1.0 / rotor_inertia + 1.0 / link_inertia;
     let known = joint.flanks(0.0, rotor_inertia + link_inertia, mobility);
     // The stiffness of a rigid gear is limited to what the steps of a sample in contact can follow.
-    let followed = (STEP_ANGLE * CONTACT_STEPS as f64 / session.signals.clock.interval).powi(2) / mobility;
+    let followed =
+        (STEP_ANGLE * CONTACT_STEPS as f64 / session.signals.clock.interval.max(SHORTEST_STEP)).powi(2) / mobility;
     let softer = if joint.gear_stiffness.is_none() { (followed / known.stiffness).min(1.0) } else { 1.0 };
     Transmission {
         rotor_inertia,

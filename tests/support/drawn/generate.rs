@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lostmotion::dataset::write_csv;
-use lostmotion::robot::EffectEntry;
+use lostmotion::robot::{EffectEntry, JointModel};
 use lostmotion::units::JointKind;
 use serde_json::json;
 
@@ -100,11 +100,14 @@ fn write_set(folder: &Path, order: &Order) {
     }
     let entry =
         |entry: &EffectEntry| json!({ "effect": entry.effect, "joint": entry.joint, "parameters": entry.parameters });
+    let gap = |joint: &JointModel| (joint.name.clone(), json!(joint.backlash));
+    let gaps: serde_json::Map<_, _> = drawn.machine.joints.iter().map(gap).collect();
     let content = json!({
         "seed": order.seed,
         "effects": order.effects,
         "strength": order.strength,
         "sampling": drawn.sampling.map(|sampling| sampling.line()),
+        "gaps": gaps,
         "entries": drawn.entries.iter().map(entry).collect::<Vec<_>>(),
         "model": drawn.truth().to_toml(&drawn.nominal.urdf),
     });

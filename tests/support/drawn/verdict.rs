@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lostmotion::dataset;
-use lostmotion::diagnose::{self, Diagnosis, FitError, FoundEffect, Options, Split, Withdrawn};
+use lostmotion::diagnose::{self, Diagnosis, FitError, FoundEffect, Measured, Options, Split, Withdrawn};
 use lostmotion::error::Result;
 use lostmotion::robot::Model;
 use lostmotion::timeseries::TimeSeries;
@@ -36,6 +36,8 @@ pub struct Verdict {
     pub mistakes: Vec<String>,
     /// What was chosen and withdrawn again, with the reason.
     pub withdrawn: Vec<String>,
+    /// The gaps of the joints, and what was measured of them.
+    pub gaps: Vec<Gap>,
     /// Torque errors of nominal and extended model.
     pub fit: Vec<FitError>,
     /// [s] that the diagnosis took.
@@ -52,6 +54,30 @@ pub struct Hidden {
     pub effect: String,
     pub joint: Option<String>,
     pub parameters: BTreeMap<String, f64>,
+}
+
+/// The gap of a joint that the nominal model does not give.
+#[derive(Debug, Clone)]
+pub struct Gap {
+    pub joint: String,
+    /// [rad]
+    pub truth: f64,
+    pub measured: Option<Measured>,
+}
+
+impl Gap {
+    /// As it stands in the log [mrad], with a mark where the truth lies outside the interval.
+    fn text(&self) -> String {
+        let of = format!("{} of {:.3}", self.joint, 1e3 * self.truth);
+        let Some(gap) = &self.measured else { return format!("{of} not measured") };
+        let mark = if self.is_inside() == Some(true) { "" } else { "!" };
+        format!("{mark}{of}: {:.3} ± {:.3}", 1e3 * gap.value, 1e3 * gap.std_error)
+    }
+
+    /// Whether the truth lies in the 95 % interval of what was measured.
+    pub fn is_inside(&self) -> Option<bool> {
+        self.measured.as_ref().map(|gap| (gap.value - self.truth).abs() <= INTERVAL * gap.std_error)
+    }
 }
 
 /// A parameter of what was hidden, as it was estimated.
@@ -160,8 +186,9 @@ impl Verdict {
         let withdrawn = list("withdrawn", &self.withdrawn);
         let failure = list("NO REPORT", self.failure.as_slice());
         let sampling = list("sampled", self.sampling.as_slice());
+        let gaps = list("gaps", &self.gaps.iter().map(Gap::text).collect::<Vec<_>>());
         format!(
-            "{mark} {}: hidden {}; named {}{unexplained}{mistakes}{withdrawn}{failure}; {}; {}; {:.1} s{sampling}",
+            "{mark} {}: hidden {}; named {}{unexplained}{mistakes}{withdrawn}{failure}; {}; {}{gaps}; {:.1} s{sampling}",
             self.name,
             or_nothing(hidden),
             or_nothing(named),
@@ -177,7 +204,7 @@ pub fn verdict(name: &str, set: &Set, options: &Options) -> Verdict {
     let start = Instant::now();
     let diagnosed = catch_unwind(AssertUnwindSafe(|| diagnosed(set, options)));
     let seconds = start.elapsed().as_secs_f64();
-    let Truth { effects, hidden, sampling } = truth(&set.truth);
+    let Truth { effects, hidden, gaps, sampling } = truth(&set.truth);
     let mut verdict = Verdict {
         name: name.to_owned(),
         effects,
@@ -185,6 +212,7 @@ pub fn verdict(name: &str, set: &Set, options: &Options) -> Verdict {
         found: Vec::new(),
         unexplained: Vec::new(),
         mistakes: Vec::new(),
+        gaps,
         withdrawn: Vec::new(),
         fit: Vec::new(),
         seconds,
@@ -205,13 +233,16 @@ pub fn verdict(name: &str, set: &Set, options: &Options) -> Verdict {
 
 impl Verdict {
     fn take(&mut self, found: Diagnosis) {
-        let Diagnosis { effects, unexplained, withdrawn, mistakes, fit, .. } = found;
+        let Diagnosis { effects, unexplained, withdrawn, mistakes, fit, mut baseline, .. } = found;
         let of_withdrawn = |one: Withdrawn| format!("{} {}: {}", one.effect, one.joints.join("+"), one.reason);
         self.found = effects;
         self.unexplained = unexplained.into_iter().map(|one| format!("{}: {}", one.joint, one.pattern)).collect();
         self.mistakes = mistakes.iter().map(|one| one.sentence()).collect();
         self.withdrawn = withdrawn.into_iter().map(of_withdrawn).collect();
         self.fit = fit;
+        for gap in &mut self.gaps {
+            gap.measured = baseline.remove(&gap.joint).and_then(|baseline| baseline.backlash);
+        }
     }
 }
 
@@ -232,6 +263,8 @@ pub struct Truth {
     pub effects: Vec<String>,
     /// An entry a joint.
     pub hidden: Vec<Hidden>,
+    /// The gaps of the joints, not measured.
+    pub gaps: Vec<Gap>,
     /// How it was sampled, where that was drawn.
     pub sampling: Option<String>,
 }
@@ -247,6 +280,11 @@ pub fn truth(file: &Path) -> Truth {
         joint: text(&entry["joint"]),
         parameters: serde_json::from_value(entry["parameters"].clone()).expect("parameters"),
     };
+    let gap = |(joint, gap): (&String, &serde_json::Value)| {
+        gap.as_f64().map(|truth| Gap { joint: joint.clone(), truth, measured: None })
+    };
+    let gaps = truth["gaps"].as_object().into_iter().flatten().filter_map(gap).collect();
     let effects = list("effects").iter().filter_map(text).collect();
-    Truth { effects, hidden: list("entries").iter().map(hidden).collect(), sampling: text(&truth["sampling"]) }
+    let hidden = list("entries").iter().map(hidden).collect();
+    Truth { effects, hidden, gaps, sampling: text(&truth["sampling"]) }
 }

@@ -1,0 +1,206 @@
+//! Where the gap is: found at a resolution at which it is a few counts, then at finer and finer ones, down to the counts of the encoder.
+//!
+//! A gap of a thousand counts cannot be sought count by count. Near none, a reversal's window ends before the flank is reached, and so much is free
+//! there that it may be explained. And a model is not exact to a count of a fine encoder: at that resolution it explains no reversal. So the readings
+//! are first taken as those of a coarse encoder, whose windows reach the largest gap looked for. Each finer level looks near the gap of the one before,
+//! at the reversals that it explained. The result is that of the level with the least error ([`pool`]): finer readings count while the model keeps up
+//! with them.
+
+use super::ensemble::Spread;
+use super::fit::{Fit, Known, Profile, eased, grid, median, pool, pooled_best, scan, share};
+use super::result::{LeftOut, Reason};
+use super::reversal::{FEWEST, Session};
+use super::window::{Site, sites};
+use crate::gearhead::Friction;
+use crate::robot::JointModel;
+
+/// Ratio of the resolutions of two levels.
+const RATIO: f64 = 4.0;
+/// Most counts of the largest gap at the coarsest level.
+const RANGE: f64 = 30.0;
+/// Counts to either side of a gap that is known about.
+const NEAR: f64 = 8.0;
+/// Counts to either side of the gap of the scan over the whole range, whose step is two counts.
+const FIRST: f64 = 4.0;
+/// Counts to either side of the gap of the level before: two of that level.
+const NEXT: f64 = 2.0 * RATIO;
+/// Counts that a window reaches beyond the largest gap tried.
+const BEYOND: f64 = 4.0;
+/// Standard errors by which the gaps of two levels may differ.
+const DIFFER: f64 = 3.0;
+/// [1] Link share before anything is known of it, and its standard deviation.
+const ANY_SHARE: [f64; 2] = [0.3, 0.2];
+/// Deviation of a link share that is held: the guesses have to differ a little, so that one reversal may.
+const HELD: f64 = 0.02;
+
+/// Whether gravity leaves enough reversals for a gap to be measured, however small the link's share of friction is.
+pub(super) fn is_level(sessions: &[Session], joint: &JointModel, friction: &Friction) -> bool {
+    let all = sessions.iter().flat_map(|session| sites(session, joint, friction, 0.0, 1.0));
+    all.filter(|site| !site.carried(Known::default().least_share)).count() >= FEWEST
+}
+
+/// Fits the gap to all reversals of the sessions, sought anywhere or near a known one; `None` where no reversal tells of it.
+pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction, known: Known) -> Option<Fit> {
+    let mut search = Search::new(sessions, joint, friction, known)?;
+    match known.gap {
+        Some(near) => {
+            search.look_near(near)?;
+            search.at_level(0, FIRST)
+        }
+        None => {
+            let coarsest = search.coarsest();
+            search.look_anywhere(coarsest)?;
+            search.descend(coarsest)
+        }
+    }
+}
+
+/// Which reversal of the sessions: its time and its deceleration.
+type Key = (f64, f64);
+
+fn key(site: &Site) -> Key {
+    (site.time, site.deceleration)
+}
+
+/// The state of a search.
+struct Search<'s> {
+    sessions: &'s [Session<'s>],
+    joint: &'s JointModel,
+    friction: &'s Friction,
+    known: Known,
+    /// [N·m or N] of the torque.
+    noise: f64,
+    /// [rad or m] count of the encoder.
+    finest: f64,
+    /// [rad or m] largest gap looked for.
+    largest: f64,
+    spread: Spread,
+    /// [rad or m] where the gap seems to be.
+    gap: f64,
+    /// Reversals that no gap explained at a coarser level.
+    given_up: Vec<Key>,
+    /// Reversals that told of the gap at the coarsest level.
+    asked: Option<usize>,
+}
+
+impl<'s> Search<'s> {
+    /// `None` without a reversal that the load leaves free.
+    fn new(sessions: &'s [Session], joint: &'s JointModel, friction: &'s Friction, known: Known) -> Option<Self> {
+        let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
+        let spread = Spread {
+            members: if known.gap.is_some() { 32 } else { 16 },
+            share: ANY_SHARE,
+            level: 0.05,
+            level_time: 0.1,
+            torque: 4.0 * noise,
+            blur: 0.2,
+        };
+        let (finest, largest) = (0.0, largest_gap(sessions));
+        let (given_up, asked) = (Vec::new(), None);
+        let mut search =
+            Self { sessions, joint, friction, known, noise, finest, largest, spread, gap: 0.0, given_up, asked };
+        search.finest = search.sites(0.0, 0).0.first()?.window.count;
+        search.assume_share(ANY_SHARE[0], ANY_SHARE[1]);
+        Some(search)
+    }
+
+    /// The level at which the largest gap is at most [`RANGE`] counts; level 0 is that of the encoder.
+    fn coarsest(&self) -> i32 {
+        let ratio = self.largest / (RANGE * self.finest);
+        ratio.max(1.0).log(RATIO).ceil() as i32
+    }
+
+    /// [rad or m] A count of a level.
+    fn count(&self, level: i32) -> f64 {
+        self.finest * RATIO.powi(level)
+    }
+
+    /// The reversals of a level with windows that reach so far, and those at which the load rests on one flank.
+    fn sites(&self, travel: f64, level: i32) -> (Vec<Site>, Vec<Site>) {
+        let of = |session| sites(session, self.joint, self.friction, travel, RATIO.powi(level));
+        self.sessions.iter().flat_map(of).partition(|site| !site.carried(self.known.least_share))
+    }
+
+    fn assume_share(&mut self, found: f64, deviation: f64) {
+        self.spread.share = self.known.share.map_or([found, deviation], |share| [share, HELD]);
+    }
+
+    /// Takes up what a scan tells of gap and share; `None` where it explains no reversal.
+    fn take(&mut self, gaps: &[f64], profiles: &[Profile], deviation: f64) -> Option<()> {
+        self.gap = gaps[pooled_best(profiles)?];
+        self.assume_share(share(profiles).map_or(ANY_SHARE[0], |(share, _)| share), deviation);
+        Some(())
+    }
+
+    fn look_near(&mut self, near: f64) -> Option<()> {
+        let gaps = grid(near - NEAR * self.finest, near + NEAR * self.finest, self.finest);
+        let reach = near.max(0.0) + (NEAR + BEYOND) * self.finest;
+        let profiles = scan(&self.sites(reach, 0).0, &gaps, &self.spread);
+        self.take(&gaps, &profiles, 0.1)
+    }
+
+    fn look_anywhere(&mut self, level: i32) -> Option<()> {
+        let count = self.count(level);
+        let gaps = grid(-FIRST * count, self.largest.max(2.0 * FIRST * count), 2.0 * count);
+        let profiles = scan(&self.sites(self.largest + BEYOND * count, level).0, &gaps, &self.spread);
+        self.take(&gaps, &eased(&profiles), 0.1)
+    }
+
+    /// The fit of the level with the least error.
+    fn descend(&mut self, coarsest: i32) -> Option<Fit> {
+        let mut best: Option<Fit> = None;
+        let mut last: Option<(f64, f64)> = None;
+        for level in (0..=coarsest).rev() {
+            let found = self.at_level(level, if level == coarsest { FIRST } else { NEXT });
+            let Some(found) = found else {
+                if last.is_some() {
+                    break;
+                }
+                continue;
+            };
+            let (gap, error) = (found.gap.mean.value, found.gap.mean.std_error);
+            if last.is_some_and(|(before, its)| (gap - before).abs() > DIFFER * error.hypot(its)) {
+                break;
+            }
+            last = Some((gap, error));
+            self.gap = gap;
+            if best.as_ref().is_none_or(|best| error <= best.gap.mean.std_error) {
+                best = Some(found);
+            }
+        }
+        best
+    }
+
+    /// The fit of one level, `width` counts around the gap so far.
+    fn at_level(&mut self, level: i32, width: f64) -> Option<Fit> {
+        let count = self.count(level);
+        let mut found = None;
+        for (width, step, factor) in [(width, 1.0, 2.0), (2.5, 0.25, 1.0)] {
+            (self.spread.torque, self.spread.level) = (factor * self.noise, 0.08);
+            let gaps = grid(self.gap - width * count, self.gap + width * count, step * count);
+            let (mut near, carried) = self.sites(self.gap.max(0.0) + (width + BEYOND) * count, level);
+            near.retain(|site| !self.given_up.contains(&key(site)));
+            let profiles = scan(&near, &gaps, &self.spread);
+            self.take(&gaps, &profiles, 0.05)?;
+            found = Some((near, carried, profiles));
+        }
+        let (near, carried, profiles) = found?;
+        let asked = *self.asked.get_or_insert(profiles.iter().filter(|one| one.tells()).count());
+        let left_out = |time, reason| LeftOut { time, reason };
+        let carried = carried.iter().map(|site| left_out(site.time, Reason::CarriedByLoad));
+        let given_up = self.given_up.iter().map(|(time, _)| left_out(*time, Reason::Unexplained));
+        let fit = pool(&near, &profiles, carried.chain(given_up).collect(), asked, self.sessions.first()?.unit);
+        let unexplained = near.iter().zip(&profiles).filter(|(_, profile)| !profile.explained());
+        self.given_up.extend(unexplained.map(|(site, _)| key(site)));
+        fit
+    }
+}
+
+/// The largest gap looked for [rad or m]: half the median stroke.
+fn largest_gap(sessions: &[Session]) -> f64 {
+    let strokes = |session: &Session| -> Vec<f64> {
+        let position = &session.signals.position;
+        session.reversals.iter().map(|one| 2.0 * (position[one.end] - position[one.turn]).abs()).collect()
+    };
+    0.5 * median(sessions.iter().flat_map(strokes)).unwrap_or(0.0)
+}
