@@ -171,3 +171,49 @@ impl<'a> RigidBody<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::timeseries::JointSeries;
+
+    /// Two bars with vertical axes: `l` = 0.5 m between the joints, then `m` = 2 kg at `c` = 0.3 m, with `I` = 0.01 kg·m² about its centre.
+    const ROBOT: &str = "<robot name=\"two\"><link name=\"base\"/><link name=\"upper\"><inertial><mass value=\"1\"/>\
+        <inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><link name=\"lower\"><inertial>\
+        <origin xyz=\"0.3 0 0\"/><mass value=\"2\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>\
+        <joint name=\"j1\" type=\"continuous\"><parent link=\"base\"/><child link=\"upper\"/><axis xyz=\"0 0 1\"/></joint>\
+        <joint name=\"j2\" type=\"continuous\"><parent link=\"upper\"/><child link=\"lower\"/><origin xyz=\"0.5 0 0\"/><axis xyz=\"0 0 1\"/></joint>\
+        </robot>";
+    const MODEL: &str = "schema = \"lostmotion/model/1\"\nname = \"two\"\nurdf = \"two.urdf\"\n[joints.j1]\ngear_ratio = 5.0\n\
+        rotor_inertia = 0.0008\n[joints.j2]\ngear_ratio = 5.0\nrotor_inertia = 0.0008\n";
+
+    /// While joint 1 is at rest and joint 2 swings, `K₁ = (I + m c² + m l c cos q₂) q̈₂ − m l c sin q₂ q̇₂²`.
+    #[test]
+    fn closed_form_coupling_of_two_bars() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let (amplitude, omega) = (0.8, 3.0);
+        let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
+        let swing: Vec<f64> = time.iter().map(|t| amplitude * (omega * t).sin()).collect();
+        let series = TimeSeries {
+            name: "swing".to_owned(),
+            time: time.clone(),
+            joints: [("j1", vec![0.2; time.len()]), ("j2", swing)]
+                .map(|(name, position)| JointSeries {
+                    name: name.to_owned(),
+                    channels: [(Channel::Position, position.into())].into(),
+                })
+                .into(),
+        };
+        let found = RigidBody::new(&model, 0, &series).coupling_along(200..1800);
+        for (coupling, t) in found.iter().zip(&time[200..]) {
+            let q = amplitude * (omega * t).sin();
+            let (v, a) = (amplitude * omega * (omega * t).cos(), -omega * omega * q);
+            let exact = (0.01 + 2.0 * 0.09 + 0.3 * q.cos()) * a - 0.3 * q.sin() * v * v;
+            // Differences over h = 60 ms are off by (ω h)²/12 = 0.3 % of the acceleration and (ω h)²/6 = 0.5 % of the velocity, of 3.5 N·m at most;
+            // straight lines over 20 ms by (2 ω)² (20 ms)²/8 = 0.2 %.
+            assert!((coupling - exact).abs() < 0.035, "{coupling} for {exact} at {t}");
+        }
+    }
+}

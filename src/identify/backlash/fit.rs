@@ -13,7 +13,7 @@ use crate::identify::quantity::Quantity;
 
 /// A reversal one of whose samples is less likely than this is not explained: six standard deviations.
 const UNLIKELY: f64 = -18.0;
-/// What one reversal can cost a gap in the coarse scan, in `ln L`.
+/// What one reversal can cost a gap, in `ln L`.
 const LARGEST_COST: f64 = 40.0;
 /// Weight of `ln L` within one reversal: neighbouring samples share their errors, so the counts say less than they seem to.
 const TEMPER: f64 = 0.15;
@@ -33,10 +33,10 @@ const COMMON: f64 = 0.2;
 /// 0.35 to 1.4 counts, at 0.3 and at a quarter of the counts by 0.2 to 0.3.
 const UNEVEN: f64 = 1.5;
 /// Counts of error that all values share, for each count by which their median deviation is above the usual one. Of 222 levels of 50 drawn planar arms
-/// (tuning seeds from 71000; `cargo bench --bench blind -- table --field` counts the intervals), the median error was 0.05 of a count at median deviations
+/// (tuning seeds from 71000; `cargo bench --bench blind -- table --field-clean N` counts the intervals), the median error was 0.05 of a count at median deviations
 /// up to 0.2, 0.2 at 0.35, 0.4 at 0.45, 0.6 at 0.6, and 0.9 above 0.8.
 const SHARED_OF_EXCESS: f64 = 1.5;
-/// Median deviation above which values have no gap in common, in counts.
+/// Median deviation above which values have no gap in common, in counts: one such level, of those above, led the search to no gap where there was one.
 const NOTHING_IN_COMMON: f64 = 1.0;
 /// Median deviations beyond which a value is an outlier.
 const OUTLIER: f64 = 5.0;

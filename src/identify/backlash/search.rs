@@ -86,22 +86,20 @@ struct Search<'s> {
 impl<'s> Search<'s> {
     /// `None` without a reversal that the load leaves free.
     fn new(sessions: &'s [Session], joint: &'s JointModel, friction: &'s Friction, known: Known) -> Option<Self> {
+        let all = sessions.iter().flat_map(|session| sites(session, joint, friction, 0.0, 1.0));
+        let finest = all.into_iter().find(|site| !site.carried(known.least_share))?.window.count;
         let noise = sessions.iter().map(|session| session.signals.torque_noise).fold(0.0, f64::max);
         let spread = Spread {
             members: if known.gap.is_some() { 32 } else { 16 },
-            share: ANY_SHARE,
+            share: known.share.map_or(ANY_SHARE, |share| [share, HELD]),
             level: 0.05,
             level_time: 0.1,
             torque: 4.0 * noise,
             blur: 0.2,
         };
-        let (finest, largest) = (0.0, largest_gap(sessions));
-        let (given_up, asked) = (Vec::new(), None);
-        let mut search =
-            Self { sessions, joint, friction, known, noise, finest, largest, spread, gap: 0.0, given_up, asked };
-        search.finest = search.sites(0.0, 0).0.first()?.window.count;
-        search.assume_share(ANY_SHARE[0], ANY_SHARE[1]);
-        Some(search)
+        let largest = largest_gap(sessions);
+        let (gap, given_up, asked) = (0.0, Vec::new(), None);
+        Some(Self { sessions, joint, friction, known, noise, finest, largest, spread, gap, given_up, asked })
     }
 
     /// The level at which the largest gap is at most [`RANGE`] counts; level 0 is that of the encoder.
@@ -121,17 +119,16 @@ impl<'s> Search<'s> {
         self.sessions.iter().flat_map(of).partition(|site| !site.carried(self.known.least_share))
     }
 
-    fn assume_share(&mut self, found: f64, deviation: f64) {
-        self.spread.share = self.known.share.map_or([found, deviation], |share| [share, HELD]);
-    }
-
-    /// Takes up what a scan tells of gap and share; `None` where it explains no reversal.
+    /// Takes up what a scan tells of the gap and, within a deviation, of the share; `None` where it explains no reversal.
     fn take(&mut self, gaps: &[f64], profiles: &[Profile], deviation: f64) -> Option<()> {
         self.gap = gaps[pooled_best(profiles)?];
-        self.assume_share(share(profiles).map_or(ANY_SHARE[0], |(share, _)| share), deviation);
+        if self.known.share.is_none() {
+            self.spread.share = [share(profiles).map_or(ANY_SHARE[0], |(share, _)| share), deviation];
+        }
         Some(())
     }
 
+    /// Looks near a gap that is known about, count by count.
     fn look_near(&mut self, near: f64) -> Option<()> {
         let gaps = grid(near - NEAR * self.finest, near + NEAR * self.finest, self.finest);
         let reach = near.max(0.0) + (NEAR + BEYOND) * self.finest;
@@ -139,6 +136,7 @@ impl<'s> Search<'s> {
         self.take(&gaps, &profiles, 0.1)
     }
 
+    /// Looks over the whole range at a level.
     fn look_anywhere(&mut self, level: i32) -> Option<()> {
         let count = self.count(level);
         let gaps = grid(-FIRST * count, self.largest.max(2.0 * FIRST * count), 2.0 * count);
@@ -151,12 +149,10 @@ impl<'s> Search<'s> {
         let mut best: Option<Fit> = None;
         let mut last: Option<(f64, f64)> = None;
         for level in (0..=coarsest).rev() {
-            let found = self.at_level(level, if level == coarsest { FIRST } else { NEXT });
-            let Some(found) = found else {
-                if last.is_some() {
-                    break;
-                }
-                continue;
+            let found = match self.at_level(level, if level == coarsest { FIRST } else { NEXT }) {
+                Some(found) => found,
+                None if last.is_none() => continue,
+                None => break,
             };
             let (gap, error) = (found.gap.mean.value, found.gap.mean.std_error);
             if last.is_some_and(|(before, its)| (gap - before).abs() > DIFFER * error.hypot(its)) {
