@@ -71,6 +71,7 @@ impl DeadZone {
     }
 
     /// As [`torque`](Self::torque) with both flanks one-sided, whatever the gap: they press against each other where `b < 0`.
+    #[inline]
     pub fn of_flanks(&self, x: f64, x_dot: f64) -> f64 {
         let [positive, negative] = [1.0, -1.0].map(|side| self.flank(x, x_dot, side));
         let pushed = if positive.p > 0.0 { self.push(&positive).max(0.0) } else { 0.0 };

@@ -103,6 +103,8 @@ pub(super) struct Run<'a> {
     draws: &'a Draws,
     spread: Spread,
     members: Vec<Member>,
+    /// [N·m or N] of each member's motor at the sample.
+    torques: Vec<f64>,
     gap: f64,
     sample: usize,
     log_likelihood: f64,
@@ -120,7 +122,9 @@ impl<'a> Run<'a> {
     ) -> Self {
         let members = guesses(window, draws, largest, spread);
         let spread = *spread;
-        let mut run = Self { window, draws, spread, members, gap: largest, sample: 0, log_likelihood: 0.0, worst: 0.0 };
+        let torques = Vec::with_capacity(members.len());
+        let (gap, sample, log_likelihood, worst) = (largest, 0, 0.0, 0.0);
+        let mut run = Self { window, draws, spread, members, torques, gap, sample, log_likelihood, worst };
         let near = smallest - MARGIN * window.count;
         while run.members.iter().all(|one| 0.5 * largest - one.side * (one.theta - one.q) < near) && run.step() {}
         run
@@ -153,17 +157,14 @@ impl<'a> Run<'a> {
         let keep = (-step / self.spread.level_time).exp();
         let renew = (1.0 - keep * keep).sqrt() * self.spread.level;
         let from = self.sample * self.members.len();
-        for (member, [z_torque, z_level]) in self.members.iter_mut().zip(&self.draws.noise[from..]) {
+        let noise = &self.draws.noise[from..from + self.members.len()];
+        self.torques.clear();
+        for (member, [z_torque, z_level]) in self.members.iter_mut().zip(noise) {
             member.level = 1.0 + keep * (member.level - 1.0) + renew * z_level;
-            for _ in 0..parts as usize {
-                transmission.advance(
-                    member,
-                    self.gap,
-                    tau + self.spread.torque * z_torque,
-                    coupling[self.sample],
-                    step / parts,
-                );
-            }
+            self.torques.push(tau + self.spread.torque * z_torque);
+        }
+        for _ in 0..parts as usize {
+            transmission.advance(&mut self.members, self.gap, &self.torques, coupling[self.sample], step / parts);
         }
         self.sample += 1;
         let log_mass = assimilate(&mut self.members, position[self.sample], *count, self.spread.blur * count);
