@@ -23,6 +23,10 @@ const STRIDE: f64 = 0.02;
 /// [s] To either side, over which velocities and accelerations are taken from positions.
 const DIFFERENCE: f64 = 0.06;
 
+/// Range of motion, as a part of that of the joint that moves farthest, below which a joint is held: it only gives way to the others within its gap, and
+/// its link does not move as its motor.
+const HELD: f64 = 0.05;
+
 /// The model along one session, seen from one joint.
 pub struct RigidBody<'a> {
     dynamics: Dynamics,
@@ -31,6 +35,8 @@ pub struct RigidBody<'a> {
     rotor: f64,
     /// Positions of all joints; a joint that was not recorded stands at zero.
     positions: Vec<Option<&'a [f64]>>,
+    /// Which joints are held.
+    held: Vec<bool>,
     /// Samples between two evaluations along a motion.
     stride: usize,
     /// The joints of the model.
@@ -42,13 +48,16 @@ pub struct RigidBody<'a> {
 impl<'a> RigidBody<'a> {
     /// The model along a session.
     pub fn new(model: &'a Model, joint: usize, series: &'a TimeSeries) -> Self {
-        let positions = model
+        let positions: Vec<Option<&[f64]>> = model
             .joints
             .iter()
             .map(|joint| series.joint(&joint.name).and_then(|recorded| recorded.get(Channel::Position)))
             .collect();
+        let ranges: Vec<f64> = positions.iter().map(|position| position.map_or(0.0, range)).collect();
+        let farthest = ranges.iter().copied().fold(0.0, f64::max);
         Self {
             dynamics: Dynamics::new(&model.robot),
+            held: ranges.iter().map(|range| *range < HELD * farthest).collect(),
             joint,
             rotor: model.joints[joint].reflected_inertia(),
             positions,
@@ -100,7 +109,8 @@ impl<'a> RigidBody<'a> {
             let slopes = |position: &Option<&[f64]>| {
                 position.map_or([0.0; 2], |x| [(x[sample] - x[before]) / t, (x[after] - x[sample]) / u])
             };
-            let slopes: Vec<[f64; 2]> = self.positions.iter().map(slopes).collect();
+            let moved = |(position, held): (_, &bool)| if *held { [0.0; 2] } else { slopes(position) };
+            let slopes: Vec<[f64; 2]> = self.positions.iter().zip(&self.held).map(moved).collect();
             let v: Vec<f64> = slopes.iter().map(|[a, b]| (a * t + b * u) / (t + u)).collect();
             let mut a: Vec<f64> = slopes.iter().map(|[a, b]| 2.0 * (b - a) / (t + u)).collect();
             a[self.joint] = 0.0;
@@ -172,6 +182,12 @@ impl<'a> RigidBody<'a> {
     }
 }
 
+/// [rad or m] From the lowest to the highest position.
+pub(super) fn range(position: &[f64]) -> f64 {
+    let (low, high) = position.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
+    high - low
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -215,5 +231,28 @@ mod tests {
             // straight lines over 20 ms by (2 ω)² (20 ms)²/8 = 0.2 %.
             assert!((coupling - exact).abs() < 0.035, "{coupling} for {exact} at {t}");
         }
+    }
+
+    /// A joint that gives way by a fiftieth of what another moves is held: it asks nothing of that one, whatever its motor does.
+    #[test]
+    fn property_a_joint_that_is_held_adds_no_coupling() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
+        let swing =
+            |amplitude: f64, omega: f64| time.iter().map(|t| amplitude * (omega * t).sin()).collect::<Vec<f64>>();
+        let series = TimeSeries {
+            name: "held".to_owned(),
+            time: time.clone(),
+            joints: [("j1", swing(0.5, 3.0)), ("j2", swing(0.01, 30.0))]
+                .map(|(name, position)| JointSeries {
+                    name: name.to_owned(),
+                    channels: [(Channel::Position, position.into())].into(),
+                })
+                .into(),
+        };
+        let coupling = |joint: usize| RigidBody::new(&model, joint, &series).coupling_along(200..1800);
+        assert!(coupling(0).iter().all(|coupling| coupling.abs() < 1e-12), "none on the joint that moves");
+        // The moving joint's acceleration of 4.5 rad/s² asks 1.2 N·m or so of the held one.
+        assert!(coupling(1).iter().any(|coupling| coupling.abs() > 0.3), "but some on the held one");
     }
 }

@@ -1,7 +1,7 @@
 //! The reversals of a recorded motion, found from the motor's position alone.
 
 use crate::error::{Error, Result};
-use crate::identify::rigid_body::RigidBody;
+use crate::identify::rigid_body::{RigidBody, range};
 use crate::identify::signals::Signals;
 use crate::robot::Model;
 use crate::timeseries::{Channel, Clock, TimeSeries};
@@ -86,12 +86,6 @@ pub(super) fn keep_moved(sessions: &mut Vec<Session>) {
         Some(reference) => reference.iter().any(|velocity| *velocity != 0.0),
         None => range(session.signals.position) >= SHORTEST_STROKE * longest,
     });
-}
-
-/// [rad or m] From the lowest to the highest position.
-fn range(position: &[f64]) -> f64 {
-    let (low, high) = position.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
-    high - low
 }
 
 /// Turns between strokes that are longer than a twentieth of the whole range and ten encoder counts.
