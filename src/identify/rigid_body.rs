@@ -23,8 +23,8 @@ const STRIDE: f64 = 0.02;
 /// [s] To either side, over which velocities and accelerations are taken from positions.
 const DIFFERENCE: f64 = 0.06;
 
-/// Range of motion, as a part of that of the joint that moves farthest, below which a joint is held: it only gives way to the others within its gap, and
-/// its link does not move as its motor.
+/// Range of motion, as a part of that of the joint that moves farthest, below which a joint is held: it only gives way to the others within
+/// its gap, and its link does not move as its motor. Radians and metres count alike. The same part of the range as the shortest stroke that counts as a reversal.
 const HELD: f64 = 0.05;
 
 /// The model along one session, seen from one joint.
@@ -35,7 +35,7 @@ pub struct RigidBody<'a> {
     rotor: f64,
     /// Positions of all joints; a joint that was not recorded stands at zero.
     positions: Vec<Option<&'a [f64]>>,
-    /// Which joints are held.
+    /// Which of the other joints are held.
     held: Vec<bool>,
     /// Samples between two evaluations along a motion.
     stride: usize,
@@ -57,7 +57,7 @@ impl<'a> RigidBody<'a> {
         let farthest = ranges.iter().copied().fold(0.0, f64::max);
         Self {
             dynamics: Dynamics::new(&model.robot),
-            held: ranges.iter().map(|range| *range < HELD * farthest).collect(),
+            held: (0..ranges.len()).map(|k| k != joint && ranges[k] < HELD * farthest).collect(),
             joint,
             rotor: model.joints[joint].reflected_inertia(),
             positions,
