@@ -23,8 +23,9 @@ const STRIDE: f64 = 0.02;
 /// [s] To either side, over which velocities and accelerations are taken from positions.
 const DIFFERENCE: f64 = 0.06;
 
-/// Range of motion, as a part of that of the joint that moves farthest, below which a joint is held: it only gives way to the others within
-/// its gap, and its link does not move as its motor. Radians and metres count alike. The same part of the range as the shortest stroke that counts as a reversal.
+/// Range of a motor [rad], as a part of that of the motor that turns farthest, below which its joint is held: it only gives way to the others
+/// within its gap, and its link does not move as its motor. Motors are compared, because joints turn or slide. The same part of the range as
+/// the shortest stroke that counts as a reversal.
 const HELD: f64 = 0.05;
 
 /// The model along one session, seen from one joint.
@@ -53,7 +54,8 @@ impl<'a> RigidBody<'a> {
             .iter()
             .map(|joint| series.joint(&joint.name).and_then(|recorded| recorded.get(Channel::Position)))
             .collect();
-        let ranges: Vec<f64> = positions.iter().map(|position| position.map_or(0.0, range)).collect();
+        let turned = |(position, joint): (&Option<&[f64]>, &JointModel)| position.map_or(0.0, range) * joint.gear_ratio;
+        let ranges: Vec<f64> = positions.iter().zip(&model.joints).map(turned).collect();
         let farthest = ranges.iter().copied().fold(0.0, f64::max);
         Self {
             dynamics: Dynamics::new(&model.robot),
@@ -236,7 +238,6 @@ mod tests {
     /// A joint that gives way by a fiftieth of what another moves is held: it asks nothing of that one, whatever its motor does.
     #[test]
     fn property_a_joint_that_is_held_adds_no_coupling() {
-        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
         let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
         let swing =
             |amplitude: f64, omega: f64| time.iter().map(|t| amplitude * (omega * t).sin()).collect::<Vec<f64>>();
@@ -250,9 +251,15 @@ mod tests {
                 })
                 .into(),
         };
-        let coupling = |joint: usize| RigidBody::new(&model, joint, &series).coupling_along(200..1800);
-        assert!(coupling(0).iter().all(|coupling| coupling.abs() < 1e-12), "none on the joint that moves");
+        let coupling = |model: &str, joint: usize| {
+            let model = Model::from_texts(model, ROBOT, Path::new("model.toml")).expect("a good model");
+            RigidBody::new(&model, joint, &series).coupling_along(200..1800)
+        };
+        assert!(coupling(MODEL, 0).iter().all(|coupling| coupling.abs() < 1e-12), "none on the joint that moves");
         // The moving joint's 4.5 rad/s² times `I + m c² + m l c` = 0.49 kg·m² are 2.2 N·m.
-        assert!(coupling(1).iter().any(|coupling| coupling.abs() > 1.5), "but some on the held one");
+        assert!(coupling(MODEL, 1).iter().any(|coupling| coupling.abs() > 1.5), "but some on the held one");
+        // With a gear of 200 the small motion is 4 rad of the motor, as much as the large one: 9 rad/s² times 0.49 kg·m².
+        let geared = MODEL.replace("[joints.j2]\ngear_ratio = 5.0", "[joints.j2]\ngear_ratio = 200.0");
+        assert!(coupling(&geared, 0).iter().any(|coupling| coupling.abs() > 2.0), "a motor that turns far is not held");
     }
 }
