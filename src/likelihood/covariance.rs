@@ -50,18 +50,23 @@ impl Covariance {
         points.factor(&self.p);
     }
 
-    /// Carries it over an interval by the derivative of the motion, while the torques that are missed keep the share `kept`.
-    pub fn carry(&mut self, tangent: &Tangent, kept: f64) {
-        let Self { size, p, product, transition, .. } = self;
-        let size = *size;
-        transition.fill(0.0);
-        for (row, out) in transition.chunks_exact_mut(size).enumerate() {
+    /// Takes `F` over an interval from the derivative of the motion, while the torques that are missed keep the share `kept`.
+    pub fn pass(&mut self, tangent: &Tangent, kept: f64) {
+        let size = self.size;
+        self.transition.fill(0.0);
+        for (row, out) in self.transition.chunks_exact_mut(size).enumerate() {
             if row < size / 5 * 4 {
                 out.copy_from_slice(tangent.response(row));
             } else {
                 out[row] = kept;
             }
         }
+    }
+
+    /// Carries it over an interval by `F`.
+    pub fn carry(&mut self) {
+        let Self { size, p, product, transition, .. } = self;
+        let size = *size;
         for (out, transition) in product.chunks_exact_mut(size).zip(transition.chunks_exact(size)) {
             out.fill(0.0);
             for (f, p) in transition.iter().zip(p.chunks_exact(size)) {

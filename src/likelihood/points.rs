@@ -4,7 +4,8 @@
 //!   x_j = m ± √N L_j,   L Lᵀ = P,   y_j = f(x_j)        N: number of states
 //!   m ← Σ y_j/2N,   P ← Σ (y_j − m)(y_j − m)ᵀ/2N,   F = Σ (y_j⁺ − y_j⁻)/(2 √N) (L⁻¹)_j
 //! ```
-//! A law bends where a flank may be met, or a velocity may pass zero, within the deviations that are predicted. `F` is the regression of the motion at
+//! A law bends where a flank may be met, or a velocity may pass zero, within the deviations that are predicted. Points between which and the mean no law bends
+//! go where the derivative of the motion carries them; the others are simulated. `F` is the regression of the motion at
 //! the end on that at the start, which the sensitivities need.
 //! Reference: I. Arasaratnam, S. Haykin (2009), Cubature Kalman filters, IEEE Trans. Automatic Control 54; S. Särkkä, L. Svensson (2023), Bayesian filtering and
 //! smoothing, algorithm 8.12 and section 9.3 (statistical linear regression).
@@ -17,6 +18,8 @@ pub(super) struct Points {
     factor: Vec<f64>,
     /// `y_j⁺`, then `y_j⁻`, one after the other.
     moved: Vec<f64>,
+    /// Which of them have been simulated.
+    simulated: Vec<bool>,
 }
 
 /// Share of a variance below which a state is known from the others, to rounding.
@@ -25,7 +28,12 @@ const KNOWN: f64 = 1e-12;
 impl Points {
     /// For so many states.
     pub fn new(size: usize) -> Self {
-        Self { size, factor: vec![0.0; size * size], moved: vec![0.0; 2 * size * size] }
+        Self {
+            size,
+            factor: vec![0.0; size * size],
+            moved: vec![0.0; 2 * size * size],
+            simulated: vec![false; 2 * size],
+        }
     }
 
     /// Factors a covariance, given row by row. A state that is known exactly has a row of zeros.
@@ -33,6 +41,7 @@ impl Points {
         let n = self.size;
         let l = &mut self.factor;
         l.fill(0.0);
+        self.simulated.fill(false);
         for j in 0..n {
             let known: f64 = (0..j).map(|k| l[j * n + k] * l[j * n + k]).sum();
             let rest = p[j * n + j] - known;
@@ -53,29 +62,30 @@ impl Points {
         2 * self.size
     }
 
-    /// Whether a point differs from the mean.
-    pub fn differs(&self, point: usize) -> bool {
-        let j = point % self.size;
-        self.factor[j * self.size + j] > 0.0
-    }
-
     /// Distance of a point from the mean in one state.
     pub fn distance(&self, point: usize, state: usize) -> f64 {
-        let j = point % self.size;
-        let sign = if point < self.size { 1.0 } else { -1.0 };
-        sign * (self.size as f64).sqrt() * self.factor[state * self.size + j]
+        self.way(point) * self.factor[state * self.size + point % self.size]
     }
 
-    /// Where a point has gone.
+    /// `±√N`.
+    fn way(&self, point: usize) -> f64 {
+        (self.size as f64).sqrt().copysign(if point < self.size { 1.0 } else { -1.0 })
+    }
+
+    /// Where a point has gone, by simulation.
     pub fn moved(&mut self, point: usize) -> &mut [f64] {
+        self.simulated[point] = true;
         &mut self.moved[point * self.size..(point + 1) * self.size]
     }
 
-    /// Points that do not differ from the mean have gone where it has gone.
-    pub fn rest_at(&mut self, mean: &[f64]) {
-        for point in 0..self.count() {
-            if !self.differs(point) {
-                self.moved(point).copy_from_slice(mean);
+    /// Points that were not simulated have gone where the derivative `F` (row by row) carries them beside the mean.
+    pub fn pass(&mut self, mean: &[f64], f: &[f64]) {
+        let n = self.size;
+        for point in (0..self.count()).filter(|point| !self.simulated[*point]) {
+            let (j, way) = (point % n, self.way(point));
+            for row in 0..n {
+                let along: f64 = (j..n).map(|k| f[row * n + k] * self.factor[k * n + j]).sum();
+                self.moved[point * n + row] = mean[row] + way * along;
             }
         }
     }
@@ -130,11 +140,13 @@ mod tests {
         let motion = [[1.0, 0.1, 0.0], [-0.2, 0.9, 0.3], [0.0, 0.0, 1.1]];
         let mut points = Points::new(3);
         points.factor(&p);
-        for point in 0..points.count() {
+        let moved = |from: &[f64]| motion.map(|row| row.iter().zip(from).map(|(a, b)| a * b).sum::<f64>());
+        // Every second one is simulated, the others go by the matrix.
+        for point in (0..points.count()).step_by(2) {
             let from: Vec<f64> = (0..3).map(|state| 5.0 + points.distance(point, state)).collect();
-            let to = motion.map(|row| row.iter().zip(&from).map(|(a, b)| a * b).sum::<f64>());
-            points.moved(point).copy_from_slice(&to);
+            points.moved(point).copy_from_slice(&moved(&from));
         }
+        points.pass(&moved(&[5.0; 3]), motion.as_flattened());
         let (mut mean, mut covariance, mut f) = ([0.0; 3], [0.0; 9], [0.0; 9]);
         points.collect(&mut mean, &mut covariance, &mut f);
         for row in 0..3 {
