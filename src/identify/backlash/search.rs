@@ -79,7 +79,7 @@ struct Search<'s> {
     gap: f64,
     /// Reversals that no gap explained at a coarser level.
     given_up: Vec<Key>,
-    /// Reversals that told of the gap at the coarsest level.
+    /// Reversals that some gap explains better than others, whichever that is: a wrong gap may leave those that contradict it without a preference.
     asked: Option<usize>,
 }
 
@@ -141,6 +141,7 @@ impl<'s> Search<'s> {
         let count = self.count(level);
         let gaps = grid(-FIRST * count, self.largest.max(2.0 * FIRST * count), 2.0 * count);
         let profiles = scan(&self.sites(self.largest + BEYOND * count, level).0, &gaps, &self.spread);
+        self.asked = Some(profiles.iter().filter(|one| one.explained() && one.tells()).count());
         self.take(&gaps, &eased(&profiles), 0.1)
     }
 
