@@ -27,10 +27,7 @@ pub struct BacklashIdentification {
 impl BacklashIdentification {
     /// Whether a gap is there beyond doubt.
     pub(super) fn is_seen(&self) -> bool {
-        /// Standard errors: a gap that is never crossed looks like none, and is seldom beyond two.
-        const SEEN: f64 = 5.0;
-        let gap = &self.best.mean;
-        self.best.values.len() >= FEWEST && gap.value > SEEN * gap.std_error
+        self.best.values.len() >= FEWEST && self.best.is_seen()
     }
 
     /// Whether the link share, for whose errors a gap makes up, is found well.
@@ -139,6 +136,13 @@ pub enum Reason {
 }
 
 impl EstimatorResult {
+    /// Whether its mean is a gap, whatever its error.
+    pub(super) fn is_seen(&self) -> bool {
+        /// Standard errors: a gap that is never crossed looks like none, and is seldom beyond two.
+        const SEEN: f64 = 5.0;
+        self.mean.value > SEEN * self.mean.std_error
+    }
+
     /// Mean and the paper's mean deviation of single values, the standard error from their scatter.
     pub(super) fn of_values(
         name: &'static str,

@@ -145,9 +145,10 @@ impl<'s> Search<'s> {
         self.take(&gaps, &eased(&profiles), 0.1)
     }
 
-    /// The fit of the level with the least error.
+    /// The fit of the level with the least error. Below the resolution of a level that is coarser than the encoder a small gap may hide, which the model does not
+    /// find among the finer counts, so that a gap which is not seen there is not measured.
     fn descend(&mut self, coarsest: i32) -> Option<Fit> {
-        let mut best: Option<Fit> = None;
+        let mut best: Option<(i32, Fit)> = None;
         let mut last: Option<(f64, f64)> = None;
         for level in (0..=coarsest).rev() {
             let found = match self.at_level(level, if level == coarsest { FIRST } else { NEXT }) {
@@ -161,11 +162,12 @@ impl<'s> Search<'s> {
             }
             last = Some((gap, error));
             self.gap = gap;
-            if best.as_ref().is_none_or(|best| error <= best.gap.mean.std_error) {
-                best = Some(found);
+            if best.as_ref().is_none_or(|(_, best)| error <= best.gap.mean.std_error) {
+                best = Some((level, found));
             }
         }
-        best
+        let (level, best) = best?;
+        (level == 0 || best.gap.is_seen()).then_some(best)
     }
 
     /// The fit of one level, `width` counts around the gap so far.
