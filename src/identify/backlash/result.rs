@@ -5,6 +5,8 @@ use crate::identify::quantity::Quantity;
 
 /// Standard errors to either side of a 95 % interval of a normal distribution.
 pub(super) const NORMAL_95: f64 = 1.96;
+/// Standard errors from which a gap is seen: one that is never crossed looks like none, and is seldom beyond two.
+pub(super) const SEEN: f64 = 5.0;
 
 /// The gap of one joint by every estimator.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -138,8 +140,6 @@ pub enum Reason {
 impl EstimatorResult {
     /// Whether its mean is a gap, whatever its error.
     pub(super) fn is_seen(&self) -> bool {
-        /// Standard errors: a gap that is never crossed looks like none, and is seldom beyond two.
-        const SEEN: f64 = 5.0;
         self.mean.value > SEEN * self.mean.std_error
     }
 

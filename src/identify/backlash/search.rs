@@ -8,7 +8,7 @@
 
 use super::ensemble::Spread;
 use super::fit::{Fit, Known, Profile, eased, grid, median, pool, pooled_best, scan, share};
-use super::result::{LeftOut, Reason};
+use super::result::{LeftOut, Reason, SEEN};
 use super::reversal::{FEWEST, Session};
 use super::window::{Site, sites};
 use crate::gearhead::Friction;
@@ -146,7 +146,7 @@ impl<'s> Search<'s> {
     }
 
     /// The fit of the level with the least error. Below the resolution of a level that is coarser than the encoder a small gap may hide, which the model does not
-    /// find among the finer counts, so that a gap which is not seen there is not measured.
+    /// find among the finer counts, so that a gap which is not seen there is not measured. Nor is it where noise hides it.
     fn descend(&mut self, coarsest: i32) -> Option<Fit> {
         let mut best: Option<(i32, Fit)> = None;
         let mut last: Option<(f64, f64)> = None;
@@ -167,7 +167,19 @@ impl<'s> Search<'s> {
             }
         }
         let (level, best) = best?;
-        (level == 0 || best.gap.is_seen()).then_some(best)
+        (best.gap.is_seen() || level == 0 && self.shows_a_count()).then_some(best)
+    }
+
+    /// Whether the torque shows a gap of one count, if the link has little of the friction: over the time `√(2 c/a)` in which a motor that brakes with `a` crosses it,
+    /// the link's friction is lacking in the torque.
+    fn shows_a_count(&self) -> bool {
+        let share = ANY_SHARE[0] - ANY_SHARE[1];
+        let squares = self.sites(0.0, 0).0.into_iter().map(|Site { window, deceleration, .. }| {
+            let [one, other] = window.transmission.breakaway;
+            let readings = (2.0 * window.count / deceleration.abs()).sqrt() / window.interval;
+            (share * one.min(other) / self.noise).powi(2) * readings
+        });
+        squares.sum::<f64>().sqrt() > SEEN
     }
 
     /// The fit of one level, `width` counts around the gap so far.
