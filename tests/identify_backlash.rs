@@ -96,9 +96,11 @@ fn regress_a_few_reversals_against_most_give_no_gap() {
         let model = &scenario.model;
         let found = identify::identify_joint(model, joint, &data, &Options::default()).expect("friction");
         let truth = scenario.truth.backlash(&model.joints[joint].name).expect("a known gap");
-        if let Some(BacklashIdentification { best: EstimatorResult { mean, .. }, .. }) = &found.backlash {
-            assert!((mean.value - truth).abs() < 4.0 * mean.std_error, "{mean:?}");
-        }
+        let mean = found.backlash.as_ref().map(|gap| &gap.best.mean);
+        // The gap of joint 1, of four counts, is measured.
+        assert!(joint == 1 || mean.is_some(), "{:?}", found.notes);
+        // As asked of every single run: the wrong gap was 21 standard errors off.
+        assert!(mean.is_none_or(|mean| (mean.value - truth).abs() < 4.0 * mean.std_error), "{mean:?}");
     }
 }
 
