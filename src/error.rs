@@ -44,6 +44,16 @@ pub enum Error {
         /// What to record or change instead.
         advice: &'static str,
     },
+    /// The data do not decide, however many there are.
+    #[error("{quantity} of {joint}: {reason}")]
+    Undetermined {
+        /// The quantity to be estimated.
+        quantity: &'static str,
+        /// Its joint.
+        joint: String,
+        /// Why, and what to record or state.
+        reason: String,
+    },
     /// A simulated machine has left the range in which its laws are valid.
     #[error(
         "simulation diverged: at t = {time:.6} s {quantity} of {joint} is {value:e}, beyond the limit of {limit:e}; \

@@ -186,6 +186,12 @@ impl JointModel {
         self.gear_stiffness.map_or(USUAL_RESONANCE, |k| (k / link_inertia).sqrt())
     }
 
+    /// [rad/(N·m) or m/N] Standard error of the gear's compliance `1/k` before a link of this inertia [kg·m² or kg], if a stated stiffness is known
+    /// to this share [1]. An unknown one is taken as rigid, and may be as low as the [usual](USUAL_RESONANCE) resonance has it.
+    pub fn compliance_error(&self, accuracy: f64, link_inertia: f64) -> f64 {
+        self.gear_stiffness.map_or_else(|| (USUAL_RESONANCE.powi(2) * link_inertia).recip(), |k| accuracy / k)
+    }
+
     /// Rotor inertia on the joint side [kg·m² or kg] that a simulation uses with a link of this inertia: where the rotor inertia
     /// is unknown, the share [`rigid::ROTOR_SHARE`] of the link inertia.
     pub fn rotor_beside(&self, link_inertia: f64) -> f64 {

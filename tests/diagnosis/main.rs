@@ -41,6 +41,7 @@ mod diagnose;
 mod drawn_sets;
 mod drive_command;
 mod gaps;
+mod hidden_gaps;
 mod judged;
 mod listed_effects;
 mod odd_recordings;

@@ -90,12 +90,8 @@ fn measured(
     at: Option<Start>,
 ) -> Option<SideGap> {
     let friction = law.on_motor();
-    let found = match at {
-        None => backlash::identify(model, joint, sessions, &friction).ok()?,
-        Some(Start { gap, share }) => {
-            backlash::identify_at_share(model, joint, sessions, &friction, gap, share).ok()?
-        }
-    };
+    let known = at.map(|Start { gap, share }| (gap, share));
+    let found = backlash::identify_to_compare(model, joint, sessions, &friction, known).ok()?;
     let mean = &found.best.mean;
     let link_share = found.link_share.as_ref().map(|share| share.value.clamp(0.0, 1.0));
     let values: Vec<f64> = found.best.values.iter().map(|one| one.gap).collect();

@@ -118,6 +118,7 @@ fn lacking(error: &Error) -> String {
         Error::TooLittleData { found, unit, needed, advice, .. } => {
             format!("{found} {unit}, at least {needed} needed: {advice}")
         }
+        Error::Undetermined { reason, .. } => reason.clone(),
         other => other.to_string(),
     }
 }

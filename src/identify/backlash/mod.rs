@@ -35,8 +35,9 @@ use paper::Strokes;
 pub(super) use reversal::{Session, braking};
 pub(super) use window::torque_between;
 
+use super::quantity::Quantity;
 use super::signals::Signals;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gearhead::Friction;
 use crate::robot::Model;
 use crate::timeseries::TimeSeries;
@@ -47,30 +48,30 @@ use crate::timeseries::TimeSeries;
 ///
 /// # Errors
 /// The data lack position or current of the joint (a current without sign needs its command as well), hold fewer than three reversals
-/// of it, or none that determines the gap.
+/// of it, or do not determine the gap.
 pub fn identify(
     model: &Model,
     joint: usize,
     data: &[&TimeSeries],
     friction: &Friction,
 ) -> Result<BacklashIdentification> {
-    identify_from(model, joint, data, friction, Known::default())
+    found(model, joint, data, friction, Known::default())?.beside_wind_up()
 }
 
-/// As [`identify`], for a gap that is known to be within some counts of `near` [rad or m], with the link share held. Errors of gap and
-/// share can compensate each other, so two recordings of one machine are best compared at one share.
+/// As [`identify`], for a comparison of recordings of one machine: what its stiffness is off by is the same in all, and no part of the errors. `known` are
+/// the gap, within some counts [rad or m], and the link share, which is held: errors of gap and share can compensate each other.
 ///
 /// # Errors
 /// As [`identify`].
-pub fn identify_at_share(
+pub fn identify_to_compare(
     model: &Model,
     joint: usize,
     data: &[&TimeSeries],
     friction: &Friction,
-    near: f64,
-    share: f64,
+    known: Option<(f64, f64)>,
 ) -> Result<BacklashIdentification> {
-    identify_from(model, joint, data, friction, Known { gap: Some(near), share: Some(share), ..Known::default() })
+    let (gap, share) = known.unzip();
+    Ok(found(model, joint, data, friction, Known { gap, share, ..Known::default() })?.result)
 }
 
 /// As [`identify`], for a joint that is level in the nominal model, on a machine whose model `loaded` has a load that the nominal one lacks, such as
@@ -94,10 +95,10 @@ pub fn identify_loaded(
         return None;
     }
     let counting_on =
-        |least_share: f64| identify_from(loaded, joint, data, friction, Known { least_share, ..Known::default() }).ok();
-    let all = counting_on(1.0).filter(|all| all.is_seen() && all.share_is_known())?;
-    let clear = counting_on(CLEARLY * all.link_share.as_ref()?.value)?;
-    (clear.is_seen() && clear.agrees_with(&all)).then_some(all)
+        |least_share: f64| found(loaded, joint, data, friction, Known { least_share, ..Known::default() }).ok();
+    let all = counting_on(1.0).filter(|all| all.result.is_seen() && all.result.share_is_known())?;
+    let clear = counting_on(CLEARLY * all.result.link_share.as_ref()?.value)?.result;
+    if clear.is_seen() && clear.agrees_with(&all.result) { all.beside_wind_up().ok() } else { None }
 }
 
 fn uninterrupted<'a>(data: &[&'a TimeSeries]) -> Vec<Cow<'a, TimeSeries>> {
@@ -117,26 +118,75 @@ pub(super) fn published(unit: &'static str, sessions: Vec<Signals>) -> Option<[E
     strokes.iter().any(Strokes::any).then(|| [paper::literal(&strokes), paper::filtered(&strokes)])
 }
 
-fn identify_from(
-    model: &Model,
-    joint: usize,
-    data: &[&TimeSeries],
-    friction: &Friction,
-    known: Known,
-) -> Result<BacklashIdentification> {
+/// Why reversals do not tell a gap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Untold {
+    /// None determines it, or they disagree.
+    ByReversals,
+    /// Counts or noise hide it.
+    ByResolution,
+}
+
+impl Untold {
+    const fn reason(self) -> &'static str {
+        match self {
+            Self::ByReversals => {
+                "too few reversals agree on one: reverse where gravity on the joint is nearly zero, and brake more gently than the link's own friction \
+                 would"
+            }
+            Self::ByResolution => {
+                "none is seen, and a small one may hide in the noise of the torque or in what the model leaves out: measure the current with less noise, or \
+                 brake more gently, so that the motor takes longer to cross it"
+            }
+        }
+    }
+}
+
+/// The error of a gap that is not told.
+fn undetermined(joint: &str, reason: impl Into<String>) -> Error {
+    Error::Undetermined { quantity: "backlash", joint: joint.to_owned(), reason: reason.into() }
+}
+
+/// The gap of one joint if its gear is as stiff as the model says.
+struct Found {
+    result: BacklashIdentification,
+    /// [rad or m] standard error for the case that it is not.
+    wind_up_error: f64,
+}
+
+impl Found {
+    /// With the error of the wind-up; fails where a gap that was seen may be that alone.
+    fn beside_wind_up(self) -> Result<BacklashIdentification> {
+        let Self { mut result, wind_up_error } = self;
+        let seen = result.is_seen();
+        result.best = result.best.with_shared(wind_up_error);
+        if !seen || result.is_seen() {
+            return Ok(result);
+        }
+        let Quantity { value, unit, .. } = &result.best.mean;
+        let reason = format!(
+            "at a reversal the motor crosses {value:.2e} {unit}, of which {wind_up_error:.0e} {unit} or more may be wind-up of the gear: state its \
+             gear_stiffness, and in [accuracy] how well it is known"
+        );
+        Err(undetermined(&result.joint, reason))
+    }
+}
+
+fn found(model: &Model, joint: usize, data: &[&TimeSeries], friction: &Friction, known: Known) -> Result<Found> {
     let parts = uninterrupted(data);
     let sessions = sessions(model, joint, &parts);
     let name = &model.joints[joint].name;
     reversal::enough(&sessions, name)?;
-    let fit =
-        search::fit(&sessions, &model.joints[joint], friction, known).ok_or_else(|| reversal::uninformative(name))?;
+    let (fit, wind_up_error) =
+        search::fit(&sessions, model, friction, known).map_err(|untold| undetermined(name, untold.reason()))?;
     let strokes: Vec<Strokes> = sessions.iter().map(Strokes::gentlest).collect();
-    Ok(BacklashIdentification {
+    let result = BacklashIdentification {
         joint: name.clone(),
         best: fit.gap,
         paper: paper::filtered(&strokes),
         paper_literal: paper::literal(&strokes),
         link_share: Some(fit.share),
         shown: paper::typical(&strokes),
-    })
+    };
+    Ok(Found { result, wind_up_error })
 }

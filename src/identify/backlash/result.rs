@@ -143,6 +143,13 @@ impl EstimatorResult {
         self.mean.value > SEEN * self.mean.std_error
     }
 
+    /// With a standard error that all its values share.
+    pub(super) fn with_shared(mut self, std_error: f64) -> Self {
+        let Quantity { value, std_error: own, unit, .. } = self.mean;
+        self.mean = Quantity::new(value, own.hypot(std_error), NORMAL_95, unit);
+        self
+    }
+
     /// Mean and the paper's mean deviation of single values, the standard error from their scatter.
     pub(super) fn of_values(
         name: &'static str,

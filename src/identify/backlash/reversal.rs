@@ -176,15 +176,3 @@ pub(super) fn enough(sessions: &[Session], joint: &str) -> Result<()> {
     }
     Ok(())
 }
-
-/// The error of data in which no reversal determines the gap.
-pub(super) fn uninformative(joint: &str) -> Error {
-    Error::TooLittleData {
-        quantity: "backlash",
-        joint: joint.to_owned(),
-        found: 0,
-        unit: "reversals that determine it",
-        needed: FEWEST,
-        advice: "reverse where gravity on the joint is nearly zero, and brake more gently than the link's own friction would",
-    }
-}

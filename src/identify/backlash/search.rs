@@ -6,13 +6,15 @@
 //! at the reversals that it explained. The result is that of the level with the least error ([`pool`]): finer readings count while the model keeps up
 //! with them.
 
+use super::Untold;
 use super::ensemble::Spread;
 use super::fit::{Fit, Known, Profile, eased, grid, median, pool, pooled_best, scan, share};
 use super::result::{LeftOut, Reason, SEEN};
 use super::reversal::{FEWEST, Session};
+use super::transmission::Transmission;
 use super::window::{Site, sites};
 use crate::gearhead::Friction;
-use crate::robot::JointModel;
+use crate::robot::{JointModel, Model};
 
 /// Ratio of the resolutions of two levels.
 const RATIO: f64 = 4.0;
@@ -39,20 +41,29 @@ pub(super) fn is_level(sessions: &[Session], joint: &JointModel, friction: &Fric
     all.filter(|site| !site.carried(Known::default().least_share)).count() >= FEWEST
 }
 
-/// Fits the gap to all reversals of the sessions, sought anywhere or near a known one; `None` where no reversal tells of it.
-pub(super) fn fit(sessions: &[Session], joint: &JointModel, friction: &Friction, known: Known) -> Option<Fit> {
-    let mut search = Search::new(sessions, joint, friction, known)?;
-    match known.gap {
-        Some(near) => {
-            search.look_near(near)?;
-            search.at_level(0, FIRST)
-        }
+/// Fits the gap to all reversals of the sessions, sought anywhere or near a known one; beside it the standard error of the part of it that may be wind-up
+/// [rad or m].
+///
+/// # Errors
+/// Why they do not tell it.
+pub(super) fn fit(
+    sessions: &[Session],
+    model: &Model,
+    friction: &Friction,
+    known: Known,
+) -> Result<(Fit, f64), Untold> {
+    let joint = &model.joints[sessions.first().ok_or(Untold::ByReversals)?.joint];
+    let mut search = Search::new(sessions, joint, friction, known).ok_or(Untold::ByReversals)?;
+    let fit = match known.gap {
+        Some(near) => search.look_near(near).and_then(|()| search.at_level(0, FIRST)).ok_or(Untold::ByReversals)?,
         None => {
             let coarsest = search.coarsest();
-            search.look_anywhere(coarsest)?;
-            search.descend(coarsest)
+            search.look_anywhere(coarsest).ok_or(Untold::ByReversals)?;
+            search.descend(coarsest)?
         }
-    }
+    };
+    let wind_up = search.wind_up_error(model.accuracy.stiffness, fit.share.value);
+    Ok((fit, wind_up))
 }
 
 /// Which reversal of the sessions: its time and its deceleration.
@@ -145,29 +156,44 @@ impl<'s> Search<'s> {
         self.take(&gaps, &eased(&profiles), 0.1)
     }
 
-    /// The fit of the level with the least error. Below the resolution of a level that is coarser than the encoder a small gap may hide, which the model does not
-    /// find among the finer counts, so that a gap which is not seen there is not measured. Nor is it where noise hides it.
-    fn descend(&mut self, coarsest: i32) -> Option<Fit> {
-        let mut best: Option<(i32, Fit)> = None;
-        let mut last: Option<(f64, f64)> = None;
+    /// The fit of the level with the least error, where it sees a gap. Below the resolution of a level that is coarser than the encoder a small gap may hide, which
+    /// the model does not find among the finer counts, so that only the encoder's own counts tell that there is none, unless noise hides it.
+    fn descend(&mut self, coarsest: i32) -> Result<Fit, Untold> {
+        let mut fits: Vec<(i32, Fit)> = Vec::new();
+        let measured = |fit: &Fit| (fit.gap.mean.value, fit.gap.mean.std_error);
         for level in (0..=coarsest).rev() {
             let found = match self.at_level(level, if level == coarsest { FIRST } else { NEXT }) {
                 Some(found) => found,
-                None if last.is_none() => continue,
+                None if fits.is_empty() => continue,
                 None => break,
             };
-            let (gap, error) = (found.gap.mean.value, found.gap.mean.std_error);
-            if last.is_some_and(|(before, its)| (gap - before).abs() > DIFFER * error.hypot(its)) {
+            let (gap, error) = measured(&found);
+            let before = fits.last().map(|(_, before)| measured(before));
+            if before.is_some_and(|(before, its)| (gap - before).abs() > DIFFER * error.hypot(its)) {
                 break;
             }
-            last = Some((gap, error));
             self.gap = gap;
-            if best.as_ref().is_none_or(|(_, best)| error <= best.gap.mean.std_error) {
-                best = Some((level, found));
-            }
+            fits.push((level, found));
         }
-        let (level, best) = best?;
-        (best.gap.is_seen() || level == 0 && self.shows_a_count()).then_some(best)
+        let error = |k: &usize| fits[*k].1.gap.mean.std_error;
+        let least = (0..fits.len()).rev().min_by(|a, b| error(a).total_cmp(&error(b))).ok_or(Untold::ByReversals)?;
+        if fits[least].1.gap.is_seen() {
+            return Ok(fits.swap_remove(least).1);
+        }
+        match fits.pop() {
+            Some((0, finest)) if self.shows_a_count() => Ok(finest),
+            _ => Err(Untold::ByResolution),
+        }
+    }
+
+    /// See [`fit`]: between the flanks the gear unwinds and winds up again, so that a motor crosses
+    /// `b + s (F₊ + F₋)/k`.
+    fn wind_up_error(&self, accuracy: f64, share: f64) -> f64 {
+        let errors = self.sites(0.0, 0).0.into_iter().map(|Site { window, .. }| {
+            let Transmission { breakaway: [forth, back], link_inertia, .. } = window.transmission;
+            share.clamp(0.0, 1.0) * (forth + back) * self.joint.compliance_error(accuracy, link_inertia)
+        });
+        median(errors).unwrap_or(0.0)
     }
 
     /// Whether the torque shows a gap of one count, if the link has little of the friction: over the time `√(2 c/a)` in which a motor that brakes with `a` crosses it,
