@@ -1,6 +1,7 @@
 //! The trend of a parameter over repeated identifications of one machine.
 //!
-//! Repeat `k` at the time `t_k` gave `y_k` with the standard error `s_k` of its own. Repeats may scatter by more than that:
+//! Repeat `k` at the time `t_k` gave `y_k` with the standard error `s_k`, as far as it is its own and not shared by all repeats. They may scatter by more than
+//! that:
 //!
 //! ```text
 //!   y_k = α + β (t_k − t̄) + e_k            var e_k = s_k² + τ²           w_k = 1/(s_k² + τ²)
@@ -41,7 +42,7 @@ pub struct Repeat {
     pub time: f64,
     /// `y` estimate, SI.
     pub value: f64,
-    /// `s` its standard error, > 0.
+    /// `s` its standard error, without what all repeats share, > 0.
     pub std_error: f64,
 }
 

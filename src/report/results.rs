@@ -150,7 +150,45 @@ fn history(results: &[ResultFile], times: &[f64], joint: &str, parameter: &str) 
             let expected = format!("{}, as in the results before it", history.unit);
             return result.refuse(joint, &format!("{parameter}.unit"), &quantity["unit"], &expected);
         }
+        let shared_by_none =
+            if parameter == GAP { error_of_scatter(&found["backlash"]["best"]["values"]) } else { None };
+        let std_error = shared_by_none.map_or(std_error, |own| own.min(std_error));
         history.repeats.push(Repeat { time, value, std_error });
     }
     Ok(history)
+}
+
+/// `√(Σ (b_i − b̄)²/(n (n − 1)))` of the values `b_i` of single reversals. The standard error of a gap also contains what all reversals share, of counts and stiffness:
+/// repeats on one machine share it as well. `None` of fewer than three values, or where they do not scatter.
+fn error_of_scatter(values: &Value) -> Option<f64> {
+    /// Fewest values whose scatter says something.
+    const FEWEST: usize = 3;
+    let gaps: Vec<f64> = values.as_array()?.iter().filter_map(|value| value["gap"].as_f64()).collect();
+    let n = gaps.len() as f64;
+    let mean = gaps.iter().sum::<f64>() / n;
+    let squares: f64 = gaps.iter().map(|gap| (gap - mean).powi(2)).sum();
+    (gaps.len() >= FEWEST && squares > 0.0).then(|| (squares / (n * (n - 1.0))).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// Three reversals at 1, 2 and 3 have a mean with an error of `1/√3`. One that is stated smaller holds, and so does that of two reversals.
+    #[test]
+    fn analytic_repeats_of_a_gap_scatter_as_its_reversals() {
+        let error = |values: &[f64], stated: f64| {
+            let values: Vec<Value> = values.iter().map(|gap| json!({"gap": gap})).collect();
+            let mean = json!({"value": 2.0, "std_error": stated, "unit": "rad"});
+            let joint = json!({"joint": "j1", "backlash": {"best": {"mean": mean, "values": values}}});
+            let result = ResultFile { path: PathBuf::new(), name: String::new(), joints: vec![joint] };
+            history(&[result], &[0.0], "j1", GAP).expect("a result").expect("a gap").repeats[0].std_error
+        };
+        assert!((error(&[1.0, 2.0, 3.0], 5.0) - 3f64.sqrt().recip()).abs() < 1e-14);
+        assert_eq!(error(&[1.0, 2.0, 3.0], 0.5), 0.5);
+        assert_eq!(error(&[1.0, 3.0], 5.0), 5.0);
+        assert_eq!(error(&[2.0, 2.0, 2.0], 5.0), 5.0);
+    }
 }
