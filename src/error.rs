@@ -44,7 +44,7 @@ pub enum Error {
         /// What to record or change instead.
         advice: &'static str,
     },
-    /// The data do not decide, however many there are.
+    /// The data do not determine a quantity, although there are enough of them.
     #[error("{quantity} of {joint}: {reason}")]
     Undetermined {
         /// The quantity to be estimated.

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::error::{Error, Place, Result};
 use crate::identify::LawKind;
+use crate::identify::statistics::mean_with_error;
 use crate::identify::trend::{History, Repeat};
 
 /// Parameters of a law in each direction: key, and symbol for readers.
@@ -150,24 +151,21 @@ fn history(results: &[ResultFile], times: &[f64], joint: &str, parameter: &str) 
             let expected = format!("{}, as in the results before it", history.unit);
             return result.refuse(joint, &format!("{parameter}.unit"), &quantity["unit"], &expected);
         }
-        let shared_by_none =
-            if parameter == GAP { error_of_scatter(&found["backlash"]["best"]["values"]) } else { None };
-        let std_error = shared_by_none.map_or(std_error, |own| own.min(std_error));
+        let reversals = if parameter == GAP { &found["backlash"]["best"]["values"] } else { &Value::Null };
+        let std_error = error_of_scatter(reversals).map_or(std_error, |own| own.min(std_error));
         history.repeats.push(Repeat { time, value, std_error });
     }
     Ok(history)
 }
 
-/// `√(Σ (b_i − b̄)²/(n (n − 1)))` of the values `b_i` of single reversals. The standard error of a gap also contains what all reversals share, of counts and stiffness:
-/// repeats on one machine share it as well. `None` of fewer than three values, or where they do not scatter.
+/// Standard error of a mean by the scatter of the values of single reversals. That of a gap also contains what all reversals share, of counts and stiffness: repeats
+/// on one machine share it as well. `None` of fewer than three values, or where they do not scatter.
 fn error_of_scatter(values: &Value) -> Option<f64> {
     /// Fewest values whose scatter says something.
     const FEWEST: usize = 3;
     let gaps: Vec<f64> = values.as_array()?.iter().filter_map(|value| value["gap"].as_f64()).collect();
-    let n = gaps.len() as f64;
-    let mean = gaps.iter().sum::<f64>() / n;
-    let squares: f64 = gaps.iter().map(|gap| (gap - mean).powi(2)).sum();
-    (gaps.len() >= FEWEST && squares > 0.0).then(|| (squares / (n * (n - 1.0))).sqrt())
+    let (_, error) = mean_with_error(&gaps);
+    (gaps.len() >= FEWEST && error > 0.0).then_some(error)
 }
 
 #[cfg(test)]

@@ -186,8 +186,7 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// See [`fit`]: between the flanks the gear unwinds and winds up again, so that a motor crosses
-    /// `b + s (F₊ + F₋)/k`.
+    /// See [`fit`]: between the flanks the gear unwinds and winds up again, so that a motor crosses `b + s (F₊ + F₋)/k`.
     fn wind_up_error(&self, accuracy: f64, share: f64) -> f64 {
         let errors = self.sites(0.0, 0).0.into_iter().map(|Site { window, .. }| {
             let Transmission { breakaway: [forth, back], link_inertia, .. } = window.transmission;
