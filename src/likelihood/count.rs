@@ -1,11 +1,13 @@
 //! One reading of an encoder: its probability, and what it says of the angle.
 //!
 //! ```text
-//!   count: θ ∈ [a, b)      Z = Φ((b − m)/s) − Φ((a − m)/s)          ℓ = ln[(1 − ε) Z + ε Z_w]
+//!   count: θ ∈ [a, b)      Z = Φ((b − m)/s) − Φ((a − m)/s)          ℓ = ln[(1 − ε) Z + ε (1 − ε) Z_w + ε² Z_0]
 //!   exact: θ = y ± r       Z = r √(2π) N(y; m, s² + r²)                s_w² = 36 s² + δ²
 //! ```
 //! `m`, `s²`: mean and variance that the filter predicts. `Z_w` is the same with `s_w`: one reading in a thousand may be an outlier, and a
-//! wrong model then loses nats but not its track. `δ` is the size of a count, for an exact reading `r`, the sensor's floor.
+//! wrong model then loses nats but not its track. `δ` is the size of a count, for an exact reading `r`, the sensor's floor. `Z_0 = δ/R`, of an exact reading
+//! `r √(2π)/R`, is the same of an even chance over all the way `R` that was recorded: one outlier in a thousand may be anywhere. A machine that loses its track
+//! then pays some 20 nats, however far it went, so that a score says how often a model fails and not how badly it failed once.
 //! The angle that has been read is a normal variable truncated to the count, with mean `m*` and variance `V*`:
 //!
 //! ```text
@@ -25,6 +27,8 @@ pub(super) struct Read {
     pub half: f64,
     /// `r` [rad or m] standard deviation of an exact reading; of an encoder, how sharp its edges are.
     pub floor: f64,
+    /// `R` [rad or m] way over which readings were recorded.
+    pub range: f64,
 }
 
 /// What a reading says.
@@ -66,7 +70,7 @@ impl Read {
         let (alpha, beta) = ((away - self.half) / s, (away + self.half) / s);
         let Truncated { probability, shift, share } = truncated(alpha, beta);
         let other = inside((away - self.half) / wide, (away + self.half) / wide);
-        let (regular, all) = mixed(probability, other, outliers);
+        let (regular, all) = mixed(probability, other, 2.0 * self.half / self.range, outliers);
         let below = normal_upper_tail(-alpha);
         Said { nats: all.ln(), regular, shift: s * shift, share, variance, below, inside: probability }
     }
@@ -74,7 +78,8 @@ impl Read {
     /// An exact reading, whose density is taken in units of its own floor.
     fn exact(&self, away: f64, p: f64, s: f64, wide: f64, outliers: f64) -> Said {
         let density = |s: f64| self.floor / s * (-0.5 * (away / s).powi(2)).exp();
-        let (regular, all) = mixed(density(s), density(wide), outliers);
+        let anywhere = self.floor * (2.0 * std::f64::consts::PI).sqrt() / self.range;
+        let (regular, all) = mixed(density(s), density(wide), anywhere, outliers);
         let share = self.floor * self.floor / (s * s);
         let shift = away * p / (s * s);
         Said {
@@ -89,10 +94,10 @@ impl Read {
     }
 }
 
-/// Share of the regular part, and the sum; a probability never falls below the smallest number.
-fn mixed(regular: f64, wide: f64, outliers: f64) -> (f64, f64) {
-    let (regular, wide) = ((1.0 - outliers) * regular, outliers * wide);
-    let all = (regular + wide).max(f64::MIN_POSITIVE);
+/// Share of the regular part, and the sum.
+fn mixed(regular: f64, wide: f64, anywhere: f64, outliers: f64) -> (f64, f64) {
+    let regular = (1.0 - outliers) * regular;
+    let all = regular + outliers * ((1.0 - outliers) * wide + outliers * anywhere);
     (regular / all, all)
 }
 
@@ -155,7 +160,7 @@ mod tests {
     fn property_what_all_counts_say_sums_to_one() {
         let (m, p) = (0.013, 4e-4);
         let half = 0.01;
-        let count = |k: i32| Read { middle: 2.0 * half * f64::from(k), half, floor: 1e-6 };
+        let count = |k: i32| Read { middle: 2.0 * half * f64::from(k), half, floor: 1e-6, range: 401.0 * 2.0 * half };
         let sum: f64 = (-200..=200).map(|k| count(k).says(m, p, 1e-3).nats.exp()).sum();
         // Tails beyond 30 standard deviations of the wide part are left out.
         assert!((sum - 1.0).abs() < 1e-9, "{sum}");

@@ -330,7 +330,7 @@ impl<'a> Run<'a> {
         }
         let first = said;
         if said.regular < 0.5 {
-            self.widen(joint);
+            self.widen(joint, said.shift);
             said = read.says(theta, self.covariance.variance(state), outliers);
         }
         self.covariance.update(state, said.variance, said.share);
@@ -374,9 +374,9 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// After an outlier: the joint may be elsewhere, rotor and link together, and go at another speed.
-    fn widen(&mut self, joint: usize) {
-        let (state, step) = (4 * joint, self.recording.joints[joint].step());
+    /// After an outlier by this way [rad or m]: the joint may be elsewhere, rotor and link together, and go at another speed.
+    fn widen(&mut self, joint: usize, way: f64) {
+        let (state, step) = (4 * joint, self.recording.joints[joint].step().max(way.abs()));
         self.covariance.widen(&[state, state + 2], step);
         self.covariance.widen(&[state + 1, state + 3], step / JOLT);
         self.covariance.widen(&[state + 1], step / JOLT);

@@ -14,14 +14,14 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::gears::{self, SoughtGear};
+use super::gears::{self, Gear};
 use super::hypothesis::{Hypothesis, Start};
 use super::objective::{Fit, Slope};
 use super::parameters::{self, NUMBERS, Parameter};
 use super::recording::Recording;
 use super::search::NOISE_TRIALS;
 use super::subject::Setup;
-use super::{Score, Settings, scored};
+use super::{Score, Settings, scored, uneven};
 use crate::error::Result;
 use crate::robot::{EffectEntry, Model};
 use crate::timeseries::Estimate;
@@ -69,7 +69,8 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    fn setup(&self) -> Setup {
+    /// The machine with its fitted parameters and effects, and how currents drive it.
+    pub(super) fn setup(&self) -> Setup {
         parameters::setup(&self.model, &self.effects, &self.parameters, &self.x)
     }
 
@@ -78,6 +79,20 @@ impl Fitted {
         let (mut parameters, mut x) = (self.parameters.clone(), x.to_vec());
         parameters::put_gears(&self.model, &start.gears, &mut parameters, &mut x);
         (parameters, x)
+    }
+
+    /// Better gears of its joints, with the effects of those that are soft or vary.
+    fn better_gears(&self, train: &[Recording], settings: &Settings) -> Vec<(Gear, Option<EffectEntry>)> {
+        let setup = self.setup();
+        let names = self.model.joints.iter().map(|joint| &joint.name);
+        let gears = gears::around(&setup, &self.lambda, train, settings);
+        let uneven = uneven::around(&setup, &self.lambda, train, settings);
+        let varies = |name: &String| self.effects.iter().any(|entry| uneven::is_of(entry, name));
+        let better = names.zip(gears).zip(uneven).map(|((name, gear), uneven)| match uneven.filter(|_| varies(name)) {
+            Some((share, gap)) => (Gear { gap: gap.gap, share }, Some(gap.entry(name))),
+            None => (gear.gear, gear.entry(name)),
+        });
+        better.collect()
     }
 
     /// Effects, parameters and `x` without these effects.
@@ -207,15 +222,16 @@ pub fn refine(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Resu
 /// As [`fit`](fit()).
 pub fn from_better_gears(fitted: &Fitted, train: &[Recording], settings: &Settings) -> Result<Fitted> {
     let Fitted { model, effects, lambda, .. } = fitted;
-    let sought = gears::around(&fitted.setup(), lambda, train, settings);
     let exact = |lambda: &f64| *lambda < NEARLY_EXACT;
     let all = lambda.iter().all(exact);
     // A joint that misses nothing keeps its gear: a search with more noise may lead away from it.
-    let sought = sought.into_iter().zip(lambda).map(|(gear, lambda)| Some(gear).filter(|_| all || !exact(lambda)));
-    let sought: Vec<Option<SoughtGear>> = sought.collect();
-    let start = Start { effects: Vec::new(), gears: sought.iter().map(|one| Some(one.as_ref()?.gear)).collect() };
-    let (parameters, mut x) = fitted.with_gears(&fitted.x, &start);
-    parameters::put_stiffness(model, effects, &sought, &parameters, &mut x);
+    let is_sought = |joint: usize| all || !exact(&lambda[joint]);
+    let better = fitted.better_gears(train, settings).into_iter().enumerate();
+    let better = better.map(|(joint, better)| Some(better).filter(|_| is_sought(joint)));
+    let (gears, sizes): (Vec<_>, Vec<_>) = better.map(Option::unzip).unzip();
+    let sizes: Vec<EffectEntry> = sizes.into_iter().flatten().flatten().collect();
+    let (parameters, mut x) = fitted.with_gears(&fitted.x, &Start { effects: Vec::new(), gears });
+    parameters::put_sizes(effects, &sizes, &parameters, &mut x);
     let fit = Fit { model, effects, parameters, train, settings };
     let lambda = fit.noise(&x, lambda.clone(), NOISE_TRIALS)?;
     let from = fit.climb(x, lambda)?;

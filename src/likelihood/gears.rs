@@ -41,7 +41,7 @@ const SHARES: [f64; 6] = [0.05, 0.12, 0.2, 0.3, 0.42, 0.55];
 const SHARE_STEP: f64 = 0.1;
 /// Ratio of a gap to the next, and where they begin and how many there are: 1.1 to 0.36 times a gap that is known without the wind-up of the gear, which it
 /// contains; 2 to 44 counts of the encoder where none is known, and none.
-const GAP_RATIO: f64 = 0.87;
+pub(super) const GAP_RATIO: f64 = 0.87;
 const GAPS: usize = 9;
 const LARGEST_GAP: f64 = 1.1;
 const UNKNOWN_GAPS: usize = 23;
@@ -71,6 +71,14 @@ pub struct SoughtGear {
     pub gear: Gear,
     /// [N·m/rad or N/m] Its stiffness, where that was sought too.
     pub stiffness: Option<f64>,
+}
+
+impl SoughtGear {
+    /// The effect of its stiffness on a joint.
+    pub fn entry(&self, joint: &str) -> Option<EffectEntry> {
+        let parameters = [(STIFFNESS.to_owned(), self.stiffness?)].into();
+        Some(EffectEntry { effect: SOFT_GEAR.to_owned(), joint: Some(joint.to_owned()), parameters })
+    }
 }
 
 /// [N·m/rad or N/m] Stiffness of a gear that does not count as soft: the model's, or one that Coulomb friction winds up by a tenth of a count.
@@ -127,11 +135,6 @@ pub(super) fn around(setup: &Setup, lambda: &[f64], recordings: &[Recording], se
 fn stiffness(model: &Model, joint: &str) -> Option<f64> {
     let own = model.effects.iter().find(|entry| is_soft(entry, joint))?;
     own.parameters.get(STIFFNESS).copied()
-}
-
-/// Whether a parameter of an effect is the stiffness of a gear.
-pub(super) fn is_stiffness(effect: &str, parameter: &str) -> bool {
-    (effect, parameter) == (SOFT_GEAR, STIFFNESS)
 }
 
 fn is_soft(entry: &EffectEntry, joint: &str) -> bool {

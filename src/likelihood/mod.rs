@@ -19,11 +19,13 @@ mod points;
 mod recording;
 mod search;
 mod subject;
+mod uneven;
 
 pub use fit::{Fitted, fit, fit_baseline, from_better_gears, most_probable, refine, without};
 pub use gears::{Gear, SOFT_GEAR, STIFFNESS, SoughtGear, hardly_soft, seek_gears};
 pub use hypothesis::{Free, Hypothesis, Scale, Start};
 pub use recording::Recording;
+pub use uneven::{ORDERS, UNEVEN_GAP, UnevenGap, seek_uneven_gaps};
 
 use filter::{Outcome, Run, Scored};
 use rayon::prelude::*;

@@ -9,7 +9,7 @@
 
 use nalgebra::DVector;
 
-use super::gears::{self, Gear, SoughtGear};
+use super::gears::Gear;
 use super::hypothesis::{Free, Hypothesis, Scale};
 use super::subject::Setup;
 use crate::effects::Catalogue;
@@ -243,21 +243,14 @@ pub(super) fn put_gears(model: &Model, gears: &[Option<Gear>], parameters: &mut 
     }
 }
 
-/// Moves the stiffness of soft gears to that of gears that were sought.
-pub(super) fn put_stiffness(
-    model: &Model,
-    effects: &[EffectEntry],
-    sought: &[Option<SoughtGear>],
-    parameters: &[Parameter],
-    x: &mut [f64],
-) {
+/// Moves sizes of effects to those of the same effects on the same joints that were sought.
+pub(super) fn put_sizes(effects: &[EffectEntry], sought: &[EffectEntry], parameters: &[Parameter], x: &mut [f64]) {
     for (parameter, x) in parameters.iter().zip(x) {
         let Kind::Effect(effect, name) = &parameter.kind else { continue };
-        let of = effects.get(*effect).filter(|entry| gears::is_stiffness(&entry.effect, name));
-        let joint =
-            of.and_then(|entry| model.joints.iter().position(|joint| Some(&joint.name) == entry.joint.as_ref()));
-        if let Some(stiffness) = joint.and_then(|joint| sought.get(joint)?.as_ref()?.stiffness) {
-            *x = parameter.position(stiffness);
+        let own = effects.get(*effect);
+        let same = own.and_then(|own| sought.iter().find(|one| one.effect == own.effect && one.joint == own.joint));
+        if let Some(value) = same.and_then(|one| one.parameters.get(name)) {
+            *x = parameter.position(*value);
         }
     }
 }

@@ -36,6 +36,8 @@ pub(super) struct Recorded {
     /// `δ/2`, see [`Read`].
     half: f64,
     floor: f64,
+    /// `R`, see [`Read`]: at least a count.
+    range: f64,
     /// [rad or m] Way from the start of a window after which the link's place in its gap is known.
     settles: f64,
 }
@@ -43,7 +45,7 @@ pub(super) struct Recorded {
 impl Recorded {
     /// The reading of the encoder at a sample.
     pub fn read(&self, sample: usize) -> Read {
-        Read { middle: self.position[sample], half: self.half, floor: self.floor }
+        Read { middle: self.position[sample], half: self.half, floor: self.floor, range: self.range }
     }
 
     /// [rad/s or m/s] The fastest change from a sample to the next, by as much as a reading leaves open at most.
@@ -153,7 +155,9 @@ fn recorded(model: &Model, joint: &JointModel, series: &TimeSeries) -> Result<Re
     let noise = noise.max(1e-3 * root_mean_square(&current));
     let gap = joint.backlash.map_or(LARGEST_IN_COUNTS * step, |gap| SETTLING_GAPS * gap);
     let settles = gap + SETTLING_COUNTS * step;
-    Ok(Recorded { current, noise, weight, position: position.to_vec(), half: 0.5 * step, floor, settles })
+    let [least, most] = [f64::min, f64::max].map(|of| position.iter().copied().fold(position[0], of));
+    let range = (most - least).max(step).max(floor);
+    Ok(Recorded { current, noise, weight, position: position.to_vec(), half: 0.5 * step, floor, range, settles })
 }
 
 /// `w` of a measured current.
@@ -180,6 +184,7 @@ mod tests {
             position,
             half: 5e-4,
             floor: 2e-5,
+            range: 0.04,
             settles: SETTLING_GAPS * 0.01 + SETTLING_COUNTS * 1e-3,
         };
         let time = (0..100).map(|k| 0.01 * f64::from(k)).collect();

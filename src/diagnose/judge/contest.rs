@@ -16,8 +16,8 @@ use super::sets::{self, Known, Sets};
 use super::{floor, starts};
 use crate::error::Result;
 use crate::likelihood::{
-    Fitted, Gear, Hypothesis, Recording, SOFT_GEAR, Score, Settings, Start, fit, fit_baseline, from_better_gears,
-    most_probable, refine, score, seek_gears, without,
+    Fitted, Gear, Hypothesis, Recording, SOFT_GEAR, Score, Settings, Start, UNEVEN_GAP, fit, fit_baseline,
+    from_better_gears, most_probable, refine, score, seek_gears, seek_uneven_gaps, without,
 };
 use crate::robot::{JointModel, Model};
 use crate::timeseries::Estimate;
@@ -71,13 +71,20 @@ impl Contender {
         self.fitted.effects().len()
     }
 
+    /// Its effects with their joints, sorted.
+    fn named(&self) -> Vec<(String, Option<String>)> {
+        let mut all: Vec<_> = self.fitted.effects().into_iter().map(|entry| (entry.effect, entry.joint)).collect();
+        all.sort();
+        all
+    }
+
     fn has_the_entries_of(&self, other: &Self) -> bool {
-        let named = |one: &Self| {
-            let mut all: Vec<_> = one.fitted.effects().into_iter().map(|entry| (entry.effect, entry.joint)).collect();
-            all.sort();
-            all
-        };
-        named(self) == named(other)
+        self.named() == other.named()
+    }
+
+    fn contains(&self, other: &Self) -> bool {
+        let own = self.named();
+        other.named().iter().all(|one| own.contains(one))
     }
 
     /// Joints on which an effect of the set acts.
@@ -107,7 +114,9 @@ impl Contender {
 
 /// What other sets build on: the baseline, or what the regression named.
 struct Ground {
-    /// Without the effects of that set.
+    /// As it was fitted, with the effects of that set.
+    whole: Fitted,
+    /// Without them.
     fitted: Fitted,
     /// That set as it was fitted; `None` for the baseline.
     start: Option<Hypothesis>,
@@ -185,13 +194,14 @@ impl Contest {
         let over = || start.elapsed().as_secs_f64() > self.seconds;
         progress("simulating the baseline", 0.0);
         let (mut contenders, ground) = self.ground(model, sets.known.as_ref())?;
-        let more = sets.more.iter().map(|one| match &ground.start {
-            Some(known) => sets::joined(&[known.clone(), one.clone()]),
-            None => one.clone(),
-        });
         // Beside nothing, what is tried beside the regression's set is already there.
         let others = sets.others.iter().filter(|one| ground.start.is_some() || !sets.more.contains(one));
-        let [more, others] = self.sought([more.collect(), others.cloned().collect()], &ground, progress);
+        let [more, others] = self.sought([sets.more.clone(), others.cloned().collect()], &ground, progress);
+        let beside_known = |one: Hypothesis| match &ground.start {
+            Some(known) => sets::joined(&[known.clone(), one]),
+            None => one,
+        };
+        let more: Vec<Hypothesis> = more.into_iter().map(beside_known).collect();
         let baseline = contenders[0].fitted.clone();
         let tried: Vec<(&Hypothesis, &Fitted)> =
             more.iter().map(|set| (set, &ground.fitted)).chain(others.iter().map(|set| (set, &baseline))).collect();
@@ -231,9 +241,9 @@ impl Contest {
                 let mut model = known.model.clone();
                 model.effects.extend(with.fitted.effects());
                 let finished = self.is_finished(&with.fitted)?;
-                let (fitted, start) = (with.fitted.beside_effects(), Some(with.fitted_start()));
+                let (whole, start) = (with.fitted.clone(), Some(with.fitted_start()));
                 contenders.push(with);
-                return Ok((contenders, Ground { fitted, start, finished, model }));
+                return Ok((contenders, Ground { fitted: whole.beside_effects(), whole, start, finished, model }));
             }
             contenders.push(with);
         } else if !finished {
@@ -244,7 +254,7 @@ impl Contest {
             }
         }
         let fitted = contenders[0].fitted.clone();
-        Ok((contenders, Ground { fitted, start: None, finished, model: model.clone() }))
+        Ok((contenders, Ground { whole: fitted.clone(), fitted, start: None, finished, model: model.clone() }))
     }
 
     /// What the regression named, fitted closely where the baseline is far from its floor.
@@ -268,20 +278,32 @@ impl Contest {
         model
     }
 
-    /// Sets with their soft gears at those that explain the recordings best, where the ground is far from its floor.
+    /// Sets with their soft gears and their gaps that vary at those that explain the recordings best, where the ground is far from its floor.
     fn sought<const N: usize>(
         &self,
-        sets: [Vec<Hypothesis>; N],
+        mut sets: [Vec<Hypothesis>; N],
         ground: &Ground,
         progress: &mut dyn FnMut(&str, f64),
     ) -> [Vec<Hypothesis>; N] {
-        let soft = |set: &Hypothesis| sets::names(set).iter().any(|name| name == SOFT_GEAR);
-        if ground.finished || !sets.iter().flatten().any(soft) {
+        let any = |sets: &[Vec<Hypothesis>; N], effect: &str| {
+            sets.iter().flatten().any(|set| sets::names(set).iter().any(|name| name == effect))
+        };
+        if ground.finished {
             return sets;
         }
-        progress("seeking soft gears", 0.2);
-        let gears = seek_gears(&ground.model, &self.glances(), true, &self.settings);
-        sets.map(|sets| sets.iter().map(|set| starts::at_sought_gears(set, &ground.model, &gears)).collect())
+        if any(&sets, SOFT_GEAR) {
+            progress("seeking soft gears", 0.15);
+            let gears = seek_gears(&ground.model, &self.glances(), true, &self.settings);
+            let at = |set: &Hypothesis| starts::at_sought_gears(set, &ground.model, &gears);
+            sets = sets.map(|sets| sets.iter().map(at).collect());
+        }
+        if any(&sets, UNEVEN_GAP) {
+            progress("seeking gaps that vary", 0.25);
+            let gaps = seek_uneven_gaps(&ground.whole, &ground.model, &self.train, &self.settings);
+            let model = ground.whole.model();
+            sets = sets.map(|sets| starts::at_uneven_gaps(sets, &model, &gaps));
+        }
+        sets
     }
 
     /// A set, fitted roughly; `hopeful`: see [`Settings::hopeful`].
@@ -308,6 +330,9 @@ impl Contest {
         let least = contenders[0].nats + LEADS;
         let mut order: Vec<usize> = (1..contenders.len()).filter(|one| contenders[*one].nats > least).collect();
         order.sort_by(|a, b| contenders[*b].nats.total_cmp(&contenders[*a].nats));
+        // What the best set has without some of its entries follows from its own fit.
+        let best = order.first().copied();
+        order.retain(|one| best.is_none_or(|best| best == *one || !contenders[best].contains(&contenders[*one])));
         order.truncate(LEADING);
         // A baseline that is far from its floor may only not have been fitted far enough.
         if order.is_empty() && (ground.finished || ground.start.is_some()) {

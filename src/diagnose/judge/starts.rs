@@ -4,8 +4,10 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use super::sets;
 use crate::gearhead::Direction;
-use crate::likelihood::{Free, Hypothesis, SOFT_GEAR, STIFFNESS, Scale, SoughtGear, Start, hardly_soft};
+use crate::likelihood::{Free, Gear, Hypothesis, ORDERS, SOFT_GEAR, STIFFNESS, Scale, SoughtGear, Start};
+use crate::likelihood::{UNEVEN_GAP, UnevenGap, hardly_soft};
 use crate::robot::{EffectEntry, Model};
 
 /// Every effect that has starts.
@@ -54,7 +56,7 @@ pub fn of(effect: &str, model: &Model, lines: &[Vec<f64>]) -> Vec<Hypothesis> {
         "dwell_stiction" | "rotor_inertia" | "load_dependent_friction" | "torque_constant_error" => {
             on_all(effect, model).into_iter().collect()
         }
-        "position_dependent_backlash" | "periodic_disturbance" => {
+        UNEVEN_GAP | "periodic_disturbance" => {
             let lines = |joint: usize| lines.get(joint).map_or(&[][..], Vec::as_slice);
             let alone = (0..model.joints.len()).map(|joint| alone(effect, model, joint, lines(joint)));
             alone.filter(|one| !one.starts.is_empty()).collect()
@@ -106,6 +108,51 @@ pub fn at_sought_gears(hypothesis: &Hypothesis, model: &Model, sought: &[SoughtG
     Hypothesis { starts, ..hypothesis.clone() }
 }
 
+/// Sets of a gap that varies on one joint: the gaps that were sought are their only starts, and one set more has them on all joints. Other sets stay.
+pub fn at_uneven_gaps(sets: Vec<Hypothesis>, model: &Model, sought: &[Vec<UnevenGap>]) -> Vec<Hypothesis> {
+    let is_uneven = |set: &Hypothesis| {
+        set.starts.iter().any(|start| matches!(&start.effects[..], [one] if one.effect == UNEVEN_GAP))
+    };
+    let all: Vec<usize> = (0..sought.len()).filter(|joint| !sought[*joint].is_empty()).collect();
+    let (uneven, mut sets): (Vec<_>, Vec<_>) = sets.into_iter().partition(is_uneven);
+    if uneven.is_empty() {
+        return sets;
+    }
+    sets.extend(all.iter().map(|joint| uneven_gaps(&[*joint], model, sought)));
+    if all.len() > 1 {
+        sets.push(uneven_gaps(&all, model, sought));
+    }
+    sets
+}
+
+/// Gaps that vary on these joints, the most probable ones of each together first.
+fn uneven_gaps(joints: &[usize], model: &Model, sought: &[Vec<UnevenGap>]) -> Hypothesis {
+    let count = joints.iter().map(|joint| sought[*joint].len()).min().unwrap_or(0);
+    let start = |k: usize| {
+        let mut gears = vec![None; model.joints.len()];
+        let effects = joints.iter().map(|joint| {
+            let (own, place) = (&model.joints[*joint], sought[*joint][k]);
+            let share = own.friction.map_or(0.0, |friction| friction.link_share);
+            gears[*joint] = Some(Gear { gap: place.gap, share });
+            place.entry(&own.name)
+        });
+        let effects = effects.collect();
+        Start { effects, gears }
+    };
+    let starts: Vec<Start> = (0..count).map(start).collect();
+    let free = joints.iter().enumerate().flat_map(|(effect, joint)| {
+        let own = of_uneven_gap(sought[*joint][0].gap);
+        own.map(|(parameter, scale)| Free { effect, parameter: parameter.to_owned(), scale })
+    });
+    let entries: Vec<&EffectEntry> = starts.iter().take(1).flat_map(|start| &start.effects).collect();
+    Hypothesis { name: sets::name(&entries), free: free.collect(), starts }
+}
+
+/// What is fitted of a gap that varies around a mean.
+fn of_uneven_gap(mean: f64) -> [(&'static str, Scale); 2] {
+    [("amplitude", Scale::By(0.1 * mean)), ("phase", Scale::By(0.3))]
+}
+
 fn around(count: u32) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| TAU * f64::from(k) / f64::from(count) - 0.5 * TAU)
 }
@@ -124,13 +171,13 @@ fn of_joint(effect: &str, model: &Model, joint: usize, lines: &[f64]) -> (Vec<Va
             let starts = [start(0.1, 0.5), start(0.1, 2.0), start(0.25, 0.5), start(0.25, 2.0)].into();
             (starts, vec![("growth", Scale::By(0.05 * coulomb)), ("time_constant", Scale::Times(0.3))])
         }
-        "position_dependent_backlash" => {
+        UNEVEN_GAP => {
             let start = |order: f64| {
                 around(16).map(move |phase| vec![("amplitude", 0.3 * gap), ("order", order), ("phase", phase)])
             };
             // A gap that the regression did not find varies by nothing.
-            let orders = [1.0, 2.0, 3.0].into_iter().filter(|_| gap > 0.0);
-            (orders.flat_map(start).collect(), vec![("amplitude", Scale::By(0.1 * gap)), ("phase", Scale::By(0.3))])
+            let orders = ORDERS.into_iter().filter(|_| gap > 0.0);
+            (orders.flat_map(start).collect(), of_uneven_gap(gap).into())
         }
         "rotor_inertia" => {
             let starts = [-0.25, -0.1, 0.1, 0.25].map(|error| vec![("error", error)]).into();
