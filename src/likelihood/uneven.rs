@@ -24,10 +24,9 @@ use crate::robot::{EffectEntry, JointModel, Model};
 pub const UNEVEN_GAP: &str = "position_dependent_backlash";
 /// `n` that are sought: an eccentric gear has one period a turn, wear over a working range two or three.
 pub const ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
-/// `λ` of the whole grid.
-const COARSE_NOISE: f64 = 2.0;
-/// `λ` of each finer pass, and the steps of its gaps relative to those of the grid.
-const FINER: [(f64, f64); 2] = [(1.0, 0.5), (0.0, 0.25)];
+/// `λ` of the passes, and the steps of their gaps relative to those of the grid; the first pass goes along all of the grid.
+const PASSES: [(f64, Option<f64>); 3] = [(2.0, None), (1.0, Some(0.5)), (0.0, Some(FINEST))];
+const FINEST: f64 = 0.25;
 /// Largest gap over the larger one that regression and fit found, and the number of steps to the least, 0.26 times that: what was found constant may be the gap
 /// of any angle.
 const LARGEST: f64 = 1.6;
@@ -129,19 +128,12 @@ pub fn seek_uneven_gaps(
         .map(|(fitted, given)| [fitted, given].into_iter().filter_map(|joint| joint.backlash).reduce(f64::max))
         .collect();
     let mut found: Vec<Vec<UnevenGap>> = vec![Vec::new(); setup.model.joints.len()];
-    for pass in 0..=FINER.len() {
+    for (noise, size) in PASSES {
         for (joint, found) in found.iter_mut().enumerate() {
-            let search = |noise| Search { setup: &setup, joint, recordings, noise, settings };
-            let (search, places) = match pass {
-                0 => {
-                    let search = search(COARSE_NOISE);
-                    (search, search.on_the_grid(largest[joint]))
-                }
-                _ => {
-                    let (noise, size) = FINER[pass - 1];
-                    let search = search(noise);
-                    (search, found.iter().flat_map(|place| search.around(place, size)).collect())
-                }
+            let search = Search { setup: &setup, joint, recordings, noise, settings };
+            let places = match size {
+                None => search.on_the_grid(largest[joint]),
+                Some(size) => found.iter().flat_map(|place| search.around(place, size)).collect(),
             };
             *found = search.best_of_each_order(places);
             if let Some(first) = found.first() {
@@ -159,7 +151,6 @@ pub(super) fn around(
     recordings: &[Recording],
     settings: &Settings,
 ) -> Vec<Option<(f64, UnevenGap)>> {
-    let (_, size) = FINER[FINER.len() - 1];
     let noise = lambda.iter().copied().fold(0.0, f64::max);
     let mut setup = setup.clone();
     let better = |joint: usize| {
@@ -170,7 +161,7 @@ pub(super) fn around(
             let mut beside = setup.clone();
             beside.model.joints[joint].friction.iter_mut().for_each(|friction| friction.link_share = share);
             let search = Search { setup: &beside, joint, recordings, noise, settings };
-            for place in search.around(&own, size) {
+            for place in search.around(&own, FINEST) {
                 let score = search.score(&place);
                 if best.as_ref().is_none_or(|best| score > best.0) {
                     best = Some((score, search.with(&place), (share, place)));
@@ -185,7 +176,6 @@ pub(super) fn around(
 }
 
 /// What is sought of one joint.
-#[derive(Clone, Copy)]
 struct Search<'a> {
     setup: &'a Setup,
     joint: usize,
@@ -202,10 +192,13 @@ impl Search<'_> {
             Some(gap) => (LARGEST * gap, STEPS),
             None => (LARGEST_IN_COUNTS * step, UNKNOWN_STEPS),
         };
+        if largest <= 0.0 {
+            return Vec::new();
+        }
         let factors: Vec<f64> = (0..=steps).map(|k| GAP_RATIO.powi(k)).collect();
         let means: Vec<f64> = factors.iter().map(|factor| factor * largest).collect();
         let table = self.table(UnevenGap::constant(largest), factors);
-        table.iter().flat_map(|table| ORDERS.iter().flat_map(|order| table.best(&means, *order))).collect()
+        table.iter().flat_map(|table| ORDERS.iter().flat_map(|order| table.best(*order, &means))).collect()
     }
 
     /// A place, and a better one around it by what gaps of its shape score; `size`: of the steps.
@@ -321,7 +314,7 @@ impl Table {
     }
 
     /// The best places of an order that are not near each other, with these means.
-    fn best(&self, means: &[f64], order: f64) -> Vec<UnevenGap> {
+    fn best(&self, order: f64, means: &[f64]) -> Vec<UnevenGap> {
         let phases = (0..PHASES).map(|k| TAU * f64::from(k + 1) / f64::from(PHASES) - PI);
         let shapes: Vec<(f64, f64)> = phases.flat_map(|phase| AMPLITUDES.map(|share| (phase, share))).collect();
         let place = |gap: &f64| {
@@ -392,11 +385,11 @@ mod tests {
         let factors: Vec<f64> = (0..=STEPS).map(|k| GAP_RATIO.powi(k)).collect();
         let means: Vec<f64> = factors.iter().map(|factor| 0.0105 * factor).collect();
         let coarse = table(&truth, UnevenGap::constant(0.0105), factors);
-        let best = coarse.best(&means, 2.0);
+        let best = coarse.best(2.0, &means);
         assert_eq!(best.len(), SIMULATED);
         // Interpolated between gaps of 13 %, a parabola is cut off by (0.14/2)² at most: half a step of each.
         assert_near(&best[0], &truth, 0.5);
-        let other = coarse.best(&means, 3.0)[0];
+        let other = coarse.best(3.0, &means)[0];
         assert!(coarse.score(&best[0]) > coarse.score(&other), "{best:?} {other:?}");
         let factors = (-AROUND..=AROUND).map(|k| GAP_RATIO.powf(0.25 * f64::from(k))).collect();
         // Steps of a quarter: half of that.
