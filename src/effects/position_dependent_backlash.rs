@@ -5,7 +5,8 @@
 //! `θ` is the rotor's angle; the link's differs from it by the gap.
 //! A diagnosis identifies it with a second encoder behind the gear, which shows `± b(θ)/2` on the flanks. With the motor's side
 //! alone, single reversals of fast motion give the gap to 0.2 to 1 mrad on some machines, and with an error of its full size on others
-//! (seeds 11 to 14 of the draw in `tests/gaps`, with friction and its share behind the gear known): it is not identified there.
+//! (seeds 11 to 14 of the draw in `tests/gaps`, with friction and its share behind the gear known): the regression does not identify it there. `diagnose --judge` seeks it
+//! by the score of every sample (`likelihood::uneven`).
 //! Left out: other harmonics (each is a separate effect).
 //! Reference: M. Nordin, P.-O. Gutman (2002), Controlling mechanical systems with backlash, a survey.
 

@@ -1,12 +1,12 @@
 //! One reading of an encoder: its probability, and what it says of the angle.
 //!
 //! ```text
-//!   count: θ ∈ [a, b)      Z = Φ((b − m)/s) − Φ((a − m)/s)          ℓ = ln[(1 − ε) Z + ε (1 − ε) Z_w + ε² Z_0]
+//!   count: θ ∈ [a, b)      Z = Φ((b − m)/s) − Φ((a − m)/s)          ℓ = ln[(1 − ε) Z + ε ((1 − η) Z_w + η Z_0)]
 //!   exact: θ = y ± r       Z = r √(2π) N(y; m, s² + r²)                s_w² = 36 s² + δ²
 //! ```
 //! `m`, `s²`: mean and variance that the filter predicts. `Z_w` is the same with `s_w`: one reading in a thousand may be an outlier, and a
 //! wrong model then loses nats but not its track. `δ` is the size of a count, for an exact reading `r`, the sensor's floor. `Z_0 = δ/R`, of an exact reading
-//! `r √(2π)/R`, is the same of an even chance over all the way `R` that was recorded: one outlier in a thousand may be anywhere. A machine that loses its track
+//! `r √(2π)/R`, is the same of an even chance over all the way `R` that was recorded: a share `η` of outliers may be anywhere. A machine that loses its track
 //! then pays some 20 nats, however far it went, so that a score says how often a model fails and not how badly it failed once.
 //! The angle that has been read is a normal variable truncated to the count, with mean `m*` and variance `V*`:
 //!
@@ -16,6 +16,7 @@
 //! References: S. Särkkä, L. Svensson (2023), Bayesian filtering and smoothing, chapter 6, for the update by moments; R. Curry (1970), Estimation and control
 //! with quantized measurements, chapter 2, for counts.
 
+use super::Settings;
 use crate::distributions::normal_upper_tail;
 
 /// What was read.
@@ -58,28 +59,28 @@ struct Truncated {
 }
 
 impl Read {
-    /// What the reading says of an angle whose predicted mean is `m` and variance `p`, where one reading in `1/outliers` is an outlier.
-    pub fn says(&self, m: f64, p: f64, outliers: f64) -> Said {
+    /// What the reading says of an angle whose predicted mean is `m` and variance `p`, with the shares `ε` and `η` of the settings.
+    pub fn says(&self, m: f64, p: f64, settings: &Settings) -> Said {
         let variance = p + self.floor * self.floor;
         let s = variance.sqrt();
         let away = self.middle - m;
         let wide = (36.0 * variance + 4.0 * self.half * self.half + self.floor * self.floor).sqrt();
         if self.half == 0.0 {
-            return self.exact(away, p, s, wide, outliers);
+            return self.exact(away, p, s, wide, settings);
         }
         let (alpha, beta) = ((away - self.half) / s, (away + self.half) / s);
         let Truncated { probability, shift, share } = truncated(alpha, beta);
         let other = inside((away - self.half) / wide, (away + self.half) / wide);
-        let (regular, all) = mixed(probability, other, 2.0 * self.half / self.range, outliers);
+        let (regular, all) = mixed(probability, other, 2.0 * self.half / self.range, settings);
         let below = normal_upper_tail(-alpha);
         Said { nats: all.ln(), regular, shift: s * shift, share, variance, below, inside: probability }
     }
 
     /// An exact reading, whose density is taken in units of its own floor.
-    fn exact(&self, away: f64, p: f64, s: f64, wide: f64, outliers: f64) -> Said {
+    fn exact(&self, away: f64, p: f64, s: f64, wide: f64, settings: &Settings) -> Said {
         let density = |s: f64| self.floor / s * (-0.5 * (away / s).powi(2)).exp();
         let anywhere = self.floor * (2.0 * std::f64::consts::PI).sqrt() / self.range;
-        let (regular, all) = mixed(density(s), density(wide), anywhere, outliers);
+        let (regular, all) = mixed(density(s), density(wide), anywhere, settings);
         let share = self.floor * self.floor / (s * s);
         let shift = away * p / (s * s);
         Said {
@@ -94,10 +95,11 @@ impl Read {
     }
 }
 
-/// Share of the regular part, and the sum.
-fn mixed(regular: f64, wide: f64, anywhere: f64, outliers: f64) -> (f64, f64) {
-    let regular = (1.0 - outliers) * regular;
-    let all = regular + outliers * ((1.0 - outliers) * wide + outliers * anywhere);
+/// Share of the regular part, and the sum; a probability never falls below the smallest number.
+fn mixed(regular: f64, wide: f64, anywhere: f64, settings: &Settings) -> (f64, f64) {
+    let regular = (1.0 - settings.outliers) * regular;
+    let outlier = (1.0 - settings.anywhere) * wide + settings.anywhere * anywhere;
+    let all = (regular + settings.outliers * outlier).max(f64::MIN_POSITIVE);
     (regular / all, all)
 }
 
@@ -161,7 +163,7 @@ mod tests {
         let (m, p) = (0.013, 4e-4);
         let half = 0.01;
         let count = |k: i32| Read { middle: 2.0 * half * f64::from(k), half, floor: 1e-6, range: 401.0 * 2.0 * half };
-        let sum: f64 = (-200..=200).map(|k| count(k).says(m, p, 1e-3).nats.exp()).sum();
+        let sum: f64 = (-200..=200).map(|k| count(k).says(m, p, &Settings::default()).nats.exp()).sum();
         // Tails beyond 30 standard deviations of the wide part are left out.
         assert!((sum - 1.0).abs() < 1e-9, "{sum}");
     }

@@ -321,8 +321,8 @@ impl<'a> Run<'a> {
         }
         let read = self.recording.joints[joint].read(sample);
         let theta = self.reference.carrier.joints()[joint].theta + misread;
-        let outliers = self.settings.outliers;
-        let mut said = read.says(theta, self.covariance.variance(state), outliers);
+        let settings = self.settings;
+        let mut said = read.says(theta, self.covariance.variance(state), settings);
         if counts {
             self.outcome.nats[joint] += said.nats;
             self.outcome.readings[joint] += 1;
@@ -330,8 +330,8 @@ impl<'a> Run<'a> {
         }
         let first = said;
         if said.regular < 0.5 {
-            self.widen(joint, said.shift);
-            said = read.says(theta, self.covariance.variance(state), outliers);
+            self.widen(joint, if settings.anywhere > 0.0 { said.shift } else { 0.0 });
+            said = read.says(theta, self.covariance.variance(state), settings);
         }
         self.covariance.update(state, said.variance, said.share);
         self.correct(&said);

@@ -42,6 +42,8 @@ pub struct Settings {
     pub burn_in: f64,
     /// `ε` [1] Share of readings that may be outliers.
     pub outliers: f64,
+    /// [1] Share of outliers that may be anywhere in the recorded range; 0: none.
+    pub anywhere: f64,
     /// [1] Noise of the torque on a link, as a share of that on its rotor.
     pub link_noise: f64,
     /// Most steps of a fit between two searches of its gaps.
@@ -59,6 +61,7 @@ impl Default for Settings {
         Self {
             burn_in: 2.0,
             outliers: 1e-3,
+            anywhere: 1e-3,
             link_noise: 0.3,
             steps: 10,
             rounds: 2,
