@@ -43,7 +43,7 @@ pub struct Options {
 }
 
 impl Default for Options {
-    /// Five minutes: two joints take one or two on two cores.
+    /// Five minutes: two joints take one to five on two cores.
     fn default() -> Self {
         let options::Options { held_out_share, catalogue, .. } = options::Options::default();
         Self { seconds: 300.0, unseen: sets::UNSEEN.to_vec(), held_out_share, catalogue }
