@@ -243,4 +243,26 @@ mod tests {
         let other = of("dwell_stiction", &model, &[]);
         assert_eq!(at_sought_gears(&other[0], &model, &sought), other[0]);
     }
+
+    #[test]
+    fn property_gaps_that_were_sought_are_the_starts_of_each_joint_and_of_all_together() {
+        let model = Model::load(std::path::Path::new("robots/scara/model.toml")).expect("a model");
+        let place = |gap: f64, order: f64| UnevenGap { gap, amplitude: 0.5 * gap, order, phase: 0.1 };
+        let sought = vec![vec![place(0.01, 2.0), place(0.012, 1.0)], vec![place(0.004, 3.0)]];
+        let other = of("dwell_stiction", &model, &[]);
+        let all = at_uneven_gaps([other.clone(), of(UNEVEN_GAP, &model, &[])].concat(), &model, &sought);
+        assert_eq!(all[..other.len()], other);
+        let [first, second, both] = &all[other.len()..] else { panic!("{}", all.len()) };
+        // As many starts together as the joint with the fewest has.
+        assert_eq!([first, second, both].map(|set| set.starts.len()), [2, 1, 1]);
+        assert_eq!([first, second, both].map(|set| set.free.len()), [2, 2, 4]);
+        let Start { effects, gears } = &both.starts[0];
+        assert_eq!(effects.iter().map(|one| one.parameters["order"]).collect::<Vec<_>>(), [2.0, 3.0]);
+        assert_eq!(
+            gears.iter().map(|gear| gear.map(|gear| gear.gap)).collect::<Vec<_>>()[..2],
+            [Some(0.01), Some(0.004)]
+        );
+        // Beside nothing of this effect nothing is added.
+        assert_eq!(at_uneven_gaps(other.clone(), &model, &sought), other);
+    }
 }
