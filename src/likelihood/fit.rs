@@ -21,6 +21,7 @@ use super::parameters::{self, NUMBERS, Parameter};
 use super::recording::Recording;
 use super::search::NOISE_TRIALS;
 use super::subject::Setup;
+use super::uneven::UnevenGap;
 use super::{Score, Settings, scored, uneven};
 use crate::error::Result;
 use crate::robot::{EffectEntry, Model};
@@ -84,13 +85,19 @@ impl Fitted {
     /// Better gears of its joints, with the effects of those that are soft or vary.
     fn better_gears(&self, train: &[Recording], settings: &Settings) -> Vec<(Gear, Option<EffectEntry>)> {
         let setup = self.setup();
-        let names = self.model.joints.iter().map(|joint| &joint.name);
-        let gears = gears::around(&setup, &self.lambda, train, settings);
-        let uneven = uneven::around(&setup, &self.lambda, train, settings);
+        let names: Vec<&String> = self.model.joints.iter().map(|joint| &joint.name).collect();
         let varies = |name: &String| self.effects.iter().any(|entry| uneven::is_of(entry, name));
-        let better = names.zip(gears).zip(uneven).map(|((name, gear), uneven)| match uneven.filter(|_| varies(name)) {
+        let uneven = uneven::around(&setup, &self.lambda, train, settings);
+        let uneven = uneven.into_iter().zip(&names).map(|(gap, name)| gap.filter(|_| varies(name)));
+        let uneven: Vec<Option<(f64, UnevenGap)>> = uneven.collect();
+        // Where all gaps vary, nobody asks for the others.
+        let even = match uneven.iter().any(Option::is_none) {
+            true => gears::around(&setup, &self.lambda, train, settings),
+            false => Vec::new(),
+        };
+        let better = names.iter().zip(uneven).enumerate().map(|(joint, (name, uneven))| match uneven {
             Some((share, gap)) => (Gear { gap: gap.gap, share }, Some(gap.entry(name))),
-            None => (gear.gear, gear.entry(name)),
+            None => (even[joint].gear, even[joint].entry(name)),
         });
         better.collect()
     }

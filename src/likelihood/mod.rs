@@ -42,7 +42,7 @@ pub struct Settings {
     pub burn_in: f64,
     /// `ε` [1] Share of readings that may be outliers.
     pub outliers: f64,
-    /// [1] Share of outliers that may be anywhere in the recorded range; 0: none.
+    /// `η` [1] Share of outliers that may be anywhere in the recorded range; 0: none. As rare among outliers as these among readings.
     pub anywhere: f64,
     /// [1] Noise of the torque on a link, as a share of that on its rotor.
     pub link_noise: f64,
