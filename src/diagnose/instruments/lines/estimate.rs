@@ -1,24 +1,29 @@
 //! Frequency, amplitude and phase of a line, and whether it is one line.
 //!
-//! For each piece, `A_s = 2i E_s/W_s = a e^{iφ}` has the variance `σ_s² = 4 level_s/W_s²`. The evidence `η_s = |E_s|²/level_s` gives
-//! `σ_a/a = σ_φ = 1/√(2η)` and `σ_ω² = 1/(2 Σ η_s var_s t)`. All sessions share the phase relative to their start, as in the effect;
+//! ```text
+//!   E = Σ w R* (θ − R τ_m) e^{−iωt},   W = Σ w |R|²,   A = 2i E/W = a e^{iφ},   σ² = 4 N/(W Σ w),   η = |E|² Σ w/(N W)
+//! ```
+//! in each piece, `R` of each sample's posture ([`balance`](super::balance)), `N` the level of the noise in position: the least squares of a line in a position
+//! with even noise. The evidence `η` gives `σ_a/a = σ_φ = 1/√(2η)` and `σ_ω² = 1/(2 Σ η_s var_s t)`. All sessions share the phase relative to their start, as in the effect;
 //! differences between them beyond noise increase the errors.
 
 use crate::diagnose::fit::golden::golden_section;
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 
-use super::balance::Stiffness;
 use super::piece::Piece;
-use super::spectrum::unexplained;
 use super::{PRESENT, beyond_chance};
 use crate::replay::Gain;
 use crate::timeseries::Estimate;
 
 /// Least amplitude of a line in slow and in fast motion, relative to its mean amplitude; the largest is the inverse.
 const EVERYWHERE: f64 = 0.5;
-/// The same where the sessions disagree on the amplitude.
-const ROUGHLY: f64 = 0.25;
+/// Probability that noise shows a line in the slower or the faster half, or in all pieces but the strongest: beside the evidence of all, which is beyond chance.
+const ABSENT: f64 = 0.01;
+/// Factor of two speeds that makes them unlike.
+const SIMILAR: f64 = 1.5;
+/// Distances from a line, in frequency resolutions, at which it has less than a hundredth of its power.
+const BESIDE: [f64; 4] = [3.5, 4.5, 5.5, 6.5];
 /// Factor by which the faster half of the samples has to be faster.
 const FASTER: f64 = 1.3;
 /// Relative difference of pieces that is accepted beyond their errors: the links' inertia changes with the arm's shape.
@@ -58,14 +63,14 @@ impl Line {
     }
 }
 
-/// One piece with stiffness and noise near its frequency.
+/// One piece with receptance and noise near a frequency.
 pub struct MeasuredPiece<'p> {
     /// The piece.
     pub piece: &'p Piece,
-    /// `1/R̄`.
-    pub stiffness: &'p Stiffness,
-    /// Level of its noise.
-    pub level: f64,
+    /// `R` in each of its postures.
+    pub receptance: Vec<Complex<f64>>,
+    /// `N`.
+    pub noise: f64,
 }
 
 /// The line in one piece at the frequency.
@@ -79,13 +84,13 @@ struct Phasor {
 }
 
 fn phasor(part: &MeasuredPiece, f: f64, pick: &dyn Fn(usize) -> bool) -> Phasor {
-    let (e, total) = unexplained(part.stiffness, part.piece, f, pick);
-    // Noise grows with the share of samples in the part.
-    let level = part.level * total / part.piece.total();
+    let (sum, total) = part.piece.matched(f, &part.receptance, pick);
+    let (e, total) = (sum / part.piece.gain(f), total.max(1e-300));
+    let noise = part.noise / part.piece.total();
     Phasor {
-        a: Complex::new(0.0, 2.0) * e / total.max(1e-300),
-        variance: 4.0 * level / total.max(1e-300).powi(2),
-        evidence: e.norm_sqr() / level.max(1e-300),
+        a: Complex::new(0.0, 2.0) * e / total,
+        variance: 4.0 * noise / total,
+        evidence: e.norm_sqr() / (noise * total).max(1e-300),
     }
 }
 
@@ -96,7 +101,6 @@ pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64
         parts.iter().map(|part| phasor(part, f, &|_| true)).collect()
     };
     let at = |f: f64| phasors_of(parts, f);
-    let pieces: Vec<&Piece> = parts.iter().map(|part| part.piece).collect();
     let apart = |f: f64| -> f64 { at(f).iter().map(|phasor| phasor.evidence).sum() };
     let rough = peak(&apart, f, step);
     let together = |f: f64| mean(&at(f)).1;
@@ -105,18 +109,17 @@ pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64
     let agree = agrees(&phasors);
     let common = mean(&phasors).0;
     let amplitude = common.norm();
-    // If the torque balance differs between sessions, a line that no session lacks is accepted, with an uncertain amplitude.
-    let nowhere_lacking = phasors.iter().all(|phasor| phasor.evidence > PRESENT);
-    if !(agree && everywhere(parts, f, amplitude, EVERYWHERE)
-        || nowhere_lacking && everywhere(parts, f, magnitude(&phasors), ROUGHLY))
-    {
+    // Where flanks part, a gear yields more than the balance says, and a line seems stronger, weaker or later: its frequency remains.
+    let one_line = || narrow(parts, f) && several(&phasors) && in_both_halves(parts, f);
+    if !(agree && everywhere(parts, f, amplitude) || one_line()) {
         return None;
     }
     let evidence: f64 = phasors.iter().map(|phasor| phasor.evidence).sum();
     let relative = 1.0 / (2.0 * evidence).sqrt() * disagreement(&phasors).sqrt();
-    let spread: f64 = pieces.iter().zip(&phasors).map(|(piece, phasor)| phasor.evidence * times(piece)[1]).sum();
-    let late: f64 =
-        pieces.iter().zip(&phasors).map(|(piece, phasor)| phasor.evidence * times(piece)[0]).sum::<f64>() / evidence;
+    let moment = |power: usize| -> f64 {
+        parts.iter().zip(&phasors).map(|(part, phasor)| phasor.evidence * times(part.piece)[power]).sum()
+    };
+    let (late, spread) = (moment(0) / evidence, moment(1));
     let wander = WANDER / (spread / evidence).sqrt();
     let omega_error = (1.0 / (2.0 * spread).sqrt()).hypot(wander);
     Some(Line {
@@ -125,24 +128,43 @@ pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64
         phase: Estimate { value: common.arg(), std_error: relative.hypot(late * omega_error).hypot(PHASE) },
         resolution: 4.0 * step,
         evidence,
-        gain: gain(common, &phasors_of(held_out, f)),
+        gain: gain(&predicted(parts, &phasors, held_out), &phasors_of(held_out, f)),
     })
 }
 
 /// 97.5 % quantile of the normal distribution.
 const Z: f64 = 1.959_964;
 
-/// Gain of the amplitude in held-out pieces when the line is removed.
+/// What each held-out piece is expected to show: the mean of what training pieces show, those of similar speed first. Pieces of similar motion have their
+/// flanks apart for similar times, which decides what a line does to a position.
+fn predicted(parts: &[MeasuredPiece], phasors: &[Phasor], held_out: &[MeasuredPiece]) -> Vec<Complex<f64>> {
+    let speed = |part: &MeasuredPiece| {
+        let Piece { speed, weight, .. } = part.piece;
+        speed.iter().zip(weight).map(|(v, w)| v * w).sum::<f64>() / part.piece.total()
+    };
+    let expected = |one: &MeasuredPiece| {
+        let unlike = |part: &MeasuredPiece| ((speed(part) / speed(one)).ln() / SIMILAR.ln()).powi(2);
+        let least = parts.iter().map(unlike).fold(f64::INFINITY, f64::min);
+        let weights = || parts.iter().zip(phasors).map(|(part, one)| (least - unlike(part)).exp() / one.variance);
+        let sum: Complex<f64> = weights().zip(phasors).map(|(weight, one)| one.a * weight).sum();
+        sum / weights().sum::<f64>()
+    };
+    held_out.iter().map(expected).collect()
+}
+
+/// Gain of the amplitude in held-out pieces when what is expected of the line is removed from each.
 ///
 /// ```text
 ///   P = Σ |A|²/σ²,   D = Σ (|A|² − |A − c|²)/σ²,   g = 1 − √(1 − D/P),   Var D = 2 Σ |c|²/σ²
 /// ```
 /// `D` is linear in the readings `A`, whose real and imaginary parts each have the variance `σ²/2`; this gives its 95 % interval.
-fn gain(c: Complex<f64>, held_out: &[Phasor]) -> Gain {
-    let sum = |of: &dyn Fn(&Phasor) -> f64| -> f64 { held_out.iter().map(|phasor| of(phasor) / phasor.variance).sum() };
-    let power = sum(&|phasor| phasor.a.norm_sqr()).max(1e-300);
-    let less = power - sum(&|phasor| (phasor.a - c).norm_sqr());
-    let scatter = Z * (2.0 * sum(&|_| c.norm_sqr())).sqrt();
+fn gain(expected: &[Complex<f64>], held_out: &[Phasor]) -> Gain {
+    let sum = |of: &dyn Fn(&Phasor, Complex<f64>) -> f64| -> f64 {
+        held_out.iter().zip(expected).map(|(phasor, c)| of(phasor, *c) / phasor.variance).sum()
+    };
+    let power = sum(&|phasor, _| phasor.a.norm_sqr()).max(1e-300);
+    let less = power - sum(&|phasor, c| (phasor.a - c).norm_sqr());
+    let scatter = Z * (2.0 * sum(&|_, c| c.norm_sqr())).sqrt();
     let percent = |less: f64| 100.0 * (1.0 - (1.0 - (less / power).min(1.0)).sqrt());
     let interval_percent = [percent(less - scatter), percent(less + scatter)];
     Gain { gain_percent: percent(less), interval_percent, shown: !held_out.is_empty() && interval_percent[0] > 0.0 }
@@ -177,32 +199,61 @@ fn agrees(phasors: &[Phasor]) -> bool {
     sum < beyond_chance(phasors.len().max(2) - 1, DISAGREE)
 }
 
-/// Whether slow and fast motion show the line equally.
-fn everywhere(parts: &[MeasuredPiece], f: f64, amplitude: f64, least: f64) -> bool {
+/// Whether all pieces that show a line show it as narrow as their length allows: beside it, from three to six resolutions away, there is next to nothing. A loop
+/// that oscillates by itself changes its frequency by more.
+fn narrow(parts: &[MeasuredPiece], f: f64) -> bool {
+    let is_narrow = |part: &MeasuredPiece| {
+        let evidence = |f: f64| phasor(part, f, &|_| true).evidence;
+        let resolution = 1.0 / (12.0 * times(part.piece)[1]).sqrt();
+        let beside = BESIDE.map(|away| evidence(f + away * resolution) + evidence(f - away * resolution));
+        let level = beside.iter().sum::<f64>() / (2.0 * BESIDE.len() as f64);
+        let here = evidence(f);
+        here < PRESENT || here > PRESENT * level
+    };
+    parts.iter().all(is_narrow)
+}
+
+/// Whether several pieces show a line, if there are several: those without the strongest, beyond chance.
+fn several(phasors: &[Phasor]) -> bool {
+    let strongest = phasors.iter().map(|phasor| phasor.evidence).fold(0.0, f64::max);
+    let others = phasors.iter().map(|phasor| phasor.evidence).sum::<f64>() - strongest;
+    phasors.len() == 1 || others > beyond_chance(phasors.len() - 1, ABSENT)
+}
+
+/// The line in slow and in fast motion: in the slower and the faster half of the samples of each piece; `None` where speeds hardly differ.
+fn halves(parts: &[MeasuredPiece], f: f64) -> Option<[Vec<Phasor>; 2]> {
     let mut speeds: Vec<f64> = parts
         .iter()
-        .map(|part| part.piece)
-        .flat_map(|piece| piece.speed.iter().zip(&piece.weight).filter(|(_, w)| **w > 0.0).map(|(v, _)| *v))
+        .flat_map(|part| part.piece.speed.iter().zip(&part.piece.weight).filter(|(_, w)| **w > 0.0).map(|(v, _)| *v))
         .collect();
     if speeds.is_empty() {
-        return false;
+        return None;
     }
     let middle = speeds.len() / 2;
     let (slower, median, faster) = speeds.select_nth_unstable_by(middle, f64::total_cmp);
     let average = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
     if average(faster) < FASTER * average(slower) {
-        return false;
+        return None;
     }
     let median = *median;
-    [false, true].into_iter().all(|fast| {
-        let half: Vec<Phasor> = parts
-            .iter()
-            .map(|part| phasor(part, f, &|k| (part.piece.speed[k] > median) == fast))
-            .filter(|phasor| phasor.variance.is_finite() && phasor.variance > 0.0)
-            .collect();
-        let part = magnitude(&half) / amplitude;
-        part > least && part < 1.0 / least
-    })
+    let half = |fast: bool| -> Vec<Phasor> {
+        let all = parts.iter().map(|part| phasor(part, f, &|k| (part.piece.speed[k] > median) == fast));
+        all.filter(|phasor| phasor.variance.is_finite() && phasor.variance > 0.0).collect()
+    };
+    Some([half(false), half(true)])
+}
+
+/// Whether slow and fast motion show the line equally.
+fn everywhere(parts: &[MeasuredPiece], f: f64, amplitude: f64) -> bool {
+    let equally = |half: &Vec<Phasor>| (EVERYWHERE..1.0 / EVERYWHERE).contains(&(magnitude(half) / amplitude));
+    halves(parts, f).is_some_and(|halves| halves.iter().all(equally))
+}
+
+/// Whether slow and fast motion both show the line beyond chance.
+fn in_both_halves(parts: &[MeasuredPiece], f: f64) -> bool {
+    let evidence = |half: &Vec<Phasor>| half.iter().map(|phasor| phasor.evidence).sum::<f64>();
+    let shows = |half: &Vec<Phasor>| evidence(half) > beyond_chance(half.len().max(1), ABSENT);
+    halves(parts, f).is_some_and(|halves| halves.iter().all(shows))
 }
 
 /// [s, s²] Mean time of a piece since the start of its session, and its variance.
@@ -249,5 +300,45 @@ mod tests {
         assert!((common - Complex::from(0.2)).norm() < 1e-12);
         // |A|²/σ² of two values: 0.04 · 2/1e-4.
         assert!((evidence - 800.0).abs() < 1e-6);
+    }
+
+    /// A torque with white noise: a pure line, and one of the same power whose frequency wanders by 0.3 Hz as that of a loop does.
+    #[test]
+    fn property_what_wanders_in_frequency_is_no_narrow_line() {
+        let (samples, dt, f) = (40_000, 1e-3, 25.0);
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+        };
+        let noise: Vec<f64> = (0..samples).map(|_| noise()).collect();
+        let with = |wander: f64| {
+            let d = |t: f64| {
+                let turned = std::f64::consts::TAU * f * t + wander / 0.1 * (std::f64::consts::TAU * 0.1 * t).sin();
+                0.1 * turned.sin() + noise[(t / dt).round() as usize]
+            };
+            Piece::of_torque(&[1.0], samples, dt, &d)
+        };
+        // |E|² of white noise of variance 1/12 over these samples, over H².
+        let is_narrow = |piece: &Piece| {
+            let level = samples as f64 / 12.0 / piece.gain(f).powi(2);
+            let part = MeasuredPiece { piece, receptance: vec![Complex::from(1.0)], noise: level };
+            let evidence = phasor(&part, f, &|_| true).evidence;
+            assert!(evidence > PRESENT, "{evidence}");
+            narrow(&[part], f)
+        };
+        assert!(is_narrow(&with(0.0)));
+        assert!(!is_narrow(&with(0.3)));
+    }
+
+    #[test]
+    fn property_a_line_of_one_session_is_no_line_of_several() {
+        let with = |evidence: &[f64]| -> Vec<Phasor> {
+            let one = |evidence: &f64| Phasor { a: Complex::from(0.1), variance: 1e-4, evidence: *evidence };
+            evidence.iter().map(one).collect()
+        };
+        assert!(!several(&with(&[200.0, 2.0, 3.0])));
+        // Beyond chance: one in a hundred exceeds 6.6 together.
+        assert!(several(&with(&[65.0, 3.5, 3.5])) && several(&with(&[30.0])));
     }
 }

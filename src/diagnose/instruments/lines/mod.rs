@@ -1,10 +1,10 @@
 //! Torque at a fixed frequency in time: the same line in all sessions, at any speed.
 //!
 //! The disturbance torque `d` on a rotor is computed from unsmoothed position and current ([`balance`]), where the joint keeps
-//! moving ([`piece`]). A line of amplitude `a` gives `a W/2`, `W = Σ w`, in its transform `E = Σ w d e^{−iωt}`. The noise has the level of the
+//! moving ([`piece`]). A line of amplitude `a` gives `a W/2`, `W = Σ w`, in its transform `E = Σ w d e^{−iωt}`; [`estimate`] measures it posture by posture. The noise has the level of the
 //! neighbouring frequencies ([`spectrum`]); its `|E|²` is exponential, so sums over sessions follow a gamma distribution.
-//! A line is named if the training sessions together show it beyond chance, equally in slow and fast motion, and if it gains on held-out
-//! data. A torque that depends on an angle changes its frequency with speed, and a limit cycle of the loop changes its amplitude.
+//! A line is named if the training sessions together show it beyond chance, in slow and in fast motion, and if it gains on held-out
+//! data. A torque that depends on an angle changes its frequency with speed; a limit cycle of the loop changes its amplitude, and is no narrow line.
 //! The line is then subtracted from the recorded torque, so that all later stages see a machine without it.
 //! At uneven times all sums are taken at the true times; nothing is interpolated, because that would make lines of its own.
 //! Left out: joints that hardly move; lines above [`HIGHEST`], where the control loop causes lines of its own; lines below [`LOWEST`], which are
@@ -15,12 +15,11 @@
 mod balance;
 mod estimate;
 mod piece;
+mod scan;
 mod spectrum;
 
 use std::f64::consts::TAU;
 use std::ops::Range;
-
-use rayon::prelude::*;
 
 use crate::diagnose::evidence::probability::calibrated;
 use crate::diagnose::instruments::claims::{Sighting, claimed};
@@ -35,10 +34,9 @@ use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::side_by_side;
 use crate::timeseries::{Channel, Estimate, TimeSeries};
-use balance::Stiffness;
-use estimate::{Line, MeasuredPiece, estimated};
+use estimate::Line;
 use piece::Piece;
-use spectrum::{Spectrum, spectrum};
+use scan::Scan;
 
 /// [Hz] Lowest and highest frequency that is tried; below the lowest, the motion itself has its power.
 const LOWEST: f64 = 10.0;
@@ -47,18 +45,15 @@ const HIGHEST: f64 = 160.0;
 const CHANCE: f64 = 1e-4;
 /// [nats] `|E|²` over its level that a piece exceeds at a frequency by chance once in a thousand.
 const PRESENT: f64 = 7.0;
-/// [1] Standard errors that an amplitude has to exceed; by chance one in a hundred does. The existence of a line may be more certain than its
-/// strength, and a cause without a known strength is not named.
-const SURE: f64 = 2.6;
+/// [1] Standard errors that an amplitude has to exceed: its 95 % interval then excludes zero. The existence of a line may be more certain than its strength, and
+/// a cause without a known strength is not named.
+const SURE: f64 = 1.96;
 /// [1] Least amplitude relative to the RMS torque: real drives have weaker lines than this, whatever the motion.
 const LEAST: f64 = 0.01;
 /// [1] Largest motor torque at the frequency, relative to the disturbance: a control loop responds little well above its bandwidth.
 const ANSWERED: f64 = 0.5;
 /// Largest number of lines of a joint.
 const MOST: usize = 2;
-/// Largest number of peaks that are tried, and their least distance [Hz].
-const MOST_TRIED: usize = 6;
-const FOOT: f64 = 1.0;
 /// Least amplitude on another joint relative to the strongest at the same frequency: joints shake each other.
 const OTHER_JOINT: f64 = 0.3;
 
@@ -67,8 +62,8 @@ pub struct Lines;
 
 impl Instrument<Recordings<'_>> for Lines {
     fn measure(&self, scene: &Recordings) -> Result<Measurement> {
-        let Recordings { model, sessions, division, options } = *scene;
-        let all = found(model, sessions, division);
+        let Recordings { model, sessions, options, .. } = *scene;
+        let all = found(scene);
         let (lines, without_gain): (Vec<_>, Vec<_>) = all.into_iter().partition(|(_, line)| line.gain.shown);
         let sightings = lines.iter().chain(&without_gain).map(|(joint, line)| sighting(model, *joint, line));
         let findings = claimed(model, &options.catalogue, sightings.collect());
@@ -81,27 +76,36 @@ impl Instrument<Recordings<'_>> for Lines {
 }
 
 /// The lines of each joint in the training data.
-fn found(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<(usize, Line)> {
-    let of_joint = |joint: usize| {
-        let motor = MotorTorque::new(model, joint, sessions, division);
-        lines_of(model, joint, &pieces(model, joint, sessions, division), &motor)
-    };
+fn found(scene: &Recordings) -> Vec<(usize, Line)> {
+    let Recordings { model, sessions, division, .. } = *scene;
     let joints: Vec<usize> = (0..model.joints.len()).collect();
     let samples = sessions.iter().map(|session| session.len()).sum::<usize>();
     // Memory: torque, four signals of the pieces and their spectra, and the transform of one piece at a time.
-    let of_joints = side_by_side(&joints, 56 * samples + transform_bytes(length_of(samples)), |joint| of_joint(*joint));
-    let all: Vec<(usize, Line)> =
-        joints.iter().zip(of_joints).flat_map(|(joint, lines)| lines.into_iter().map(|line| (*joint, line))).collect();
-    let shakes = |(joint, line): &(usize, Line)| {
-        let of_other = |(other, stronger): &(usize, Line)| {
-            other != joint
-                && (stronger.frequency.value - line.frequency.value).abs() < line.resolution
-                && line.amplitude.value < OTHER_JOINT * stronger.amplitude.value
-        };
-        all.iter().any(of_other)
+    let bytes = 56 * samples + scan::transform_bytes(scan::length_of(samples));
+    let scans =
+        side_by_side(&joints, bytes, |joint| Scan::new(model, *joint, pieces(model, *joint, sessions, division)));
+    let of_scan = |scan: &Scan| {
+        let motor = MotorTorque::new(model, scan.joint, sessions, division);
+        let lines = scan.lines(model).filter(|line| motor.is_disturbed_by(line)).take(MOST);
+        lines.map(|line| (scan.joint, line)).collect::<Vec<_>>()
     };
-    let own: Vec<bool> = all.iter().map(|line| !shakes(line)).collect();
+    let all: Vec<(usize, Line)> = scans.iter().flatten().flat_map(of_scan).collect();
+    let scans: Vec<&Scan> = scans.iter().flatten().collect();
+    let own: Vec<bool> = all.iter().map(|line| !comes_from_another_joint(line, &all, &scans)).collect();
     all.into_iter().zip(own).filter(|(_, own)| *own).map(|(line, _)| line).collect()
+}
+
+/// Whether another joint shakes this one at a line's frequency: its own line is much stronger, or where it has none, its spectrum shows more there.
+fn comes_from_another_joint((joint, line): &(usize, Line), all: &[(usize, Line)], scans: &[&Scan]) -> bool {
+    let is_near = |f: f64| (f - line.frequency.value).abs() < line.resolution;
+    let stronger = |scan: &&Scan| {
+        let mut own = all.iter().filter(|(joint, one)| *joint == scan.joint && is_near(one.frequency.value)).peekable();
+        match own.peek() {
+            Some(_) => own.any(|(_, own)| line.amplitude.value < OTHER_JOINT * own.amplitude.value),
+            None => scan.peaks.iter().any(|peak| is_near(peak.frequency) && peak.evidence > line.evidence),
+        }
+    };
+    scans.iter().filter(|scan| scan.joint != *joint).any(stronger)
 }
 
 /// Pieces of the sessions, or of both parts of each session if no session is held out: runs of samples at even times, or where there are
@@ -171,72 +175,6 @@ impl<'s> MotorTorque<'s> {
             && value > LEAST * self.root_mean_square()
             && self.amplitude(line.frequency.value) < ANSWERED * value
     }
-}
-
-/// Number of samples of a piece's transform: twice as fine as its frequency resolution.
-const fn length_of(longest: usize) -> usize {
-    (2 * longest).next_power_of_two()
-}
-
-/// [bytes] Memory of a transform: complex samples, and the same again as work space.
-const fn transform_bytes(length: usize) -> usize {
-    32 * length
-}
-
-/// The lines of one joint, strongest first.
-fn lines_of(model: &Model, joint: usize, pieces: &[Piece], motor: &MotorTorque) -> Vec<Line> {
-    // Estimates use the training pieces, which come before the held-out pieces.
-    let trained = pieces.iter().take_while(|piece| !piece.held_out).count();
-    let (Some(longest), Some(dt)) =
-        (pieces.iter().map(|piece| piece.weight.len()).max(), pieces.iter().map(|piece| piece.dt).reduce(f64::max))
-    else {
-        return Vec::new();
-    };
-    if pieces.iter().any(|piece| piece.uneven_times().is_none() && (piece.dt / dt - 1.0).abs() > 1e-3) {
-        return Vec::new();
-    }
-    let length = length_of(longest);
-    let step = 1.0 / (length as f64 * dt);
-    let (first, last) = ((LOWEST / step) as usize, ((HIGHEST.min(0.4 / dt)) / step) as usize);
-    if last <= first + 8 {
-        return Vec::new();
-    }
-    let [lowest, highest] = [first as f64 * step, last as f64 * step];
-    let stiffness: Vec<Stiffness> =
-        pieces.par_iter().map(|piece| Stiffness::new(model, joint, &piece.places, lowest, highest)).collect();
-    let pairs: Vec<(&Piece, &Stiffness)> = pieces.iter().zip(&stiffness).collect();
-    let spectra: Vec<Spectrum> = side_by_side(&pairs, transform_bytes(length), |(piece, stiffness)| {
-        spectrum(stiffness, piece, length, step, [first, last])
-    });
-    if trained == 0 || trained == pieces.len() {
-        return Vec::new();
-    }
-    let evidence = |k: usize| spectra[..trained].iter().map(|spectrum| spectrum.power[k] / spectrum.level[k]).sum();
-    let sums: Vec<f64> = (0..last - first).map(evidence).collect();
-    let asked = beyond_chance(trained, CHANCE / (sums.len() * model.joints.len()) as f64);
-    // A limit cycle of the loop is strong in one piece only, and would displace a line among the peaks that are tried.
-    let seen = |k: usize| spectra[..trained].iter().filter(|one| one.power[k] > PRESENT * one.level[k]).count();
-    let mut peaks: Vec<usize> = (0..sums.len()).filter(|k| sums[*k] > asked && seen(*k) >= trained.min(2)).collect();
-    peaks.sort_by(|a, b| sums[*b].total_cmp(&sums[*a]));
-    let mut lines: Vec<Line> = Vec::new();
-    let mut tried: Vec<f64> = Vec::new();
-    for k in peaks {
-        let f = (first + k) as f64 * step;
-        // A peak near a stronger one is its side lobe.
-        if tried.iter().any(|other| (other - f).abs() < FOOT) {
-            continue;
-        }
-        tried.push(f);
-        let levels: Vec<f64> = spectra.iter().map(|spectrum| spectrum.level[k]).collect();
-        let parts: Vec<MeasuredPiece> = (0..pieces.len())
-            .map(|i| MeasuredPiece { piece: &pieces[i], stiffness: &stiffness[i], level: levels[i] })
-            .collect();
-        lines.extend(estimated(parts.split_at(trained), f, step).filter(|line| motor.is_disturbed_by(line)));
-        if lines.len() == MOST || tried.len() == MOST_TRIED {
-            break;
-        }
-    }
-    lines
 }
 
 /// Value that a sum of `count` exponential variables of mean 1 exceeds with this probability.

@@ -36,8 +36,10 @@ pub const SHORTEST_RUN: f64 = 2.0 * AROUND + SHORTEST;
 const DIFFERENCE: f64 = 2e-3;
 /// [s] `w`: at 10 Hz, the lowest frequency of a line, `H` is 0.3; of a motion at 15 rad/s it leaves 0.2 %.
 const WIDE: f64 = 0.06;
-/// Number of postures of the arm that are used.
-const PLACES: usize = 40;
+/// [s] Time between the postures of the arm that are used: it hardly changes its shape.
+const BETWEEN: f64 = 0.05;
+/// Most of them.
+const PLACES: usize = 1000;
 /// Counts within twice [`SPEED_WIDTH`] up to which a joint is at rest, held by dry friction.
 const COUNTS_AT_REST: f64 = 1.5;
 
@@ -67,6 +69,8 @@ pub struct Piece {
     pub torque: Vec<f64>,
     /// The posture of the arm at some of its samples.
     pub places: Vec<Posture>,
+    /// Steps between these.
+    stride: usize,
     slow: Slow,
 }
 
@@ -101,16 +105,18 @@ impl Piece {
             inner.clone().zip(&weight).map(|(k, w)| w * (x[k + lag] - 2.0 * x[k] + x[k - lag])).collect()
         };
         let total: f64 = weight.iter().sum();
-        let moving: Vec<usize> = inner.clone().zip(&weight).filter(|(_, w)| **w > 0.5).map(|(k, _)| k).collect();
+        let moves = weight.iter().any(|weight| *weight > 0.5);
         let (position, torque) = (second(q), second(&tau));
-        (total > 0.0 && !moving.is_empty()).then(|| Self {
+        let stride = stride(dt, inner.len());
+        (total > 0.0 && moves).then(|| Self {
             held_out,
             start: session.time[inner.start] - session.time[0],
             dt,
             speed: velocity.iter().map(|v| v.abs()).collect(),
             position,
             torque,
-            places: places(model, session, &moving, reach),
+            places: places(model, session, inner.step_by(stride), reach),
+            stride,
             weight,
             slow: Slow::Differences(lag as f64 * dt),
         })
@@ -147,20 +153,22 @@ impl Piece {
         let velocity: Vec<f64> = inner.clone().map(speed).collect();
         let mean = (time[inner.end - 1] - time[inner.start]) / inner.len() as f64;
         let mut weight = weights(&velocity, model.joints[joint].encoder_step(), mean);
-        let moving: Vec<usize> = inner.clone().zip(&weight).filter(|(_, w)| **w > 0.5).map(|(k, _)| k).collect();
+        let moves = weight.iter().any(|weight| *weight > 0.5);
+        let stride = stride(dt, inner.len());
         let stands_for = |k: usize| 0.5 * (time[k + 1] - time[k - 1]) / dt;
         inner.clone().zip(&mut weight).for_each(|(k, weight)| *weight *= stands_for(k));
         for signal in [&mut position, &mut torque] {
             signal.iter_mut().zip(&weight).for_each(|(x, weight)| *x *= weight);
         }
-        (!moving.is_empty()).then(|| Self {
+        moves.then(|| Self {
             held_out,
             start: time[inner.start] - time[0],
             dt,
             speed: velocity.iter().map(|v| v.abs()).collect(),
             position,
             torque,
-            places: places(model, session, &moving, reach),
+            places: places(model, session, inner.clone().step_by(stride), reach),
+            stride,
             weight,
             slow: Slow::Means(inner.map(|k| time[k] - time[0]).collect()),
         })
@@ -195,30 +203,41 @@ impl Piece {
         self.weight.iter().sum()
     }
 
-    /// `Σ w Δ²x e^{−iωt}` of position and torque over the samples that `pick` selects, `t` since the start of the session, and their `Σ w`.
-    pub fn transform(&self, frequency: f64, pick: &dyn Fn(usize) -> bool) -> ([Complex<f64>; 2], f64) {
-        let (mut sums, mut total) = ([Complex::default(); 2], 0.0);
-        if let Some(times) = self.uneven_times() {
-            for (k, t) in times.iter().enumerate().filter(|(k, _)| self.weight[*k] > 0.0 && pick(*k)) {
-                let turn = Complex::from_polar(1.0, -TAU * frequency * t);
-                sums[0] += turn * self.position[k];
-                sums[1] += turn * self.torque[k];
-                total += self.weight[k];
+    /// `Σ w R* (Δ²θ − R Δ²τ_m) e^{−iωt}` over the samples that `pick` selects, `t` since the start of the session, and their `Σ w |R|²`; `receptance`: `R` in
+    /// each of the postures.
+    pub fn matched(
+        &self,
+        frequency: f64,
+        receptance: &[Complex<f64>],
+        pick: &dyn Fn(usize) -> bool,
+    ) -> (Complex<f64>, f64) {
+        let (mut sum, mut total) = (Complex::default(), 0.0);
+        let mut add = |k: usize, turn: Complex<f64>| {
+            if self.weight[k] > 0.0 && pick(k) {
+                let own = receptance[k / self.stride];
+                sum += own.conj() * turn * (own * -self.torque[k] + self.position[k]);
+                total += self.weight[k] * own.norm_sqr();
             }
-            return (sums, total);
+        };
+        if let Some(times) = self.uneven_times() {
+            for (k, t) in times.iter().enumerate() {
+                add(k, Complex::from_polar(1.0, -TAU * frequency * t));
+            }
+            return (sum, total);
         }
         let step = Complex::from_polar(1.0, -TAU * frequency * self.dt);
         let mut turn = Complex::from_polar(1.0, -TAU * frequency * self.start);
         for k in 0..self.weight.len() {
-            if self.weight[k] > 0.0 && pick(k) {
-                sums[0] += turn * self.position[k];
-                sums[1] += turn * self.torque[k];
-                total += self.weight[k];
-            }
+            add(k, turn);
             turn *= step;
         }
-        (sums, total)
+        (sum, total)
     }
+}
+
+/// Steps between the postures of so many samples.
+fn stride(dt: f64, samples: usize) -> usize {
+    ((BETWEEN / dt).round() as usize).max(samples.div_ceil(PLACES)).max(1)
 }
 
 /// 1 where the joint keeps moving, 0 where it is slow, with a cosine between them.
@@ -253,21 +272,63 @@ fn of_motor<'s>(model: &Model, joint: usize, session: &'s TimeSeries) -> Option<
     Some((position, torque))
 }
 
-/// The postures of the arm at some of the samples.
-fn places(model: &Model, session: &TimeSeries, moving: &[usize], half: usize) -> Vec<Posture> {
+/// The postures of the arm at these samples.
+fn places(model: &Model, session: &TimeSeries, samples: impl Iterator<Item = usize>, half: usize) -> Vec<Posture> {
     let dof = model.joints.len();
     let mut dynamics = Dynamics::new(&model.robot);
     let mut mass = DMatrix::zeros(dof, dof);
     let positions: Vec<Option<&[f64]>> =
         model.joints.iter().map(|joint| session.joint(&joint.name).and_then(|s| s.get(Channel::Position))).collect();
-    let stride = moving.len().div_ceil(PLACES);
-    let place = |k: &usize| {
-        let q: Vec<f64> = positions.iter().map(|q| q.map_or(0.0, |q| q[*k])).collect();
+    let place = |k: usize| {
+        let q: Vec<f64> = positions.iter().map(|q| q.map_or(0.0, |q| q[k])).collect();
         dynamics.mass_matrix(&q, &mut mass);
         let passes = |(joint, q): (&crate::robot::JointModel, &Option<&[f64]>)| {
             q.is_some_and(|q| (q[k + half] - q[k - half]).abs() > COUNTS_AT_REST * joint.encoder_step())
         };
         Posture { mass: mass.clone(), moves: model.joints.iter().zip(&positions).map(passes).collect() }
     };
-    moving.iter().step_by(stride).map(place).collect()
+    samples.map(place).collect()
+}
+
+#[cfg(test)]
+impl Piece {
+    /// A piece of even weight whose position is that of a torque `d(t)` [N·m] in postures that yield by these `R`, each for the same time.
+    pub fn of_torque(yielding: &[f64], samples: usize, dt: f64, d: &dyn Fn(f64) -> f64) -> Self {
+        let stride = samples.div_ceil(yielding.len());
+        // H of the differences is divided out by who uses the piece.
+        let slow = Slow::Differences(DIFFERENCE);
+        let position = (0..samples).map(|k| yielding[k / stride] * d(k as f64 * dt)).collect();
+        Self {
+            held_out: false,
+            start: 0.0,
+            dt,
+            weight: vec![1.0; samples],
+            speed: (0..samples).map(|k| 1.0 + (k % 100) as f64 / 50.0).collect(),
+            position,
+            torque: vec![0.0; samples],
+            places: Vec::new(),
+            stride,
+            slow,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half of the time the rotor yields against the torque, so that the plain sum of its positions is zero.
+    #[test]
+    fn recover_a_line_through_postures_that_yield_with_either_sign() {
+        let (a, f, phase) = (0.07, 25.0, 0.4);
+        let yielding = [2e-4, -2e-4, 1e-4, -1e-4];
+        let piece = Piece::of_torque(&yielding, 8000, 1e-3, &|t| a * (TAU * f * t + phase).sin());
+        let receptance = yielding.map(Complex::from);
+        let (sum, total) = piece.matched(f, &receptance, &|_| true);
+        let found = Complex::new(0.0, 2.0) * sum / total;
+        // Whole periods in each posture: the mirrored line cancels to rounding.
+        assert!((found - Complex::from_polar(a, phase)).norm() < 1e-9, "{found}");
+        let plain = piece.matched(f, &[Complex::from(1.0); 4], &|_| true).0;
+        assert!(plain.norm() < 1e-9 * a, "{plain}");
+    }
 }

@@ -19,12 +19,6 @@ pub struct Spectrum {
     pub level: Vec<f64>,
 }
 
-/// `E = Σ w d e^{−iωt}` of a piece over the selected samples, and their `Σ w`.
-pub fn unexplained(stiffness: &Stiffness, piece: &Piece, f: f64, pick: &dyn Fn(usize) -> bool) -> (Complex<f64>, f64) {
-    let ([position, torque], total) = piece.transform(f, pick);
-    ((stiffness.at(f) * position - torque) / piece.gain(f), total)
-}
-
 /// The spectrum at the multiples `first..last` of `step` [Hz], which is `1/(length · dt)` of a piece at even times.
 pub fn spectrum(stiffness: &Stiffness, piece: &Piece, length: usize, step: f64, [first, last]: [usize; 2]) -> Spectrum {
     let samples = piece.position.iter().zip(&piece.torque).map(|(position, torque)| Complex::new(*position, *torque));
