@@ -28,8 +28,8 @@ const ABOVE_FLOOR: f64 = 5.0;
 
 /// [%] The same for a residual that is far above the floor: a little more than clean machines leave.
 const LEFT_CLEARLY: f64 = 15.0;
-/// Multiples of the floor that no clean machine of `benches/blind` reaches (at most 9).
-const FAR_ABOVE_FLOOR: f64 = 15.0;
+/// Multiples of the floor that no clean machine of `benches/blind` reaches (at most 9, and 4.8 of 24 with seeds from 93000).
+const FAR_ABOVE_FLOOR: f64 = 10.0;
 
 /// Factor by which held-out data may leave more than training data, where they leave more than [`LEFT_CLEARLY`]: in reports on 160 joints of real and
 /// foreign simulated arms, some of them on the same data, none leaves more than 1.9 times as much, but for three, on which something acts in the
