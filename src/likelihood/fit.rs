@@ -4,7 +4,8 @@
 //!   maximise  L(x, λ) − ½ Σ ρ x²           L: score of the training recordings [nat]
 //!   (H + ρ + μ diag(H + ρ)) Δx = g − ρ x    g, H: gradient and information of the score (`filter`), μ: damping of Levenberg and Marquardt
 //! ```
-//! A gap is not stepped but searched along a line: where a flank is met, the derivative at the mean says little of a Gaussian that lies on both sides.
+//! A gap is not stepped but searched along a line: where a flank is met, the derivative at the mean says little of a Gaussian that lies on both sides. Its error
+//! follows from the curvature of the score, and from the derivative only how it goes with those of the other parameters.
 //! The noise `λ` of each joint is fitted as well, first and between the steps: it begins large, where a wrong model leaves no track but a broad one, and falls
 //! by itself as the model becomes better. What no parameter explains stays in it.
 //! A hypothesis begins at the fit of the baseline or at the nominal values, with the most probable of its starts.
@@ -121,6 +122,11 @@ impl Fitted {
     /// The machine with its fitted parameters and effects.
     pub fn model(&self) -> Model {
         self.setup().model
+    }
+
+    /// Multiplies the errors of its estimates: of a fit that ended beside its best place.
+    pub fn widen_errors(&mut self, factor: f64) {
+        self.estimates.iter_mut().for_each(|(_, estimate)| estimate.std_error *= factor);
     }
 
     /// Its values of what every hypothesis has: hypotheses that contain its effects begin there.
@@ -264,6 +270,12 @@ pub fn without(
     fit.go_on(name, from, GAP_STEPS.len() - 1, f64::NEG_INFINITY)
 }
 
+/// Multiplies row and column of a parameter.
+fn scale(matrix: &mut DMatrix<f64>, parameter: usize, factor: f64) {
+    matrix.row_mut(parameter).scale_mut(factor);
+    matrix.column_mut(parameter).scale_mut(factor);
+}
+
 /// `λ` by which starts are compared and first refined.
 fn noisier(baseline: &Fitted) -> Vec<f64> {
     baseline.lambda.iter().map(|lambda| lambda.max(NOISE_AT_STARTS)).collect()
@@ -404,6 +416,11 @@ impl Fit<'_> {
                 true => 0.0,
                 false => slope.gradient[k] - self.parameters[k].precision * x[k],
             };
+            // Gaps stay.
+            for gap in (0..x.len()).filter(|k| self.is_gap(*k)) {
+                scale(&mut matrix, gap, 0.0);
+                matrix[(gap, gap)] = 1.0;
+            }
             let Some(factor) = matrix.cholesky() else { return Ok(None) };
             let step = factor.solve(&DVector::from_fn(x.len(), |k, _| pull(k)));
             let shrink = (LONGEST / step.amax().max(f64::MIN_POSITIVE)).min(1.0);
@@ -423,7 +440,7 @@ impl Fit<'_> {
         &slope.information + DMatrix::from_diagonal(&DVector::from_iterator(self.parameters.len(), precisions))
     }
 
-    /// With errors by the information, for gaps by the curvature of the score.
+    /// With errors by the information; that of a gap is scaled to the curvature of the score.
     fn fitted(&self, name: &str, place: Place) -> Result<Fitted> {
         let Place { height, x, lambda, mut slope, steps } = place;
         for gap in (0..x.len()).filter(|k| self.is_gap(*k)) {
@@ -433,7 +450,10 @@ impl Fit<'_> {
                 self.height(&moved, &lambda)
             };
             let bend = 2.0 * height - at(CURVATURE_STEP) - at(-CURVATURE_STEP);
-            slope.information[(gap, gap)] = (bend / CURVATURE_STEP.powi(2)).max(0.0);
+            let curvature = (bend / CURVATURE_STEP.powi(2)).max(0.0);
+            let own = slope.information[(gap, gap)];
+            scale(&mut slope.information, gap, if own > 0.0 { (curvature / own).sqrt() } else { 0.0 });
+            slope.information[(gap, gap)] = curvature;
         }
         let inverse = self.posterior(&slope).cholesky().map(|factor| factor.inverse());
         let error = |k: usize| inverse.as_ref().map_or(f64::NAN, |inverse| inverse[(k, k)].max(0.0).sqrt());

@@ -31,7 +31,7 @@ pub(super) struct Slope {
 }
 
 impl Fit<'_> {
-    /// Whether a parameter is a gap, of which no slope is taken.
+    /// Whether a parameter is a gap, which no step moves.
     pub fn is_gap(&self, parameter: usize) -> bool {
         matches!(self.parameters[parameter].kind, Kind::Gap(_))
     }
@@ -50,7 +50,7 @@ impl Fit<'_> {
     fn runs(&self, x: &[f64], lambda: &[f64], sloped: bool, train: &[Recording]) -> Result<Vec<Outcome>> {
         let setup = self.setup(x);
         let shadows: Vec<(Setup, f64)> = match sloped {
-            true => (0..x.len()).filter(|k| !self.is_gap(*k)).map(|index| self.shadow(x, index)).collect(),
+            true => (0..x.len()).map(|index| self.shadow(x, index)).collect(),
             false => Vec::new(),
         };
         let run = |recording: &Recording| -> Result<Outcome> {
@@ -85,16 +85,11 @@ impl Fit<'_> {
         let runs = self.runs(x, lambda, true, train)?;
         let size = x.len();
         let mut slope = Slope { nats: 0.0, gradient: DVector::zeros(size), information: DMatrix::zeros(size, size) };
-        let sloped: Vec<usize> = (0..size).filter(|k| !self.is_gap(*k)).collect();
         for mut run in runs {
             slope.nats += run.nats.iter().sum::<f64>();
             run.information.fill_upper_triangle_with_lower_triangle();
-            for (i, row) in sloped.iter().enumerate() {
-                slope.gradient[*row] += run.gradient[i];
-                for (j, column) in sloped.iter().enumerate() {
-                    slope.information[(*row, *column)] += run.information[(i, j)];
-                }
-            }
+            slope.gradient += run.gradient;
+            slope.information += run.information;
         }
         Ok(slope)
     }

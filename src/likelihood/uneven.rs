@@ -335,17 +335,16 @@ impl Table {
         best.into_iter().map(|place| self.climb(place, 0.5)).collect()
     }
 
-    /// The summit above a place, by steps along mean, amplitude and phase; `size`: of the first steps, relative to those of the grid.
+    /// The summit above a place, by steps of mean, amplitude and phase, alone and together: on their ridge none of them gains alone. `size`: of the first
+    /// steps, relative to those of the grid.
     fn climb(&self, mut place: UnevenGap, size: f64) -> UnevenGap {
         let mut here = self.score(&place);
         for halving in 0..HALVINGS {
             let step = size * 0.5_f64.powi(halving);
             loop {
-                let ways = (0..6).map(|way| {
-                    let mut by = [0.0; 3];
-                    by[way / 2] = if way % 2 == 0 { step } else { -step };
-                    place.moved(by)
-                });
+                // −1, 0 or 1 step of each.
+                let ways =
+                    (0..27).map(|way| place.moved([way, way / 3, way / 9].map(|way| step * f64::from(way % 3 - 1))));
                 let scored = ways.map(|place| (self.score(&place), place));
                 match scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|best| best.0 > here + 1e-6) {
                     Some(better) => (here, place) = better,

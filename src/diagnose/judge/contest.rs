@@ -120,7 +120,7 @@ struct Ground {
     fitted: Fitted,
     /// That set as it was fitted; `None` for the baseline.
     start: Option<Hypothesis>,
-    /// Whether it leaves nothing to be found in the windows to which it was fitted.
+    /// Whether it leaves nothing to be found.
     finished: bool,
     /// The model as it was given, with the effects of that set.
     model: Model,
@@ -173,10 +173,14 @@ impl Contest {
         Ok(floor::floor(&scores))
     }
 
-    /// Whether a fit leaves nothing to be found in the windows to which it was fitted.
+    /// Whether a fit leaves nothing to be found in the windows to which it was fitted, nor in those that judge: some constant gap explains the few reversals of
+    /// one part, but not those of the other.
     fn is_finished(&self, fitted: &Fitted) -> Result<bool> {
-        let mean = fitted.nats / self.readings(&self.train);
-        Ok(floor::is_near(mean, self.floor(fitted, &self.train)?, &floor::missed(&fitted.lambda)))
+        let is_near = |nats: f64, windows: &[Recording]| -> Result<bool> {
+            let mean = nats / self.readings(windows);
+            Ok(floor::is_near(mean, self.floor(fitted, windows)?, &floor::missed(&fitted.lambda)))
+        };
+        Ok(is_near(fitted.nats, &self.train)? && is_near(self.judged_nats(fitted)?, &self.judged)?)
     }
 
     /// Fits and judges the baseline, these sets and what follows from them; the baseline is the first contender. Also gives the names of the
@@ -223,6 +227,11 @@ impl Contest {
             not_tried.push("unions of the leading sets".to_owned());
         } else {
             self.close(&mut contenders, &ground);
+        }
+        let readings = self.readings(&self.judged);
+        for one in &mut contenders {
+            let floor = self.floor(&one.fitted, &self.judged).unwrap_or_default();
+            one.fitted.widen_errors(floor::allowance(one.nats / readings, floor, readings));
         }
         Ok((contenders, not_tried))
     }
@@ -354,7 +363,7 @@ impl Contest {
         refined.into_iter().flatten().for_each(|(index, one)| prefer(&mut contenders[index], one));
         let beside = |index: &usize| -> Result<Contender> {
             let all: Vec<usize> = (0..contenders[*index].entries()).collect();
-            self.without(&contenders[*index], &all, &settings)
+            self.without(&contenders[*index], &all, f64::INFINITY, &settings)
         };
         let beside: Vec<Result<Contender>> = order.par_iter().map(beside).collect();
         contenders.extend(union);
@@ -372,7 +381,7 @@ impl Contest {
             let least = contenders[from].nats - LEADS;
             let entries = (0..contenders[from].entries()).into_par_iter();
             let thinner: Vec<Result<Contender>> =
-                entries.map(|entry| self.without(&contenders[from], &[entry], settings)).collect();
+                entries.map(|entry| self.without(&contenders[from], &[entry], least, settings)).collect();
             let places: Vec<usize> = thinner.into_iter().flatten().map(|one| enter(contenders, one)).collect();
             match best_of(contenders, places).filter(|next| contenders[*next].nats >= least) {
                 Some(next) => from = next,
@@ -381,14 +390,21 @@ impl Contest {
         }
     }
 
-    /// A contender without some of its entries, from its own fit.
-    fn without(&self, one: &Contender, dropped: &[usize], settings: &Settings) -> Result<Contender> {
+    /// A contender without some of its entries, from its own fit: as it is where it then still reaches `enough` [nat], so that an entry of no size is dropped and
+    /// nothing else changes; otherwise fitted again.
+    fn without(&self, one: &Contender, dropped: &[usize], enough: f64, settings: &Settings) -> Result<Contender> {
         let effects = one.fitted.effects();
         let kept = effects.iter().enumerate().filter(|(index, _)| !dropped.contains(index));
         let name = sets::name(&kept.map(|(_, entry)| entry).collect::<Vec<_>>());
         let hypothesis = one.hypothesis.without(dropped, name);
-        let fitted = without(&one.fitted, dropped, &hypothesis.name, &self.train, settings)?;
-        self.contender(&hypothesis, fitted)
+        let as_it_is = Settings { steps: 0, rounds: 0, ..settings.clone() };
+        let with = |settings: &Settings| -> Result<Contender> {
+            self.contender(&hypothesis, without(&one.fitted, dropped, &hypothesis.name, &self.train, settings)?)
+        };
+        match with(&as_it_is)? {
+            left if left.nats >= enough => Ok(left),
+            _ => with(settings),
+        }
     }
 
     /// A fit driven further, and where it is then far from its floor, also from better gears as long as that gains.
@@ -422,7 +438,12 @@ impl Contest {
     }
 
     fn contender(&self, hypothesis: &Hypothesis, fitted: Fitted) -> Result<Contender> {
-        let nats = fitted.score(&self.judged, &self.settings)?.iter().map(Score::sum).sum();
+        let nats = self.judged_nats(&fitted)?;
         Ok(Contender { effects: sets::names(hypothesis), fitted, nats, hypothesis: hypothesis.clone() })
+    }
+
+    /// [nat] on the windows that judge.
+    fn judged_nats(&self, fitted: &Fitted) -> Result<f64> {
+        Ok(fitted.score(&self.judged, &self.settings)?.iter().map(Score::sum).sum())
     }
 }

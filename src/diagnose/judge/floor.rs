@@ -60,6 +60,18 @@ fn term(p: f64) -> f64 {
     if p > 0.0 { p * p.ln() } else { 0.0 }
 }
 
+/// [1] What the errors of a fit are multiplied by where a machine scores this much a reading, of so many readings.
+///
+/// ```text
+///   L(x) = L_max − ½ (Δx/σ)²  ⇒  |Δx| = σ √(2 D),      D = readings · (1.1 floor − score), at least 0
+/// ```
+/// A fit that ended beside its best place is off by that, if the parameter alone is: `σ √(1 + 2 D)` contains it. Within a tenth of the floor healthy machines are
+/// as far from it.
+pub fn allowance(score: f64, floor: Option<f64>, readings: f64) -> f64 {
+    let missing = floor.map_or(0.0, |floor| readings * (NEAR * floor - score).max(0.0));
+    (1.0 + 2.0 * missing).sqrt()
+}
+
 /// Whether a score is so far from its floor, or so much torque missed, that the machine lacks something else.
 pub fn is_far(score: f64, floor: Option<f64>, missed: &[f64]) -> bool {
     floor.is_none_or(|floor| score < RIGHT * floor) || missed.iter().any(|missed| *missed > MISSED)
@@ -91,6 +103,20 @@ mod tests {
         };
         let floor = floor(&[score]).expect("readings");
         assert!((floor + CAUTION * std::f64::consts::LN_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn analytic_a_score_that_a_parabola_explains_lies_within_the_allowance() {
+        let (sigma, readings, floor) = (0.02, 1e4, -0.03);
+        for away in [0.0, 1.0, 5.0, 30.0] {
+            let score = NEAR * floor - 0.5 * f64::powi(away, 2) / readings;
+            let error = sigma * allowance(score, Some(floor), readings);
+            // σ √(1 + (Δx/σ)²), to rounding.
+            assert!((error - sigma * f64::hypot(1.0, away)).abs() < 1e-6, "{away}: {error}");
+        }
+        // What is as near as a healthy machine, or has no floor, stays as it is.
+        assert_eq!(allowance(-0.0305, Some(floor), readings), 1.0);
+        assert_eq!(allowance(-0.3, None, readings), 1.0);
     }
 
     #[test]

@@ -4,9 +4,10 @@
 //! windows are taken one by one, always the one that adds most to
 //!
 //! ```text
-//!   Σ ∛(share of its events that the chosen windows have)     over reversals, starts from rest, path and slow motion of each joint
+//!   Σ w ∛(share of its events that the chosen windows have)     over reversals in each third of its way, starts from rest, path and slow motion of each joint
 //! ```
-//! so that what few windows have, the rests of one joint in a staircase, is not left out for more of the same.
+//! so that what few windows have, the rests of one joint in a staircase, is not left out for more of the same. The thirds count as one kind of event: any gap
+//! looks constant to windows that reverse at one angle.
 
 use crate::diagnose::rows::division::Division;
 use crate::likelihood::Recording;
@@ -21,8 +22,11 @@ const GLANCE: f64 = 0.05;
 const RESTS: f64 = 3.0;
 /// [1] Slow motion: up to this share of the fastest of a joint, where friction falls with speed.
 const SLOW: f64 = 0.1;
-/// Kinds of events of a joint.
-const KINDS: usize = 4;
+/// Parts of the way of a joint whose reversals are counted by themselves.
+const PARTS: usize = 3;
+/// Kinds of events of a joint: reversals in each part, starts from rest, path and slow motion; and what each is worth.
+const KINDS: usize = 6;
+const WORTH: [f64; KINDS] = [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0, 1.0, 1.0, 1.0];
 
 /// A window of a session.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +37,7 @@ pub struct Window {
     pub from: f64,
     /// [s]
     pub to: f64,
-    /// Reversals, starts from rest, path and slow motion of each joint.
+    /// Of each joint.
     events: Vec<[f64; KINDS]>,
 }
 
@@ -45,7 +49,7 @@ pub fn choose(
     division: Division,
     count: usize,
 ) -> [Vec<Window>; 2] {
-    let slow: Vec<f64> = model.joints.iter().map(|joint| SLOW * fastest(joint, sessions)).collect();
+    let joints: Vec<Motion> = model.joints.iter().map(|joint| Motion::of(joint, sessions)).collect();
     let mut parts: [Vec<Window>; 2] = [Vec::new(), Vec::new()];
     for (session, (series, recording)) in sessions.iter().zip(recordings).enumerate() {
         let (Some(first), Some(last)) = (recording.time.first(), recording.time.last()) else { continue };
@@ -55,7 +59,7 @@ pub fn choose(
             let to = from + LENGTH;
             let own = samples(series, [from, to]);
             let judges = k % 2 == 1 || holds_out(division, session, series, own);
-            let events = events(model, &slow, series, own);
+            let events = joints.iter().map(|joint| joint.events(series, own)).collect();
             parts[usize::from(judges)].push(Window { session, from, to, events });
         }
     }
@@ -81,8 +85,8 @@ fn best(windows: Vec<Window>, count: usize) -> Vec<Window> {
     let mut chosen: Vec<Window> = Vec::new();
     let mut had = vec![[0.0; KINDS]; joints];
     let worth = |had: &[[f64; KINDS]]| -> f64 {
-        let pairs = had.iter().flatten().zip(total.iter().flatten());
-        pairs.filter(|(_, all)| **all > 0.0).map(|(own, all)| (own / all).cbrt()).sum()
+        let pairs = had.iter().flatten().zip(total.iter().flatten()).zip(WORTH.iter().cycle());
+        pairs.filter(|((_, all), _)| **all > 0.0).map(|((own, all), worth)| worth * (own / all).cbrt()).sum()
     };
     let mut left = windows;
     while chosen.len() < count && !left.is_empty() {
@@ -113,34 +117,51 @@ fn glances(joint: &JointModel, series: &TimeSeries, [first, last]: [usize; 2]) -
     position.get(first..last).unwrap_or(&[]).iter().step_by(stride).copied().collect()
 }
 
-/// [rad or m] The longest way of a joint in the time of a glance.
-fn fastest(joint: &JointModel, sessions: &[&TimeSeries]) -> f64 {
-    let of = |series: &&TimeSeries| {
-        let seen = glances(joint, series, [0, series.time.len()]);
-        seen.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
-    };
-    sessions.iter().map(of).fold(0.0, f64::max)
+/// How a joint moves in all sessions.
+struct Motion<'a> {
+    joint: &'a JointModel,
+    /// [rad or m] Longest way of slow motion in the time of a glance.
+    slow: f64,
+    /// [rad or m] Ends of its way.
+    ends: [f64; 2],
 }
 
-/// Events of all joints in a part of a session; `slow`: longest way of slow motion in the time of a glance.
-fn events(model: &Model, slow: &[f64], series: &TimeSeries, part: [usize; 2]) -> Vec<[f64; KINDS]> {
-    let of_joint = |(joint, slow): (&JointModel, &f64)| {
+impl<'a> Motion<'a> {
+    fn of(joint: &'a JointModel, sessions: &[&TimeSeries]) -> Self {
+        let seen: Vec<Vec<f64>> =
+            sessions.iter().map(|series| glances(joint, series, [0, series.time.len()])).collect();
+        let steps = seen.iter().flat_map(|seen| seen.windows(2)).map(|pair| (pair[1] - pair[0]).abs());
+        let ends = |ends: [f64; 2], position: &f64| [ends[0].min(*position), ends[1].max(*position)];
+        Self {
+            joint,
+            slow: SLOW * steps.fold(0.0, f64::max),
+            ends: seen.iter().flatten().fold([f64::INFINITY, f64::NEG_INFINITY], ends),
+        }
+    }
+
+    /// Part of its way at a position.
+    fn part(&self, position: f64) -> usize {
+        let [low, high] = self.ends;
+        (((position - low) / (high - low) * PARTS as f64) as usize).min(PARTS - 1)
+    }
+
+    /// Its events in a part of a session.
+    fn events(&self, series: &TimeSeries, part: [usize; 2]) -> [f64; KINDS] {
         let (mut way, mut rested, mut found) = (0.0, false, [0.0; KINDS]);
-        for pair in glances(joint, series, part).windows(2) {
+        for pair in glances(self.joint, series, part).windows(2) {
             let moved = pair[1] - pair[0];
-            found[2] += moved.abs();
-            if moved.abs() <= RESTS * joint.encoder_step() {
+            found[PARTS + 1] += moved.abs();
+            if moved.abs() <= RESTS * self.joint.encoder_step() {
                 rested = true;
                 continue;
             }
-            found[0] += f64::from(u8::from(way * moved < 0.0));
-            found[1] += f64::from(u8::from(rested));
-            found[3] += f64::from(u8::from(moved.abs() < *slow));
+            found[self.part(pair[0])] += f64::from(u8::from(way * moved < 0.0));
+            found[PARTS] += f64::from(u8::from(rested));
+            found[PARTS + 2] += f64::from(u8::from(moved.abs() < self.slow));
             (way, rested) = (moved.signum(), false);
         }
         found
-    };
-    model.joints.iter().zip(slow).map(of_joint).collect()
+    }
 }
 
 #[cfg(test)]
@@ -154,10 +175,28 @@ mod tests {
     /// Two windows with all of one kind are worth less than one of each kind.
     #[test]
     fn property_rare_events_are_chosen_beside_frequent_ones() {
-        let windows =
-            vec![window(0, [10.0, 0.0, 5.0, 0.0]), window(1, [10.0, 0.0, 5.0, 0.0]), window(2, [0.0, 1.0, 0.1, 0.0])];
+        let frequent = [10.0, 0.0, 0.0, 0.0, 5.0, 0.0];
+        let windows = vec![window(0, frequent), window(1, frequent), window(2, [0.0, 0.0, 0.0, 1.0, 0.1, 0.0])];
         let chosen: Vec<usize> = best(windows, 2).iter().map(|one| one.session).collect();
         assert!(chosen.contains(&2), "{chosen:?}");
+    }
+
+    /// Many reversals at one end are worth less than some at each.
+    #[test]
+    fn property_reversals_are_chosen_along_the_whole_way() {
+        let at = |part: usize, count: f64| {
+            let mut events = [0.0; KINDS];
+            events[part] = count;
+            events
+        };
+        let windows =
+            vec![window(0, at(0, 10.0)), window(1, at(0, 10.0)), window(2, at(1, 4.0)), window(3, at(2, 4.0))];
+        let chosen: Vec<usize> = best(windows, 3).iter().map(|one| one.session).collect();
+        assert!(chosen.contains(&2) && chosen.contains(&3), "{chosen:?}");
+        // A joint from −1 to 2 rad.
+        let model = Model::load(std::path::Path::new("robots/scara/model.toml")).expect("a model");
+        let motion = Motion { joint: &model.joints[0], slow: 0.1, ends: [-1.0, 2.0] };
+        assert_eq!([-1.0, -0.1, 0.1, 1.1, 2.0].map(|position| motion.part(position)), [0, 0, 1, 2, 2]);
     }
 
     #[test]
