@@ -42,7 +42,7 @@ const NOISE_AT_STARTS: f64 = 1.0;
 const NEARLY_EXACT: f64 = -1.0;
 /// First steps of the searches of gaps, in `x`: 1.5 % of the gap, then less.
 const GAP_STEPS: [f64; 2] = [0.1, 0.02];
-/// Change of a gap, in `x`, by which the curvature of the score is taken: 0.3 %.
+/// Change of a gap, in `x`, by which the curvature of the score is taken: 0.3 %, of the amplitude of one that varies 0.2 % of its mean.
 const CURVATURE_STEP: f64 = 0.02;
 /// [1] Information of a direction of the bodies' values, in prior deviations, below which the motion does not show it.
 const SHOWN: f64 = 0.1;
@@ -440,20 +440,20 @@ impl Fit<'_> {
         &slope.information + DMatrix::from_diagonal(&DVector::from_iterator(self.parameters.len(), precisions))
     }
 
-    /// With errors by the information; that of a gap is scaled to the curvature of the score.
+    /// With errors by the information; that of a gap, and of how it varies, is scaled to the curvature of the score.
     fn fitted(&self, name: &str, place: Place) -> Result<Fitted> {
         let Place { height, x, lambda, mut slope, steps } = place;
-        for gap in (0..x.len()).filter(|k| self.is_gap(*k)) {
+        for k in (0..x.len()).filter(|k| self.shapes_gap(*k)) {
             let at = |step: f64| {
                 let mut moved = x.clone();
-                moved[gap] += step;
+                moved[k] += step;
                 self.height(&moved, &lambda)
             };
             let bend = 2.0 * height - at(CURVATURE_STEP) - at(-CURVATURE_STEP);
             let curvature = (bend / CURVATURE_STEP.powi(2)).max(0.0);
-            let own = slope.information[(gap, gap)];
-            scale(&mut slope.information, gap, if own > 0.0 { (curvature / own).sqrt() } else { 0.0 });
-            slope.information[(gap, gap)] = curvature;
+            let own = slope.information[(k, k)];
+            scale(&mut slope.information, k, if own > 0.0 { (curvature / own).sqrt() } else { 0.0 });
+            slope.information[(k, k)] = curvature;
         }
         let inverse = self.posterior(&slope).cholesky().map(|factor| factor.inverse());
         let error = |k: usize| inverse.as_ref().map_or(f64::NAN, |inverse| inverse[(k, k)].max(0.0).sqrt());

@@ -8,6 +8,7 @@ use super::filter::{Outcome, Run, Shadow};
 use super::parameters::{self, Kind, Parameter};
 use super::recording::Recording;
 use super::subject::{Setup, Subject};
+use super::uneven::UNEVEN_GAP;
 use crate::error::Result;
 use crate::robot::{EffectEntry, Model};
 
@@ -34,6 +35,14 @@ impl Fit<'_> {
     /// Whether a parameter is a gap, which no step moves.
     pub fn is_gap(&self, parameter: usize) -> bool {
         matches!(self.parameters[parameter].kind, Kind::Gap(_))
+    }
+
+    /// Whether a parameter is a gap, or says how a gap varies: where flanks are met, the score bends less than the derivative of the prediction says.
+    pub fn shapes_gap(&self, parameter: usize) -> bool {
+        match &self.parameters[parameter].kind {
+            Kind::Effect(effect, _) => self.effects[*effect].effect == UNEVEN_GAP,
+            _ => self.is_gap(parameter),
+        }
     }
 
     /// The setup at `x`.

@@ -120,16 +120,24 @@ struct Ground {
     fitted: Fitted,
     /// That set as it was fitted; `None` for the baseline.
     start: Option<Hypothesis>,
-    /// Whether it leaves nothing to be found.
+    /// Whether it leaves nothing to be found in the windows to which it was fitted, and whether it explains those that judge as well: some constant gap explains the
+    /// few reversals of one part, but not those of the other.
     finished: bool,
+    explains_others: bool,
     /// The model as it was given, with the effects of that set.
     model: Model,
 }
 
 impl Ground {
+    /// Whether a gap that varies may be what is missing.
+    const fn asks_for_uneven_gaps(&self) -> bool {
+        !(self.finished && self.explains_others)
+    }
+
     /// [nat] What a set has to gain by searches along single lines. Where much is missing, a set begins far below the baseline, whose parameters make up for it.
-    fn hopeful(&self) -> f64 {
-        if self.finished { HOPEFUL } else { f64::NEG_INFINITY }
+    fn hopeful(&self, set: &Hypothesis) -> f64 {
+        let is_asked_for = || self.asks_for_uneven_gaps() && sets::names(set).iter().any(|name| name == UNEVEN_GAP);
+        if self.finished && !is_asked_for() { HOPEFUL } else { f64::NEG_INFINITY }
     }
 }
 
@@ -173,14 +181,20 @@ impl Contest {
         Ok(floor::floor(&scores))
     }
 
-    /// Whether a fit leaves nothing to be found in the windows to which it was fitted, nor in those that judge: some constant gap explains the few reversals of
-    /// one part, but not those of the other.
+    /// Whether a fit leaves nothing to be found in the windows to which it was fitted.
     fn is_finished(&self, fitted: &Fitted) -> Result<bool> {
-        let is_near = |nats: f64, windows: &[Recording]| -> Result<bool> {
-            let mean = nats / self.readings(windows);
-            Ok(floor::is_near(mean, self.floor(fitted, windows)?, &floor::missed(&fitted.lambda)))
-        };
-        Ok(is_near(fitted.nats, &self.train)? && is_near(self.judged_nats(fitted)?, &self.judged)?)
+        self.is_near(fitted, fitted.nats, &self.train)
+    }
+
+    /// Whether a contender is near its floor in the windows that judge.
+    fn explains_others(&self, one: &Contender) -> Result<bool> {
+        self.is_near(&one.fitted, one.nats, &self.judged)
+    }
+
+    /// Whether a fit is near its floor on some windows, which it scores with these `nats`.
+    fn is_near(&self, fitted: &Fitted, nats: f64, windows: &[Recording]) -> Result<bool> {
+        let mean = nats / self.readings(windows);
+        Ok(floor::is_near(mean, self.floor(fitted, windows)?, &floor::missed(&fitted.lambda)))
     }
 
     /// Fits and judges the baseline, these sets and what follows from them; the baseline is the first contender. Also gives the names of the
@@ -219,7 +233,7 @@ impl Contest {
             let done = (round * together) as f64 / tried.len() as f64;
             progress(&format!("simulating {}", some[0].0.name), 0.3 + 0.5 * done);
             let fitted: Vec<Result<Contender>> =
-                some.par_iter().map(|(set, from)| self.rough(set, from, ground.hopeful())).collect();
+                some.par_iter().map(|(set, from)| self.rough(set, from, ground.hopeful(set))).collect();
             contenders.extend(fitted.into_iter().flatten());
         }
         progress("simulating the leading sets", 0.8);
@@ -250,9 +264,11 @@ impl Contest {
                 let mut model = known.model.clone();
                 model.effects.extend(with.fitted.effects());
                 let finished = self.is_finished(&with.fitted)?;
+                let explains_others = self.explains_others(&with)?;
                 let (whole, start) = (with.fitted.clone(), Some(with.fitted_start()));
                 contenders.push(with);
-                return Ok((contenders, Ground { fitted: whole.beside_effects(), whole, start, finished, model }));
+                let fitted = whole.beside_effects();
+                return Ok((contenders, Ground { whole, fitted, start, finished, explains_others, model }));
             }
             contenders.push(with);
         } else if !finished {
@@ -262,8 +278,10 @@ impl Contest {
                 contenders[0] = self.contender(&Hypothesis::baseline(), other)?;
             }
         }
-        let fitted = contenders[0].fitted.clone();
-        Ok((contenders, Ground { whole: fitted.clone(), fitted, start: None, finished, model: model.clone() }))
+        let explains_others = self.explains_others(&contenders[0])?;
+        let (fitted, model) = (contenders[0].fitted.clone(), model.clone());
+        let ground = Ground { whole: fitted.clone(), fitted, start: None, finished, explains_others, model };
+        Ok((contenders, ground))
     }
 
     /// What the regression named, fitted closely where the baseline is far from its floor.
@@ -297,16 +315,13 @@ impl Contest {
         let any = |sets: &[Vec<Hypothesis>; N], effect: &str| {
             sets.iter().flatten().any(|set| sets::names(set).iter().any(|name| name == effect))
         };
-        if ground.finished {
-            return sets;
-        }
-        if any(&sets, SOFT_GEAR) {
+        if !ground.finished && any(&sets, SOFT_GEAR) {
             progress("seeking soft gears", 0.15);
             let gears = seek_gears(&ground.model, &self.glances(), true, &self.settings);
             let at = |set: &Hypothesis| starts::at_sought_gears(set, &ground.model, &gears);
             sets = sets.map(|sets| sets.iter().map(at).collect());
         }
-        if any(&sets, UNEVEN_GAP) {
+        if ground.asks_for_uneven_gaps() && any(&sets, UNEVEN_GAP) {
             progress("seeking gaps that vary", 0.25);
             let gaps = seek_uneven_gaps(&ground.whole, &ground.model, &self.train, &self.settings);
             let model = ground.whole.model();
