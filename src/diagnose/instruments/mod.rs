@@ -7,7 +7,7 @@
 //! | instrument | uses | measures |
 //! |---|---|---|
 //! | `current_lag` | transients of torque and acceleration | the delay of a late current |
-//! | `lines` | samples while flanks touch | lines at a fixed frequency |
+//! | `lines` | samples while a joint keeps moving | lines at a fixed frequency |
 //! | `ripple`, `order_lines` | narrow rows while a joint keeps moving | lines of many periods per turn |
 //! | `command` | commands and currents | the dead band of a drive |
 //! | `slip` | jumps of the rotor against the link | a coupling that slips once |

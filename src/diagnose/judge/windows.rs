@@ -22,7 +22,7 @@ const GLANCE: f64 = 0.05;
 const RESTS: f64 = 3.0;
 /// [1] Slow motion: up to this share of the fastest of a joint, where friction falls with speed.
 const SLOW: f64 = 0.1;
-/// Parts of the way of a joint whose reversals are counted by themselves.
+/// Parts of the way of a joint whose reversals are counted by themselves: three points tell a gap that varies from a constant one.
 const PARTS: usize = 3;
 /// Kinds of events of a joint: reversals in each part, starts from rest, path and slow motion; and what each is worth.
 const KINDS: usize = 6;
