@@ -38,6 +38,21 @@ static ABOUT: About = About {
 /// One channel is recorded late.
 pub struct SensorDelay;
 
+/// Takes `T_i` [s] out of the effects of a model: how late its currents are recorded.
+pub fn take_current_delay(model: &mut Model) -> f64 {
+    take(model, "current_delay")
+}
+
+/// Takes `T_q` [s] out of the effects of a model: how late its positions and velocities are recorded.
+pub fn take_position_delay(model: &mut Model) -> f64 {
+    take(model, "position_delay")
+}
+
+fn take(model: &mut Model, delay: &str) -> f64 {
+    let entries = model.effects.iter_mut().filter(|entry| entry.effect == ABOUT.name);
+    entries.filter_map(|entry| entry.parameters.remove(delay)).sum()
+}
+
 /// Interpolated readings of a time in the past.
 struct Late {
     current_delay: f64,

@@ -4,18 +4,20 @@
 //!   x ← x + Sᵀ (r − S x)        r: recorded currents, S: what the sensor makes of a current, x: the current that flowed
 //! ```
 //! An effect on the readings is simulated as it acts, from current to reading; the filter needs it the other way. `Sᵀ` is `S` along the reversed
-//! time, so that a delay is undone by the first step; an offset is as well, since its linear part is one.
-//! Positions that are recorded late are those of a machine that is late itself, driven by delayed currents. A filter that
-//! corrected the present by what it reads of the past would oscillate.
+//! time; an offset is undone by the first step, since its linear part is one. Delays are undone by shifting the currents: positions that are
+//! recorded late are those of a machine that is late itself, driven by delayed currents. A filter that corrected the present by what it reads
+//! of the past would oscillate.
 //! Reference: L. Landweber (1951), An iteration formula for Fredholm integral equations of the first kind.
 
 use super::Settings;
 use super::recording::Recording;
+use crate::effects::{take_current_delay, take_position_delay};
 use crate::error::Result;
 use crate::plant::carried::Carrier;
 use crate::robot::Model;
+use crate::timeseries::delayed;
 
-/// Steps of the iteration: the first undoes whole samples of delay, the others what interpolation between samples loses.
+/// Steps of the iteration: the first undoes an offset or whole samples of lag, the others what interpolation between samples loses.
 const STEPS: usize = 3;
 
 /// A model, and what else a hypothesis says of a recording.
@@ -44,7 +46,7 @@ impl Subject {
     /// As [`Carrier::new`].
     pub fn new(setup: &Setup, recording: &Recording, settings: &Settings) -> Result<Self> {
         let mut setup = Setup { model: setup.model.in_session(&recording.name), ..setup.clone() };
-        let late = take_position_delay(&mut setup.model);
+        let late = take_position_delay(&mut setup.model) - take_current_delay(&mut setup.model);
         let currents = (0..recording.joints.len()).map(|joint| flowed(&setup, recording, settings, joint, late));
         let currents = currents.collect::<Result<_>>()?;
         Ok(Self { carrier: Carrier::new(&setup.model, &settings.catalogue)?, currents })
@@ -56,25 +58,7 @@ impl Subject {
     }
 }
 
-/// Takes the delay [s] of the positions out of the effects of a model.
-fn take_position_delay(model: &mut Model) -> f64 {
-    let delays = model.effects.iter_mut().filter(|entry| entry.effect == "sensor_delay");
-    delays.filter_map(|entry| entry.parameters.remove("position_delay")).sum()
-}
-
-/// Values at these times [s], late by so much [s]; the first holds before it.
-fn delayed(time: &[f64], values: &[f64], by: f64) -> Vec<f64> {
-    let at = |now: &f64| {
-        let then = now - by;
-        let next = time.partition_point(|one| *one <= then).clamp(1, time.len().max(2) - 1);
-        let span = time[next] - time[next - 1];
-        let share = ((then - time[next - 1]) / span).clamp(0.0, 1.0);
-        values[next - 1] + share * (values[next] - values[next - 1])
-    };
-    if time.len() < 2 { values.to_vec() } else { time.iter().map(at).collect() }
-}
-
-/// Currents of a joint from each sample to the next, in a machine that is late by so much [s].
+/// Currents of a joint from each sample to the next; `late`: by how much more [s] the positions are delayed than the currents.
 fn flowed(setup: &Setup, recording: &Recording, settings: &Settings, joint: usize, late: f64) -> Result<Vec<f64>> {
     let recorded = &recording.joints[joint];
     let read = |currents: &[f64]| -> Result<Option<Vec<f64>>> {
@@ -90,25 +74,7 @@ fn flowed(setup: &Setup, recording: &Recording, settings: &Settings, joint: usiz
             x.iter_mut().zip(back).for_each(|(x, back)| *x += back);
         }
     }
-    if late > 0.0 {
-        x = delayed(&recording.time, &x, late);
-    }
+    let x = delayed(&recording.time, &x, late);
     let (w, offset) = (recorded.weight + setup.weight, setup.offsets[joint]);
     Ok(x.windows(2).map(|i| w * i[0] + (1.0 - w) * i[1] - offset).collect())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn analytic_a_delay_of_a_line_shifts_it() {
-        let time: Vec<f64> = (0..10).map(|k: i32| 0.1 * f64::from(k) + 0.003 * f64::from(k % 3)).collect();
-        let line: Vec<f64> = time.iter().map(|time| 2.0 * time).collect();
-        let late = delayed(&time, &line, 0.25);
-        assert_eq!(late[..3], [0.0, 0.0, 0.0]);
-        assert!(late[3..].iter().zip(&line[3..]).all(|(late, own)| (own - late - 0.5).abs() < 1e-12), "{late:?}");
-        let now = delayed(&time, &line, 0.0);
-        assert!(now.iter().zip(&line).all(|(now, own)| (now - own).abs() < 1e-12), "{now:?}");
-    }
 }

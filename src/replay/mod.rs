@@ -12,6 +12,7 @@ mod compare;
 mod drawing;
 mod feedback;
 mod gain;
+mod in_step;
 mod inputs;
 mod low_pass;
 mod pair;
@@ -23,6 +24,7 @@ pub use compare::Side;
 use drawing::Drawing;
 use feedback::Feedback;
 pub use gain::{Gain, Pairs};
+use in_step::{Control, in_step};
 use inputs::{Input, Taken};
 pub use low_pass::low_pass;
 pub use pair::{Compared, compare_models, compared};
@@ -152,9 +154,11 @@ fn replayed(
     options: &Options,
     see: &mut dyn FnMut(&Side<'_>) -> bool,
 ) -> Result<Replay> {
-    let model = &model.in_session(&session.series.name);
+    let mut model = model.in_session(&session.series.name);
     let mut notes = Vec::new();
     let session = &*longest_part(session, &mut notes);
+    let session = &*in_step(&mut model, session, Control::Own);
+    let model = &model;
     let session = &*commands::that_drove(model, session, options.bandwidth, &mut notes);
     let inputs = inputs::inputs(model, session, options.control, &mut notes)?;
     let (simulated, mut drawn) = simulate(model, session, &inputs, options)?;

@@ -1,6 +1,7 @@
 //! Sampled signals of a machine; measured and simulated data have the same type.
 
 mod clock;
+mod delayed;
 mod drawn;
 mod memory;
 mod noise;
@@ -11,6 +12,7 @@ mod side_by_side;
 use std::collections::BTreeMap;
 
 pub use clock::{Clock, is_uneven_step};
+pub use delayed::delayed;
 pub use drawn::{Drawn, DrawnJoint, Envelope, pose_step};
 pub use memory::give_back_memory;
 pub use noise::{root_mean_square, white_noise};

@@ -20,6 +20,7 @@ pub use compared::{Ahead, AheadErrors, compare_predictions};
 use observer::Observed;
 use releases::Released;
 
+use super::in_step::{Control, in_step};
 use super::inputs::{self, Input};
 use super::{Loop, Options, commands, longest_part};
 use crate::dataset::{self, Session};
@@ -115,8 +116,10 @@ fn predictions(
     extent: Extent,
     floors: bool,
 ) -> Result<(Vec<Prediction>, Vec<f64>)> {
-    let model = &model.in_session(&session.series.name);
+    let mut model = model.in_session(&session.series.name);
     let session = &*longest_part(session, &mut Vec::new());
+    let session = &*in_step(&mut model, session, Control::Other);
+    let model = &model;
     let session = &*commands::that_drove(model, session, options.bandwidth, &mut Vec::new());
     let inputs = inputs::inputs(model, session, Loop::Closed, &mut Vec::new())?;
     let horizons = horizons(&session.series);
