@@ -112,16 +112,26 @@ pub fn align(
     let mut problem = pose(model, &aligned.iter().collect::<Vec<_>>(), division, options)?;
     let after = nominal(&mut problem).ok_or_else(|| nothing_moves(model))?.residuals;
     let before = as_recorded.at_rows_of(&problem);
-    let of_torque = gains::Judge::new(&problem, &before).effect(&problem.joints(), [&before, &after], [&before, &after]);
-    let gain =
-        if of_torque.shown() { of_torque } else { of_transients(model, sessions, division, late.lag.value, &of_torque) };
+    let of_torque =
+        gains::Judge::new(&problem, &before).effect(&problem.joints(), [&before, &after], [&before, &after]);
+    let gain = if of_torque.shown() {
+        of_torque
+    } else {
+        of_transients(model, sessions, division, late.lag.value, &of_torque)
+    };
     let sessions = if gain.shown() { aligned } else { Vec::new() };
     let told = claimed(model, &options.catalogue, vec![sighting(model, &late, gain)]);
     Ok(Some(Aligned { late, told, sessions, as_recorded }))
 }
 
 /// The gain of a lag [s] in the transients of held-out data. Few rows may have a gear that is surely pressed; transients are everywhere.
-fn of_transients(model: &Model, sessions: &[&TimeSeries], division: Division, lag: f64, steps: &EffectGain) -> EffectGain {
+fn of_transients(
+    model: &Model,
+    sessions: &[&TimeSeries],
+    division: Division,
+    lag: f64,
+    steps: &EffectGain,
+) -> EffectGain {
     let of_joint = |joint: usize| {
         let [training, held_out] = [Division::training, Division::held_out].map(|parts| -> Vec<Transients> {
             let of_session = |(number, session): (usize, &&TimeSeries)| {
@@ -132,7 +142,10 @@ fn of_transients(model: &Model, sessions: &[&TimeSeries], division: Division, la
         compared(&training, &held_out, lag)
     };
     let runs: Vec<_> = (0..model.joints.len()).flat_map(of_joint).collect();
-    EffectGain { gain_by_joint: steps.gain_by_joint.clone(), ..EffectGain::of(gains::gain(&runs), "transients of the torque") }
+    EffectGain {
+        gain_by_joint: steps.gain_by_joint.clone(),
+        ..EffectGain::of(gains::gain(&runs), "transients of the torque")
+    }
 }
 
 fn sighting(model: &Model, late: &Late, gain: EffectGain) -> Sighting {

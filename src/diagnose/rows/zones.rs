@@ -6,8 +6,8 @@
 //! friction of `0.15` to `0.35` of Coulomb friction behind the gear, the flank is in doubt while
 //! `−0.35 < T sgn v / F_C < −0.15`. Another share of friction moves the change of flank only within the times that are left out anyway.
 //! Other loads on a link, such as a contact, are not in `T`. Where rigid body and friction leave more torque than an error of friction
-//! can explain, that torque is added to `T`. A joint without a gap is rigid everywhere. Of its own rows only rests
-//! are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
+//! can explain, that torque is added to `T`. Where it exceeds what floating links can take away, the row is rigid, whatever
+//! else is in doubt. A joint without a gap is rigid everywhere. Of its own rows only rests are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
 //!
 //! Two rules reduce what is left out. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, with the RMS acceleration `a` of
 //! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
@@ -32,6 +32,9 @@ pub const JUDGED: Margins = Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], 
 /// [1] Part of Coulomb friction above which a torque that neither rigid body nor friction explains counts as a load. Smaller torques can
 /// come from friction of another law.
 const LOADED: f64 = 0.6;
+/// [1] Torque left over that no floating links make, in units of what the joint's own one takes away when it floats: that of its own, and as much by
+/// those of other joints.
+const OVERWHELMING: f64 = 2.0;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
 const SETTLING: f64 = 0.1;
 /// [1] Multiple of the crossing time of a gap after which the link rests on the other flank. For an unknown gap 0.2 s are left out, which
@@ -114,10 +117,12 @@ pub fn rigid_zone(
 ) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
     let felt = felt(motion, held_out);
+    let pressing = |joint: usize| left_over.map_or_else(Vec::new, |left_over| settled(motion, &left_over[joint]));
+    let pressing: Vec<Vec<f64>> = (0..dof).map(pressing).collect();
     let mut zones = vec![vec![true; motion.rows()]; dof];
     for joint in 0..dof {
         let gap = motion.model.joints[joint].backlash.unwrap_or_else(|| widest.gap(motion.model.joints[joint].kind));
-        let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
+        let load = load(motion, joint, coulomb[joint], &pressing[joint]);
         let doubt = (gap > 0.0).then(|| margins.doubt.map(|share| share * coulomb[joint]));
         let states = states(motion, joint, &load, doubt);
         let known = known(motion, &states, margins, longest(motion, joint, gap));
@@ -127,6 +132,11 @@ pub fn rigid_zone(
                 zone.iter_mut().enumerate().for_each(|(row, rigid)| *rigid &= of_row(row));
             }
         }
+    }
+    for (joint, zone) in zones.iter_mut().enumerate() {
+        let away = -margins.doubt[0] * coulomb[joint];
+        let overwhelmed = overwhelmed(motion, joint, away, &pressing[joint]);
+        zone.iter_mut().zip(overwhelmed).for_each(|(rigid, overwhelmed)| *rigid |= overwhelmed);
     }
     zones
 }
@@ -160,15 +170,30 @@ fn longest(motion: &Motion, joint: usize, gap: f64) -> f64 {
     CROSSINGS * (2.0 * gap / root_mean_square(&motion.joints[joint].a).max(1e-9)).sqrt()
 }
 
-/// Known torque through the gear: that of the nominal link, and that of loads on it.
-fn load(motion: &Motion, joint: usize, coulomb: f64, left_over: Option<&[f64]>) -> Vec<f64> {
+/// Known torque through the gear: that of the nominal link, and that of loads `pressing` on it.
+fn load(motion: &Motion, joint: usize, coulomb: f64, pressing: &[f64]) -> Vec<f64> {
     let mut load = settled(motion, &motion.joints[joint].link_torque);
-    if let Some(left_over) = left_over {
-        let pressing = settled(motion, left_over);
-        let strong = |pressing: &f64| pressing.abs() > LOADED * coulomb;
-        load.iter_mut().zip(&pressing).filter(|(_, pressing)| strong(pressing)).for_each(|(load, p)| *load += p);
-    }
+    let strong = |pressing: &f64| pressing.abs() > LOADED * coulomb;
+    load.iter_mut().zip(pressing).filter(|(_, pressing)| strong(pressing)).for_each(|(load, p)| *load += p);
     load
+}
+
+/// Rows in which a load that is `pressing` holds the link on a flank whatever floats: it exceeds [`OVERWHELMING`] times what a floating link takes
+/// away, its own torque and its `friction`. Not where a kernel contains a turn or a rest, with friction of either sign.
+fn overwhelmed(motion: &Motion, joint: usize, friction: f64, pressing: &[f64]) -> Vec<bool> {
+    let magnitude: Vec<f64> = motion.joints[joint].link_torque.iter().map(|torque| torque.abs()).collect();
+    let link = settled(motion, &magnitude);
+    let heading = heading(motion, joint);
+    let steady = |row: usize| {
+        let near = |other: &usize| {
+            motion.part[*other] == motion.part[row]
+                && (motion.time[*other] - motion.time[row]).abs() <= motion.half_width[row]
+        };
+        let same = |other: usize| heading[other] == heading[row] && heading[other] != 0;
+        (0..=row).rev().take_while(near).all(same) && (row..heading.len()).take_while(near).all(same)
+    };
+    let strong = |(row, pressing): (usize, &f64)| pressing.abs() > OVERWHELMING * (link[row] + friction) && steady(row);
+    pressing.iter().enumerate().map(strong).collect()
 }
 
 /// State of a joint in each row, by the `load` on its link and the loads between which the flank is in `doubt`; `None` without a gap.
