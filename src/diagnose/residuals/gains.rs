@@ -69,18 +69,23 @@ impl<'p, 'm> Judge<'p, 'm> {
 
     /// The gain of one set of residuals over another on some joints.
     pub fn compared(&self, joints: &[usize], residuals: [&Residuals; 2]) -> Gain {
-        self.weighted(joints, residuals, weights)
+        self.weighted(joints, residuals, weights, Part::HeldOut)
+    }
+
+    /// As [`compared`](Self::compared), on the training rows: for residuals each of which is predicted by a fit to other rows.
+    pub fn compared_in_training(&self, joints: &[usize], residuals: [&Residuals; 2]) -> Gain {
+        self.weighted(joints, residuals, weights, Part::Train)
     }
 
     /// As [`compared`](Self::compared), with equal weight for all rows.
     pub fn unweighted(&self, joints: &[usize], residuals: [&Residuals; 2]) -> Gain {
-        self.weighted(joints, residuals, |rows, _, _| vec![1.0; rows.len()])
+        self.weighted(joints, residuals, |rows, _, _| vec![1.0; rows.len()], Part::HeldOut)
     }
 
-    fn weighted(&self, joints: &[usize], [before, after]: [&Residuals; 2], weights: Weights) -> Gain {
+    fn weighted(&self, joints: &[usize], [before, after]: [&Residuals; 2], weights: Weights, part: Part) -> Gain {
         let motion = &self.problem.motion;
         let of_joint = |joint: &usize| {
-            let rows = self.problem.rows(*joint, Part::HeldOut);
+            let rows = self.problem.rows(*joint, part);
             let weights = weights(&rows, &before[*joint], &after[*joint]);
             let relative = |residuals: &Residuals| -> Vec<f64> {
                 let weighted = rows.iter().zip(&weights).map(|(row, weight)| weight * residuals[*joint][*row]);

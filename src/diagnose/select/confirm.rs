@@ -1,7 +1,7 @@
 //! Confirmation of the chosen effects: an effect is named if its parameters lie in their ranges and it gains on held-out data.
 //!
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
-//! significant gain is withdrawn, the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
+//! significant gain is withdrawn (where the held-out motion does not show it, the gain by cross-validation counts), the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
 //! a later fit moves out of its range, the weakest of several effects that gain nothing together, one with too little evidence, an effect
 //! that is no larger than its standard error or whose decisive parameter may be zero, one that is improbable, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
 
