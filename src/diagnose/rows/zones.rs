@@ -26,15 +26,14 @@ use crate::units::JointKind;
 // seconds was lost, and of four rotors with inertias 25 % or 12 % off one was named. With these margins all four are named, and one row
 // in six is kept (tuning seeds 3800 to 3802, 5600 to 5701, 6501 of `benches/blind`).
 /// For the fit: a floating link must not be taken for an effect. Robust fits tolerate the floating rows that remain.
-pub const RIGID: Margins = Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15] };
+pub const RIGID: Margins =
+    Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15], overwhelming: 2.0 };
 /// For error figures, which are plain RMS: a few floating rows would dominate them.
-pub const JUDGED: Margins = Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], doubt: [-0.6, -0.08] };
+pub const JUDGED: Margins =
+    Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], doubt: [-0.6, -0.08], overwhelming: f64::INFINITY };
 /// [1] Part of Coulomb friction above which a torque that neither rigid body nor friction explains counts as a load. Smaller torques can
 /// come from friction of another law.
 const LOADED: f64 = 0.6;
-/// [1] Torque left over that no floating links make, in units of what the joint's own one takes away when it floats: that of its own, and as much by
-/// those of other joints.
-const OVERWHELMING: f64 = 2.0;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
 const SETTLING: f64 = 0.1;
 /// [1] Multiple of the crossing time of a gap after which the link rests on the other flank. For an unknown gap 0.2 s are left out, which
@@ -94,6 +93,9 @@ pub struct Margins {
     pub flank: [f64; 2],
     /// Range of `T sgn v / F_C` in which the flank is in doubt.
     pub doubt: [f64; 2],
+    /// [1] Load beyond which a row is rigid whatever floats, in units of what the joint's own link takes away when it floats: 2 leaves room for as much
+    /// by the links of other joints.
+    pub overwhelming: f64,
 }
 
 /// State of a joint in a row.
@@ -134,8 +136,7 @@ pub fn rigid_zone(
         }
     }
     for (joint, zone) in zones.iter_mut().enumerate() {
-        let away = -margins.doubt[0] * coulomb[joint];
-        let overwhelmed = overwhelmed(motion, joint, away, &pressing[joint]);
+        let overwhelmed = overwhelmed(motion, joint, coulomb[joint], &pressing[joint], margins);
         zone.iter_mut().zip(overwhelmed).for_each(|(rigid, overwhelmed)| *rigid |= overwhelmed);
     }
     zones
@@ -178,9 +179,9 @@ fn load(motion: &Motion, joint: usize, coulomb: f64, pressing: &[f64]) -> Vec<f6
     load
 }
 
-/// Rows in which a load that is `pressing` holds the link on a flank whatever floats: it exceeds [`OVERWHELMING`] times what a floating link takes
-/// away, its own torque and its `friction`. Not where a kernel contains a turn or a rest, with friction of either sign.
-fn overwhelmed(motion: &Motion, joint: usize, friction: f64, pressing: &[f64]) -> Vec<bool> {
+/// Rows in which a load that is `pressing` holds the link on a flank whatever floats: it [overwhelms](Margins::overwhelming) what a floating link takes
+/// away, its own torque and its friction. Not where a kernel contains a turn or a rest, with friction of either sign.
+fn overwhelmed(motion: &Motion, joint: usize, coulomb: f64, pressing: &[f64], margins: &Margins) -> Vec<bool> {
     let magnitude: Vec<f64> = motion.joints[joint].link_torque.iter().map(|torque| torque.abs()).collect();
     let link = settled(motion, &magnitude);
     let heading = heading(motion, joint);
@@ -192,7 +193,9 @@ fn overwhelmed(motion: &Motion, joint: usize, friction: f64, pressing: &[f64]) -
         let same = |other: usize| heading[other] == heading[row] && heading[other] != 0;
         (0..=row).rev().take_while(near).all(same) && (row..heading.len()).take_while(near).all(same)
     };
-    let strong = |(row, pressing): (usize, &f64)| pressing.abs() > OVERWHELMING * (link[row] + friction) && steady(row);
+    let strong = |(row, pressing): (usize, &f64)| {
+        pressing.abs() > margins.overwhelming * (link[row] - margins.doubt[0] * coulomb) && steady(row)
+    };
     pressing.iter().enumerate().map(strong).collect()
 }
 

@@ -12,8 +12,7 @@ use crate::replay::Gain;
 use crate::timeseries::root_mean_square;
 
 /// The quantity in which the gain of an effect is given that the held-out data hardly show.
-const ELSEWHERE: &str =
-    "torque, each part of the training data predicted from the others";
+const ELSEWHERE: &str = "torque, each part of the training data predicted from the others";
 
 /// Gains of the terms of a selection, in the order of [`Selection::terms`]. `strength` ranks them, and the first `given` terms
 /// belong to the nominal model. `None` where a part of the terms cannot be fitted.
