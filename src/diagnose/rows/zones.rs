@@ -6,8 +6,8 @@
 //! friction of `0.15` to `0.35` of Coulomb friction behind the gear, the flank is in doubt while
 //! `−0.35 < T sgn v / F_C < −0.15`. Another share of friction moves the change of flank only within the times that are left out anyway.
 //! Other loads on a link, such as a contact, are not in `T`. Where rigid body and friction leave more torque than an error of friction
-//! can explain, that torque is added to `T`. Where it exceeds what floating links can take away, the row is rigid, whatever
-//! else is in doubt. A joint without a gap is rigid everywhere. Of its own rows only rests are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
+//! can explain, that torque is added to `T`. Where it exceeds what floating links can take away, and is far above what other
+//! rows leave over, the row is rigid, whatever else is in doubt. A joint without a gap is rigid everywhere. Of its own rows only rests are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
 //!
 //! Two rules reduce what is left out. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, with the RMS acceleration `a` of
 //! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
@@ -34,6 +34,8 @@ pub const JUDGED: Margins =
 /// [1] Part of Coulomb friction above which a torque that neither rigid body nor friction explains counts as a load. Smaller torques can
 /// come from friction of another law.
 const LOADED: f64 = 0.6;
+/// [1] Load that the other rows do not contain, as a multiple of the RMS that they leave over: where they show as much, rows in doubt are not needed.
+const UNLIKE: f64 = 5.0;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
 const SETTLING: f64 = 0.1;
 /// [1] Multiple of the crossing time of a gap after which the link rests on the other flank. For an unknown gap 0.2 s are left out, which
@@ -135,9 +137,12 @@ pub fn rigid_zone(
             }
         }
     }
-    for (joint, zone) in zones.iter_mut().enumerate() {
+    for (joint, zone) in zones.iter_mut().enumerate().filter(|(joint, _)| !pressing[*joint].is_empty()) {
+        let shown = (0..zone.len()).filter(|row| zone[*row] && !held_out[*row]).map(|row| pressing[joint][row]);
+        let unlike = UNLIKE * root_mean_square(&shown.collect::<Vec<_>>());
         let overwhelmed = overwhelmed(motion, joint, coulomb[joint], &pressing[joint], margins);
-        zone.iter_mut().zip(overwhelmed).for_each(|(rigid, overwhelmed)| *rigid |= overwhelmed);
+        let rows = zone.iter_mut().zip(overwhelmed).zip(&pressing[joint]);
+        rows.for_each(|((rigid, overwhelmed), pressing)| *rigid |= overwhelmed && pressing.abs() > unlike);
     }
     zones
 }
