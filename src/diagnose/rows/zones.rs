@@ -6,8 +6,8 @@
 //! friction of `0.15` to `0.35` of Coulomb friction behind the gear, the flank is in doubt while
 //! `−0.35 < T sgn v / F_C < −0.15`. Another share of friction moves the change of flank only within the times that are left out anyway.
 //! Other loads on a link, such as a contact, are not in `T`. Where rigid body and friction leave more torque than an error of friction
-//! can explain, that torque is added to `T`. Where it exceeds what floating links can take away, and is far above what other
-//! rows leave over, the row is rigid, whatever else is in doubt. A joint without a gap is rigid everywhere. Of its own rows only rests are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
+//! can explain, that torque is added to `T`. A joint without a gap is rigid everywhere. Of its own rows only rests
+//! are left out, where friction is whatever holds the joint, and turns and rests that a kernel mixes with motion.
 //!
 //! Two rules reduce what is left out. A gap `b` that the model file gives is crossed in about `√(2 b/a)`, with the RMS acceleration `a` of
 //! the joint: nothing is left out for longer than [`CROSSINGS`] times that. And joint `i` feels joint `j` only where `|M_ij| a_j` is more
@@ -26,16 +26,12 @@ use crate::units::JointKind;
 // seconds was lost, and of four rotors with inertias 25 % or 12 % off one was named. With these margins all four are named, and one row
 // in six is kept (tuning seeds 3800 to 3802, 5600 to 5701, 6501 of `benches/blind`).
 /// For the fit: a floating link must not be taken for an effect. Robust fits tolerate the floating rows that remain.
-pub const RIGID: Margins =
-    Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15], overwhelming: 2.0 };
+pub const RIGID: Margins = Margins { reversal: [0.1, 0.2], flank: [0.1, 0.15], doubt: [-0.35, -0.15] };
 /// For error figures, which are plain RMS: a few floating rows would dominate them.
-pub const JUDGED: Margins =
-    Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], doubt: [-0.6, -0.08], overwhelming: f64::INFINITY };
+pub const JUDGED: Margins = Margins { reversal: [0.1, 0.4], flank: [0.15, 0.3], doubt: [-0.6, -0.08] };
 /// [1] Part of Coulomb friction above which a torque that neither rigid body nor friction explains counts as a load. Smaller torques can
 /// come from friction of another law.
 const LOADED: f64 = 0.6;
-/// [1] Load that the other rows do not contain, as a multiple of the RMS that they leave over: where they show as much, rows in doubt are not needed.
-const UNLIKE: f64 = 5.0;
 /// [s] Half of the time over which the load is averaged before the flank is judged.
 const SETTLING: f64 = 0.1;
 /// [1] Multiple of the crossing time of a gap after which the link rests on the other flank. For an unknown gap 0.2 s are left out, which
@@ -95,9 +91,6 @@ pub struct Margins {
     pub flank: [f64; 2],
     /// Range of `T sgn v / F_C` in which the flank is in doubt.
     pub doubt: [f64; 2],
-    /// [1] Load beyond which a row is rigid whatever floats, in units of what the joint's own link takes away when it floats: 2 leaves room for as much
-    /// by the links of other joints.
-    pub overwhelming: f64,
 }
 
 /// State of a joint in a row.
@@ -121,12 +114,10 @@ pub fn rigid_zone(
 ) -> Vec<Vec<bool>> {
     let dof = motion.joints.len();
     let felt = felt(motion, held_out);
-    let pressing = |joint: usize| left_over.map_or_else(Vec::new, |left_over| settled(motion, &left_over[joint]));
-    let pressing: Vec<Vec<f64>> = (0..dof).map(pressing).collect();
     let mut zones = vec![vec![true; motion.rows()]; dof];
     for joint in 0..dof {
         let gap = motion.model.joints[joint].backlash.unwrap_or_else(|| widest.gap(motion.model.joints[joint].kind));
-        let load = load(motion, joint, coulomb[joint], &pressing[joint]);
+        let load = load(motion, joint, coulomb[joint], left_over.map(|left_over| left_over[joint].as_slice()));
         let doubt = (gap > 0.0).then(|| margins.doubt.map(|share| share * coulomb[joint]));
         let states = states(motion, joint, &load, doubt);
         let known = known(motion, &states, margins, longest(motion, joint, gap));
@@ -136,13 +127,6 @@ pub fn rigid_zone(
                 zone.iter_mut().enumerate().for_each(|(row, rigid)| *rigid &= of_row(row));
             }
         }
-    }
-    for (joint, zone) in zones.iter_mut().enumerate().filter(|(joint, _)| !pressing[*joint].is_empty()) {
-        let shown = (0..zone.len()).filter(|row| zone[*row] && !held_out[*row]).map(|row| pressing[joint][row]);
-        let unlike = UNLIKE * root_mean_square(&shown.collect::<Vec<_>>());
-        let overwhelmed = overwhelmed(motion, joint, coulomb[joint], &pressing[joint], margins);
-        let rows = zone.iter_mut().zip(overwhelmed).zip(&pressing[joint]);
-        rows.for_each(|((rigid, overwhelmed), pressing)| *rigid |= overwhelmed && pressing.abs() > unlike);
     }
     zones
 }
@@ -176,32 +160,15 @@ fn longest(motion: &Motion, joint: usize, gap: f64) -> f64 {
     CROSSINGS * (2.0 * gap / root_mean_square(&motion.joints[joint].a).max(1e-9)).sqrt()
 }
 
-/// Known torque through the gear: that of the nominal link, and that of loads `pressing` on it.
-fn load(motion: &Motion, joint: usize, coulomb: f64, pressing: &[f64]) -> Vec<f64> {
+/// Known torque through the gear: that of the nominal link, and that of loads on it.
+fn load(motion: &Motion, joint: usize, coulomb: f64, left_over: Option<&[f64]>) -> Vec<f64> {
     let mut load = settled(motion, &motion.joints[joint].link_torque);
-    let strong = |pressing: &f64| pressing.abs() > LOADED * coulomb;
-    load.iter_mut().zip(pressing).filter(|(_, pressing)| strong(pressing)).for_each(|(load, p)| *load += p);
+    if let Some(left_over) = left_over {
+        let pressing = settled(motion, left_over);
+        let strong = |pressing: &f64| pressing.abs() > LOADED * coulomb;
+        load.iter_mut().zip(&pressing).filter(|(_, pressing)| strong(pressing)).for_each(|(load, p)| *load += p);
+    }
     load
-}
-
-/// Rows in which a load that is `pressing` holds the link on a flank whatever floats: it [overwhelms](Margins::overwhelming) what a floating link takes
-/// away, its own torque and its friction. Not where a kernel contains a turn or a rest, with friction of either sign.
-fn overwhelmed(motion: &Motion, joint: usize, coulomb: f64, pressing: &[f64], margins: &Margins) -> Vec<bool> {
-    let magnitude: Vec<f64> = motion.joints[joint].link_torque.iter().map(|torque| torque.abs()).collect();
-    let link = settled(motion, &magnitude);
-    let heading = heading(motion, joint);
-    let steady = |row: usize| {
-        let near = |other: &usize| {
-            motion.part[*other] == motion.part[row]
-                && (motion.time[*other] - motion.time[row]).abs() <= motion.half_width[row]
-        };
-        let same = |other: usize| heading[other] == heading[row] && heading[other] != 0;
-        (0..=row).rev().take_while(near).all(same) && (row..heading.len()).take_while(near).all(same)
-    };
-    let strong = |(row, pressing): (usize, &f64)| {
-        pressing.abs() > margins.overwhelming * (link[row] - margins.doubt[0] * coulomb) && steady(row)
-    };
-    pressing.iter().enumerate().map(strong).collect()
 }
 
 /// State of a joint in each row, by the `load` on its link and the loads between which the flank is in `doubt`; `None` without a gap.
