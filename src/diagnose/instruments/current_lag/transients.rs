@@ -91,10 +91,12 @@ impl Transients {
             let t = begin + k as f64 * dt;
             let [narrow, wide] = [sampling.around_time(t, BAND[0])?, sampling.around_time(t, BAND[1])?];
             let a = narrow.averages(position).curvature - wide.averages(position).curvature;
-            Some((t, (a, narrow.averages(torque).value - wide.averages(torque).value)))
+            Some([t, a, narrow.averages(torque).value - wide.averages(torque).value])
         };
-        let all: Option<(Vec<f64>, (Vec<f64>, Vec<f64>))> = (0..((end - begin) / dt) as usize).map(at).collect();
-        all.map(|(time, (acceleration, torque))| Self { time, acceleration, torque, step: dt })
+        let all: Option<Vec<[f64; 3]>> = (0..((end - begin) / dt) as usize).map(at).collect();
+        let all = all?;
+        let [time, acceleration, torque] = [0, 1, 2].map(|part| all.iter().map(|one| one[part]).collect());
+        Some(Self { time, acceleration, torque, step: dt })
     }
 
     /// [s] How late the torque follows the acceleration: where they agree best, interpolated by a parabola. `None` where they agree nowhere.
