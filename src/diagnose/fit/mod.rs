@@ -10,6 +10,7 @@
 //! - `baseline`: the free parameters of the nominal model
 //! - `inertial`: deviations of the nominal model within its stated accuracy; `view`: what one joint's rows can decide of them; `deviations`: fits
 //!   with them
+//! - `extrapolation`: how far a fit can be off in rows that it does not contain
 //! - `cause`: the cause of a term, an effect or the change of an effect
 //! - `regression`: linear regression with a heavy-tailed error
 //! - `uncertainty`: standard errors by a jackknife over blocks of time
@@ -23,6 +24,7 @@ pub mod baseline;
 pub mod cause;
 mod deviations;
 pub mod estimate;
+mod extrapolation;
 pub mod golden;
 pub mod inertial;
 mod new_sessions;

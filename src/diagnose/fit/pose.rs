@@ -1,10 +1,12 @@
 //! From sessions to a regression problem with rows, held-out part and zones.
 
+use super::extrapolation;
 use super::problem::{Part, Problem};
 use super::regression;
 use crate::diagnose::options::Options;
 use crate::diagnose::rows::division::{Division, held_out_rows};
 use crate::diagnose::rows::inertia::typical_inertia;
+use crate::diagnose::rows::loads::{self, LeftOver};
 use crate::diagnose::rows::standstill::Standstill;
 use crate::diagnose::rows::zones::Widest;
 use crate::diagnose::rows::{observe, zones};
@@ -43,7 +45,9 @@ fn find_zones(problem: &mut Problem) -> Result<()> {
             break;
         }
     }
-    leave_out_still_joints(problem)
+    leave_out_still_joints(problem)?;
+    add_overwhelmed(problem);
+    Ok(())
 }
 
 /// Whether the rows of a joint are a good part of those in which it moves.
@@ -76,6 +80,19 @@ fn find_zones_of(problem: &mut Problem, widest: Widest) {
             problem.judged[joint].clone_from(&problem.zones[joint]);
         }
     }
+}
+
+/// Adds the rows under an overwhelming load to the zones of the fit.
+fn add_overwhelmed(problem: &mut Problem) {
+    let Some(fitted) = problem.fit(&[], Part::Train, regression::NU) else { return };
+    let with_overwhelmed = |joint: usize| {
+        let torque = problem.residual(&[], &fitted, joint);
+        let error = || extrapolation::errors(problem, &fitted, joint);
+        let left_over = LeftOver { torque: &torque, error: &error, coulomb: rough_coulomb(problem, joint) };
+        (joint, loads::with_overwhelmed(&problem.zones[joint], &problem.motion, joint, &left_over, &problem.held_out))
+    };
+    let zones: Vec<_> = problem.joints().into_iter().map(with_overwhelmed).collect();
+    zones.into_iter().for_each(|(joint, zone)| problem.zones[joint] = zone);
 }
 
 fn clear_left_out(problem: &mut Problem) {

@@ -6,6 +6,7 @@
 //! - `resonance`: motion that is too fast for links to follow their rotors
 //! - `division`: training data and held-out data
 //! - `zones`: the rigid zone, in which the links follow the rotors
+//! - `loads`: rows under a load that holds a link whatever floats
 //! - `reversals`: times since reversals, and durations of rests
 //! - `standstill`: currents before the first motion
 //! - `gentlest`: the sessions with the gentlest reversals
@@ -16,6 +17,7 @@ pub mod division;
 pub mod gentlest;
 pub mod inertia;
 pub mod kernel;
+pub mod loads;
 pub mod local;
 pub mod measured;
 pub mod observe;

@@ -183,7 +183,7 @@ fn states(motion: &Motion, joint: usize, load: &[f64], doubt: Option<[f64; 2]>) 
 }
 
 /// Running mean, so that noise of the acceleration does not change flanks.
-fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
+pub fn settled(motion: &Motion, values: &[f64]) -> Vec<f64> {
     let (mut first, mut last, mut sum) = (0, 0, 0.0);
     let near =
         |a: usize, b: usize| motion.part[a] == motion.part[b] && (motion.time[a] - motion.time[b]).abs() <= SETTLING;

@@ -1,0 +1,116 @@
+//! Rows under a load that holds its link on a flank, whatever floats.
+//!
+//! A link that floats in its gap takes away its own torque and its friction, at most `|T| + 0.35 F_C`, and as much again leaves room for the
+//! links of other joints. A nominal model that is off within its stated accuracy leaves some `σ` beside it,
+//! and so does a fit of rows that move more slowly. Where rigid body and friction leave
+//!
+//! ```text
+//!   |e| > 2 (|T| + 0.35 F_C) + 3 σ,      |e| > 5 RMS(e in the rigid zone)
+//! ```
+//! in the mean over ±0.1 s, something presses: a contact, or a current that comes late. The second bound asks that the zone does not show it
+//! already: rows in doubt are then not needed.
+
+use super::reversals::heading;
+use super::zones::{RIGID, settled};
+use crate::effects::Motion;
+use crate::timeseries::root_mean_square;
+
+/// [1] Multiple of what the joint's own link takes away when it floats.
+const FLOATING: f64 = 2.0;
+/// [1] Standard deviations of the nominal model's torque: one row in 370 of a model of this accuracy lies beyond.
+const DEVIATIONS: f64 = 3.0;
+/// [1] Multiple of the RMS that the rows of the zone leave over.
+const UNLIKE: f64 = 5.0;
+
+/// What a fit leaves over in the rows of a joint.
+pub struct LeftOver<'a> {
+    /// `e[row]` [N·m or N] Torque that rigid body and friction leave.
+    pub torque: &'a [f64],
+    /// `σ[row]` [N·m or N]: how far the fit and the nominal model can be off there. Asked only where something may press.
+    pub error: &'a dyn Fn() -> Vec<f64>,
+    /// `F_C` [N·m or N]
+    pub coulomb: f64,
+}
+
+/// A joint's zone with the rows under an overwhelming load. Not those whose kernel contains a turn or a rest, with friction of either sign.
+pub fn with_overwhelmed(
+    zone: &[bool],
+    motion: &Motion,
+    joint: usize,
+    left_over: &LeftOver,
+    held_out: &[bool],
+) -> Vec<bool> {
+    let pressing = settled(motion, left_over.torque);
+    let magnitude: Vec<f64> = motion.joints[joint].link_torque.iter().map(|torque| torque.abs()).collect();
+    let link = settled(motion, &magnitude);
+    let shown = (0..zone.len()).filter(|row| zone[*row] && !held_out[*row]).map(|row| pressing[row]);
+    let unlike = UNLIKE * root_mean_square(&shown.collect::<Vec<_>>());
+    let floating = |row: usize| FLOATING * (link[row] - RIGID.doubt[0] * left_over.coulomb);
+    let heading = heading(motion, joint);
+    let may_press = |row: &usize| {
+        !zone[*row] && pressing[*row].abs() > unlike.max(floating(*row)) && is_steady(motion, &heading, *row)
+    };
+    let pressed: Vec<usize> = (0..zone.len()).filter(may_press).collect();
+    let mut zone = zone.to_vec();
+    if pressed.is_empty() {
+        return zone;
+    }
+    let error = settled(motion, &(left_over.error)());
+    let presses = |row: &usize| pressing[*row].abs() > floating(*row) + DEVIATIONS * error[*row];
+    pressed.into_iter().filter(presses).for_each(|row| zone[row] = true);
+    zone
+}
+
+/// Whether a joint moves in one direction in all rows that the kernel of a row contains.
+fn is_steady(motion: &Motion, heading: &[i8], row: usize) -> bool {
+    let near = |other: &usize| {
+        motion.part[*other] == motion.part[row]
+            && (motion.time[*other] - motion.time[row]).abs() <= motion.half_width[row]
+    };
+    let same = |other: usize| heading[other] == heading[row] && heading[other] != 0;
+    (0..=row).rev().take_while(near).all(same) && (row..heading.len()).take_while(near).all(same)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::diagnose::select::candidates::tests::{LENGTH, MODEL, ROBOT, drawn};
+    use crate::robot::Model;
+
+    /// [N·m] A load beside a link torque of up to 2 N·m and a Coulomb friction of 2 N·m: more than twice their sum of 2.7 N·m.
+    const LOAD: f64 = 8.0;
+    /// [s] When it presses.
+    const PRESSED: [f64; 2] = [3.0, 7.0];
+
+    /// Rows that are added where a load presses, by a fit that can be off by `error` [N·m], beside rows that leave `elsewhere` [N·m].
+    fn added(motion: &Motion, error: f64, elsewhere: f64) -> Vec<usize> {
+        let pressed = |row: &usize| (PRESSED[0]..PRESSED[1]).contains(&motion.time[*row]);
+        let rows = 0..motion.rows();
+        let zone: Vec<bool> = rows.clone().map(|row| !pressed(&row)).collect();
+        let torque: Vec<f64> = rows.clone().map(|row| if pressed(&row) { LOAD } else { elsewhere }).collect();
+        let left_over = LeftOver { torque: &torque, error: &|| vec![error; motion.rows()], coulomb: 2.0 };
+        let with = with_overwhelmed(&zone, motion, 0, &left_over, &vec![false; motion.rows()]);
+        rows.filter(|row| with[*row] && !zone[*row]).collect()
+    }
+
+    /// Rows are added under a load, in steady motion only; none where the fit may be off by a third of the load, where other rows leave as
+    /// much over, or where the load is no larger than what links take away.
+    #[test]
+    fn property_rows_are_added_under_a_load_that_nothing_else_explains() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let motion = drawn(&model, 3, None, LENGTH);
+        let found = added(&motion, 0.1, 0.1);
+        let m = &motion.joints[0];
+        let pressed = motion.time.iter().filter(|time| (PRESSED[0]..PRESSED[1]).contains(time)).count();
+        assert!(found.len() > pressed / 3, "{} of {pressed}", found.len());
+        let turns = |row: &usize| m.v[row - 1] * m.v[row + 1] < 0.0;
+        assert!(!found.iter().any(turns), "a row at a turn");
+        assert!(added(&motion, LOAD / 3.0, 0.1).is_empty(), "the fit may be off by as much");
+        assert!(added(&motion, 0.1, LOAD / 4.0).is_empty(), "other rows leave over as much");
+        let mut heavy = motion.clone();
+        heavy.joints[0].link_torque.fill(LOAD / 2.0);
+        assert!(added(&heavy, 0.1, 0.1).is_empty(), "a floating link takes away as much");
+    }
+}
