@@ -86,7 +86,7 @@ fn property_no_recording_makes_a_diagnosis_or_an_identification_panic() {
     let mut rng = ChaCha8Rng::seed_from_u64(41);
     let (models, options) = (models(), Options::default());
     let (mut diagnosed, mut refused) = (0, 0);
-    for round in 0..120 {
+    for round in 0..60 {
         let model = &models[round % 3];
         let strange = odd("odd", &mut rng);
         let company = [ordinary("one", &mut rng, 3000), ordinary("two", &mut rng, 3000)];
