@@ -24,6 +24,8 @@ const ABSENT: f64 = 0.01;
 const SIMILAR: f64 = 1.5;
 /// Distances from a line, in frequency resolutions, at which it has less than a hundredth of its power.
 const BESIDE: [f64; 4] = [3.5, 4.5, 5.5, 6.5];
+/// Probability with which a continuum would look like a line, in a piece that shows it.
+const CONTINUUM: f64 = 0.05;
 /// Factor by which the faster half of the samples has to be faster.
 const FASTER: f64 = 1.3;
 /// Relative difference of pieces that is accepted beyond their errors: the links' inertia changes with the arm's shape.
@@ -54,6 +56,8 @@ pub struct Line {
     pub evidence: f64,
     /// Reduction of the amplitude at the frequency in the held-out data.
     pub gain: Gain,
+    /// Whether the gain is that of training pieces, each predicted from the others.
+    pub is_gain_in_training: bool,
 }
 
 impl Line {
@@ -122,34 +126,53 @@ pub fn estimated((parts, held_out): (&[MeasuredPiece], &[MeasuredPiece]), f: f64
     let (late, spread) = (moment(0) / evidence, moment(1));
     let wander = WANDER / (spread / evidence).sqrt();
     let omega_error = (1.0 / (2.0 * spread).sqrt()).hypot(wander);
+    let (gain, is_gain_in_training) = shown_gain([parts, held_out], [&phasors, &phasors_of(held_out, f)]);
     Some(Line {
         frequency: Estimate { value: f, std_error: omega_error / TAU },
         amplitude: Estimate { value: amplitude, std_error: amplitude * relative.hypot(SYSTEMATIC) },
         phase: Estimate { value: common.arg(), std_error: relative.hypot(late * omega_error).hypot(PHASE) },
         resolution: 4.0 * step,
         evidence,
-        gain: gain(&predicted(parts, &phasors, held_out), &phasors_of(held_out, f)),
+        gain,
+        is_gain_in_training,
     })
 }
 
 /// 97.5 % quantile of the normal distribution.
 const Z: f64 = 1.959_964;
 
-/// What each held-out piece is expected to show: the mean of what training pieces show, those of similar speed first. Pieces of similar motion have their
+/// The gain in the held-out pieces. Where noise hides what is expected there, and the training pieces show one, in these instead, each predicted from the
+/// others; and whether it is that.
+fn shown_gain([parts, held_out]: [&[MeasuredPiece]; 2], [phasors, held_out_phasors]: [&[Phasor]; 2]) -> (Gain, bool) {
+    let all: Vec<(&MeasuredPiece, &Phasor)> = parts.iter().zip(phasors).collect();
+    let expected: Vec<Complex<f64>> = held_out.iter().map(|one| predicted(&all, one)).collect();
+    let confirmed = gain(&expected, held_out_phasors);
+    let sought: f64 = held_out_phasors.iter().zip(&expected).map(|(one, c)| c.norm_sqr() / one.variance).sum();
+    // From here on `D`, expected to be as large, would exceed its scatter.
+    if confirmed.shown || sought > 2.0 * Z * Z || parts.len() < 2 {
+        return (confirmed, false);
+    }
+    let from_others = |index: usize| {
+        let others: Vec<_> = (0..all.len()).filter(|other| *other != index).map(|other| all[other]).collect();
+        predicted(&others, &parts[index])
+    };
+    let elsewhere = gain(&(0..all.len()).map(from_others).collect::<Vec<_>>(), phasors);
+    if elsewhere.shown { (elsewhere, true) } else { (confirmed, false) }
+}
+
+/// What a piece is expected to show: the mean of what other pieces show, those of similar speed first. Pieces of similar motion have their
 /// flanks apart for similar times, which decides what a line does to a position.
-fn predicted(parts: &[MeasuredPiece], phasors: &[Phasor], held_out: &[MeasuredPiece]) -> Vec<Complex<f64>> {
+fn predicted(others: &[(&MeasuredPiece, &Phasor)], one: &MeasuredPiece) -> Complex<f64> {
     let speed = |part: &MeasuredPiece| {
         let Piece { speed, weight, .. } = part.piece;
         speed.iter().zip(weight).map(|(v, w)| v * w).sum::<f64>() / part.piece.total()
     };
-    let expected = |one: &MeasuredPiece| {
-        let unlike = |part: &MeasuredPiece| ((speed(part) / speed(one)).ln() / SIMILAR.ln()).powi(2);
-        let least = parts.iter().map(unlike).fold(f64::INFINITY, f64::min);
-        let weights = || parts.iter().zip(phasors).map(|(part, one)| (least - unlike(part)).exp() / one.variance);
-        let sum: Complex<f64> = weights().zip(phasors).map(|(weight, one)| one.a * weight).sum();
-        sum / weights().sum::<f64>()
-    };
-    held_out.iter().map(expected).collect()
+    let unlike = |part: &MeasuredPiece| ((speed(part) / speed(one)).ln() / SIMILAR.ln()).powi(2);
+    let least = others.iter().map(|(part, _)| unlike(part)).fold(f64::INFINITY, f64::min);
+    let weights: Vec<f64> =
+        others.iter().map(|(part, phasor)| (least - unlike(part)).exp() / phasor.variance).collect();
+    let sum: Complex<f64> = weights.iter().zip(others).map(|(weight, (_, phasor))| phasor.a * *weight).sum();
+    sum / weights.iter().sum::<f64>()
 }
 
 /// Gain of the amplitude in held-out pieces when what is expected of the line is removed from each.
@@ -199,18 +222,21 @@ fn agrees(phasors: &[Phasor]) -> bool {
     sum < beyond_chance(phasors.len().max(2) - 1, DISAGREE)
 }
 
-/// Whether all pieces that show a line show it as narrow as their length allows: beside it, from three to six resolutions away, there is next to nothing. A loop
-/// that oscillates by itself changes its frequency by more.
+/// Whether a line is as narrow as the length of the pieces allows: beside it, from three to six resolutions away, there is next to nothing. A loop that
+/// oscillates by itself changes its frequency by more, and has as much there. Of a continuum, `η` exceeds the sum `S` of `n` values beside it with the
+/// probability `(1 + η/S)^(−n)`. Every piece that shows the line has to be unlike one, and all together.
 fn narrow(parts: &[MeasuredPiece], f: f64) -> bool {
-    let is_narrow = |part: &MeasuredPiece| {
+    let of_continuum = |part: &MeasuredPiece| {
         let evidence = |f: f64| phasor(part, f, &|_| true).evidence;
         let resolution = 1.0 / (12.0 * times(part.piece)[1]).sqrt();
         let beside = BESIDE.map(|away| evidence(f + away * resolution) + evidence(f - away * resolution));
-        let level = beside.iter().sum::<f64>() / (2.0 * BESIDE.len() as f64);
-        let here = evidence(f);
-        here < PRESENT || here > PRESENT * level
+        let (here, beside) = (evidence(f), beside.iter().sum::<f64>());
+        (here, -(2.0 * BESIDE.len() as f64) * (here / beside.max(f64::MIN_POSITIVE)).ln_1p())
     };
-    parts.iter().all(is_narrow)
+    let all: Vec<(f64, f64)> = parts.iter().map(of_continuum).collect();
+    let together = -all.iter().map(|(_, ln_chance)| ln_chance).sum::<f64>();
+    together > beyond_chance(parts.len(), ABSENT)
+        && all.iter().all(|(here, ln_chance)| *here < PRESENT || *ln_chance < CONTINUUM.ln())
 }
 
 /// Whether several pieces show a line, if there are several: those without the strongest, beyond chance.

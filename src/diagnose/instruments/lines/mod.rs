@@ -84,15 +84,17 @@ fn found(scene: &Recordings) -> Vec<(usize, Line)> {
     let bytes = 56 * samples + scan::transform_bytes(scan::length_of(samples));
     let scans =
         side_by_side(&joints, bytes, |joint| Scan::new(model, *joint, pieces(model, *joint, sessions, division)));
-    let of_scan = |scan: &Scan| {
-        let motor = MotorTorque::new(model, scan.joint, sessions, division);
-        let lines = scan.lines(model).filter(|line| motor.is_disturbed_by(line)).take(MOST);
-        lines.map(|line| (scan.joint, line)).collect::<Vec<_>>()
-    };
-    let all: Vec<(usize, Line)> = scans.iter().flatten().flat_map(of_scan).collect();
     let scans: Vec<&Scan> = scans.iter().flatten().collect();
-    let own: Vec<bool> = all.iter().map(|line| !comes_from_another_joint(line, &all, &scans)).collect();
-    all.into_iter().zip(own).filter(|(_, own)| *own).map(|(line, _)| line).collect()
+    // With those that are too weak, too uncertain or the motor's own: they shake other joints as well.
+    let of_scan = |scan: &&Scan| scan.lines(model).map(|line| (scan.joint, line)).collect::<Vec<_>>();
+    let all: Vec<(usize, Line)> = scans.iter().flat_map(of_scan).collect();
+    let named = |scan: &&Scan| {
+        let motor = MotorTorque::new(model, scan.joint, sessions, division);
+        let own = all.iter().filter(|(joint, _)| *joint == scan.joint);
+        let disturbing = own.filter(|(_, line)| motor.is_disturbed_by(line)).take(MOST);
+        disturbing.filter(|line| !comes_from_another_joint(line, &all, &scans)).cloned().collect::<Vec<_>>()
+    };
+    scans.iter().flat_map(named).collect()
 }
 
 /// Whether another joint shakes this one at a line's frequency: its own line is much stronger, or where it has none, its spectrum shows more there.
@@ -202,12 +204,13 @@ pub fn beyond_chance(count: usize, probability: f64) -> f64 {
 fn sighting(model: &Model, joint: usize, line: &Line) -> Sighting {
     let Line { frequency, amplitude, phase, .. } = *line;
     let unit = model.joints[joint].kind.effort_unit();
+    let of = if line.is_gain_in_training { ", each training session predicted from the others" } else { "" };
     Sighting {
         phenomenon: Phenomenon::Line { frequency, amplitude, phase },
         joints: vec![joint],
         probability: calibrated(CHANCE),
         evidence_nats: line.evidence,
-        gain: Some(EffectGain::of(line.gain, &format!("amplitude at {:.1} Hz", frequency.value))),
+        gain: Some(EffectGain::of(line.gain, &format!("amplitude at {:.1} Hz{of}", frequency.value))),
         words: format!(
             "a line at {:.2} ± {:.2} Hz, {:.3} ± {:.3} {unit}",
             frequency.value, frequency.std_error, amplitude.value, amplitude.std_error
