@@ -7,6 +7,8 @@
 pub mod about;
 mod action;
 mod catalogue;
+#[cfg(test)]
+pub mod drawn;
 mod harmonic;
 mod listed;
 pub mod motion;

@@ -19,7 +19,7 @@ use super::law::{self, CENTRIFUGAL};
 use super::motion::{Lack, PARTS, Track};
 use super::points::Point;
 use super::result::LawKind;
-use super::statistics::median;
+use super::statistics::{median, typical};
 use crate::gearhead::{Direction, FrictionLaw};
 
 /// Number of consecutive fits, each to the motion under the law before it.
@@ -93,7 +93,7 @@ impl Balance {
     fn motion_under(&self, law: &FrictionLaw, centrifugal: f64, huber: f64) -> Motion {
         let lacks: Vec<Lack> = self.windows.par_iter().map(|window| window.lack(law, centrifugal)).collect();
         let ratios: Vec<f64> = lacks.iter().map(|lack| (lack.torque / lack.std_error).abs()).collect();
-        let scale = 1.4826 * median(ratios.clone());
+        let scale = typical(ratios.iter().copied());
         let misfit = lacks.iter().zip(&self.windows).map(|(lack, window)| (lack.torque / window.floor).abs()).sum();
         let observation = |((lack, window), ratio): ((Lack, &Window), f64)| {
             let std_error = lack.std_error * (ratio / (huber * scale)).clamp(1.0, 1e3);
@@ -132,7 +132,7 @@ impl Window {
     fn lack(&self, law: &FrictionLaw, centrifugal: f64) -> Lack {
         let lacking = self.track.lacking(law, centrifugal);
         let middle = median(lacking.to_vec());
-        let spread = 1.4826 * median(lacking.iter().map(|part| (part - middle).abs()).collect());
+        let spread = typical(lacking.iter().map(|part| part - middle));
         let limit = OUTLIER * spread.max(self.floor * (PARTS as f64).sqrt());
         let run = longest_run(|part| (lacking[part] - middle).abs() <= limit);
         let parts = run.start + usize::from(run.start > 0)..run.end.saturating_sub(usize::from(run.end < PARTS));

@@ -23,7 +23,7 @@ use std::ops::Range;
 
 use super::rigid_body::RigidBody;
 use super::signals::Signals;
-use super::statistics::median;
+use super::statistics::typical;
 use super::windows::Window;
 use crate::gearhead::{Direction, FrictionLaw};
 use crate::robot::JointModel;
@@ -389,6 +389,5 @@ fn slide(velocity: f64, torque: f64, inertia: f64, dt: f64, law: &FrictionLaw) -
 
 /// Standard deviation of the white noise of a signal that is smooth otherwise, from the median of its second differences.
 fn white_noise(signal: &[f64]) -> f64 {
-    let seconds = signal.windows(3).map(|x| (x[0] - 2.0 * x[1] + x[2]).abs()).collect();
-    1.4826 * median(seconds).max(0.0) / 6f64.sqrt()
+    typical(signal.windows(3).map(|x| x[0] - 2.0 * x[1] + x[2])).max(0.0) / 6f64.sqrt()
 }

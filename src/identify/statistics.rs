@@ -14,6 +14,13 @@ pub fn median(mut samples: Vec<f64>) -> f64 {
     if samples.is_empty() { f64::NAN } else { *samples.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
+/// Standard deviation of normal errors by their median, `1.4826 median |e|`, which less than half of them cannot decide; NaN if there are none.
+///
+/// Reference: P. Rousseeuw, C. Croux (1993), Alternatives to the median absolute deviation.
+pub fn typical(errors: impl Iterator<Item = f64>) -> f64 {
+    1.4826 * median(errors.map(f64::abs).collect())
+}
+
 /// Mean and its standard error by batch means: each of 16 consecutive batches is longer than the correlation of the samples,
 /// so the scatter of the batch means contains this correlation.
 pub fn mean_with_error(samples: &[f64]) -> (f64, f64) {

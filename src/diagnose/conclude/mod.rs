@@ -109,6 +109,9 @@ pub fn conclude(
     };
     unexplained.append(&mut findings.unexplained);
     unexplained.extend(unexplained::shapeless(problem, &residuals, &fit, &unexplained));
+    if model.masses == Masses::Known {
+        unexplained.extend(unexplained::pressed(problem, &residuals, &selection.fitted, &fit, &unexplained));
+    }
     unexplained.extend(implausible::deviations(problem));
     undecided::add(problem, selection, &options.rules, &mut unexplained);
     findings.unexplained = unexplained;

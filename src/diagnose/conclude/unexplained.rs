@@ -6,6 +6,8 @@
 
 use crate::diagnose::evidence::pattern_search::{likeliest, with_term};
 use crate::diagnose::evidence::prediction::{Prediction, predict};
+use crate::diagnose::fit::extrapolation;
+use crate::diagnose::fit::pose::rough_coulomb;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::NU;
 use crate::diagnose::fit::term::Term;
@@ -13,7 +15,8 @@ use crate::diagnose::options::Rules;
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::gains;
 use crate::diagnose::result::{FitError, Split, Unexplained};
-use crate::identify::statistics::median;
+use crate::diagnose::rows::loads::{self, LeftOver};
+use crate::identify::statistics::typical;
 
 /// Least amplitude of a pattern relative to the RMS torque: the inaccuracy of a law of an effect or of friction is smaller. Patterns
 /// with enough evidence on 16 clean machines (seeds 1000 to 1015 of `benches/blind`) are below it.
@@ -35,6 +38,9 @@ const FAR_ABOVE_FLOOR: f64 = 10.0;
 /// foreign simulated arms, some of them on the same data, none leaves more than 1.9 times as much, but for three, on which something acts in the
 /// held-out data alone, or whose training data do not determine friction (4 to 13 times).
 const UNSEEN: f64 = 3.0;
+
+/// [s] Shortest load that is reported: as long as it is averaged.
+const SHORTEST: f64 = 0.2;
 
 /// The strongest remaining pattern of each joint, if a clean machine would not show it.
 ///
@@ -115,10 +121,14 @@ pub fn shapeless(
     fit: &[FitError],
     said: &[Unexplained],
 ) -> Vec<Unexplained> {
+    let judged_rows = |joint: usize| problem.judged_rows(joint, Part::HeldOut).into_iter();
     let judged = |one: &FitError| -> Option<Unexplained> {
         let joint = problem.motion.model.joints.iter().position(|joint| joint.name == one.joint)?;
-        let left =
-            if problem.floating[joint] { one.after.min(typical(problem, &residuals[joint], joint)) } else { one.after };
+        let left = if problem.floating[joint] {
+            one.after.min(typical(judged_rows(joint).map(|row| residuals[joint].after[row])))
+        } else {
+            one.after
+        };
         let percent = one.after_percent * left / one.after.max(1e-300);
         let floors = left / one.floor.max(1e-300);
         let trained = fit
@@ -143,11 +153,37 @@ pub fn shapeless(
     fit.iter().filter(|one| one.split == Split::HeldOut).filter(silent).filter_map(judged).collect()
 }
 
-/// Standard deviation of the residual of held-out rows [N·m or N] by its median, `1.4826 median |e|`, which less than half of the rows cannot
-/// decide (P. Rousseeuw, C. Croux 1993).
-fn typical(problem: &Problem, residual: &Residual, joint: usize) -> f64 {
-    let rows = problem.judged_rows(joint, Part::HeldOut);
-    1.4826 * median(rows.iter().map(|row| residual.after[*row].abs()).collect())
+/// Loads that no floating link and no error of the model makes, on joints without a pattern in `said`: an episode of some seconds is no pattern of all
+/// rows, and the typical residual does not contain it.
+pub fn pressed(
+    problem: &Problem,
+    residuals: &[Residual],
+    fitted: &Fitted,
+    fit: &[FitError],
+    said: &[Unexplained],
+) -> Vec<Unexplained> {
+    let motion = &problem.motion;
+    let of_joint = |joint: usize| {
+        let model = &motion.model.joints[joint];
+        let floor = fit.iter().filter(|one| one.joint == model.name).map(|one| one.floor).fold(0.0, f64::max);
+        let error = || extrapolation::errors(problem, fitted, joint);
+        let torque = &residuals[joint].after;
+        let left_over = LeftOver { torque, error: &error, coulomb: rough_coulomb(problem, joint) };
+        let rows = loads::pressed(motion, joint, &left_over, FAR_ABOVE_FLOOR * floor);
+        let of_data = if rows.iter().all(|(row, _)| problem.held_out[*row]) { " of the data held out" } else { "" };
+        let lasts = rows.len() as f64 * motion.duration() / motion.rows() as f64;
+        let (row, largest) = rows.into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
+        let place = motion.joints[joint].q[row];
+        let pattern = format!(
+            "a torque of up to {:.3} {} for {lasts:.1} s in all{of_data}, most at {place:.3} {}: no gap and no inaccuracy of the model makes as much",
+            largest.abs(),
+            model.kind.effort_unit(),
+            model.kind.position_unit(),
+        );
+        (lasts > SHORTEST).then(|| Unexplained { joint: model.name.clone(), pattern })
+    };
+    let silent = |joint: &usize| said.iter().all(|known| known.joint != motion.model.joints[*joint].name);
+    problem.joints().into_iter().filter(silent).filter_map(of_joint).collect()
 }
 
 /// RMS torque that the last term explains, times √2 [N·m or N]: the amplitude of a harmonic.

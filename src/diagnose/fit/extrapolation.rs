@@ -50,7 +50,7 @@ mod tests {
 
     use super::*;
     use crate::diagnose::fit::regression::NU;
-    use crate::diagnose::select::candidates::tests::{LENGTH, MODEL, NOISE, ROBOT, drawn};
+    use crate::effects::drawn::{LENGTH, MODEL, NOISE, ROBOT, drawn};
     use crate::robot::Model;
     use crate::timeseries::root_mean_square;
 

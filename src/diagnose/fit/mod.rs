@@ -24,7 +24,7 @@ pub mod baseline;
 pub mod cause;
 mod deviations;
 pub mod estimate;
-mod extrapolation;
+pub mod extrapolation;
 pub mod golden;
 pub mod inertial;
 mod new_sessions;

@@ -159,7 +159,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::diagnose::select::candidates::tests::{LENGTH, MODEL, NOISE, ROBOT, drawn};
+    use crate::effects::drawn::{LENGTH, MODEL, NOISE, ROBOT, drawn};
     use crate::robot::Model;
 
     /// A ripple of thousands of nats leaves dozens in its own side lobes, which are no broad structure: it stays a line. Its torque is up to 100 times the

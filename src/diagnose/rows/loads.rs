@@ -5,21 +5,21 @@
 //! and so does a fit of rows that move more slowly. Where rigid body and friction leave
 //!
 //! ```text
-//!   |e| > 2 (|T| + 0.35 F_C) + 3 σ,      |e| > 5 RMS(e in the rigid zone)
+//!   |e| > 2 (|T| + 0.35 F_C) + 3 σ,      |e| > 5 s
 //! ```
-//! in the mean over ±0.1 s, something presses: a contact, or a current that comes late. The second bound asks that the zone does not show it
-//! already: rows in doubt are then not needed.
+//! in the mean over ±0.1 s, something presses: a contact, or a current that comes late. The second bound asks for more than what is typical, `s`, of
+//! the rigid zone.
 
 use super::reversals::heading;
 use super::zones::{RIGID, settled};
 use crate::effects::Motion;
-use crate::timeseries::root_mean_square;
+use crate::identify::statistics::typical;
 
 /// [1] Multiple of what the joint's own link takes away when it floats.
 const FLOATING: f64 = 2.0;
 /// [1] Standard deviations of the nominal model's torque: one row in 370 of a model of this accuracy lies beyond.
 const DEVIATIONS: f64 = 3.0;
-/// [1] Multiple of the RMS that the rows of the zone leave over.
+/// [1] Multiple of what the rows of the zone leave over typically: chance leaves no row of millions beyond.
 const UNLIKE: f64 = 5.0;
 
 /// What a fit leaves over in the rows of a joint.
@@ -32,7 +32,7 @@ pub struct LeftOver<'a> {
     pub coulomb: f64,
 }
 
-/// A joint's zone with the rows under an overwhelming load. Not those whose kernel contains a turn or a rest, with friction of either sign.
+/// A joint's zone with the rows under an overwhelming load that it does not show already.
 pub fn with_overwhelmed(
     zone: &[bool],
     motion: &Motion,
@@ -40,25 +40,30 @@ pub fn with_overwhelmed(
     left_over: &LeftOver,
     held_out: &[bool],
 ) -> Vec<bool> {
+    let shown = (0..zone.len()).filter(|row| zone[*row] && !held_out[*row]).map(|row| left_over.torque[row]);
+    let unlike = UNLIKE * typical(shown);
+    let mut zone = zone.to_vec();
+    for (row, _) in pressed(motion, joint, left_over, unlike) {
+        zone[row] = true;
+    }
+    zone
+}
+
+/// Rows under a load of more than `least` [N·m or N], with the load. Not those whose kernel contains a turn or a rest, with friction of either sign.
+pub fn pressed(motion: &Motion, joint: usize, left_over: &LeftOver, least: f64) -> Vec<(usize, f64)> {
     let pressing = settled(motion, left_over.torque);
     let magnitude: Vec<f64> = motion.joints[joint].link_torque.iter().map(|torque| torque.abs()).collect();
     let link = settled(motion, &magnitude);
-    let shown = (0..zone.len()).filter(|row| zone[*row] && !held_out[*row]).map(|row| pressing[row]);
-    let unlike = UNLIKE * root_mean_square(&shown.collect::<Vec<_>>());
     let floating = |row: usize| FLOATING * (link[row] - RIGID.doubt[0] * left_over.coulomb);
     let heading = heading(motion, joint);
-    let may_press = |row: &usize| {
-        !zone[*row] && pressing[*row].abs() > unlike.max(floating(*row)) && is_steady(motion, &heading, *row)
-    };
-    let pressed: Vec<usize> = (0..zone.len()).filter(may_press).collect();
-    let mut zone = zone.to_vec();
+    let may_press = |row: &usize| pressing[*row].abs() > least.max(floating(*row)) && is_steady(motion, &heading, *row);
+    let pressed: Vec<usize> = (0..pressing.len()).filter(may_press).collect();
     if pressed.is_empty() {
-        return zone;
+        return Vec::new();
     }
     let error = settled(motion, &(left_over.error)());
     let presses = |row: &usize| pressing[*row].abs() > floating(*row) + DEVIATIONS * error[*row];
-    pressed.into_iter().filter(presses).for_each(|row| zone[row] = true);
-    zone
+    pressed.into_iter().filter(presses).map(|row| (row, pressing[row])).collect()
 }
 
 /// Whether a joint moves in one direction in all rows that the kernel of a row contains.
@@ -76,7 +81,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::diagnose::select::candidates::tests::{LENGTH, MODEL, ROBOT, drawn};
+    use crate::effects::drawn::{LENGTH, MODEL, ROBOT, drawn};
     use crate::robot::Model;
 
     /// [N·m] A load beside a link torque of up to 2 N·m and a Coulomb friction of 2 N·m: more than twice their sum of 2.7 N·m.

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::throws::Ordinary;
 use super::*;
-use crate::diagnose::select::candidates::tests::{MODEL, ROBOT};
+use crate::effects::drawn::{MODEL, ROBOT};
 use crate::timeseries::JointSeries;
 
 /// [s] Length of a session.
