@@ -10,7 +10,7 @@
 //! The largest throw of one session sets a time. Every session says which share `p` of its windows has as large a throw as it has then. `n` sessions
 //! coincide by chance with Fisher's `P(χ²(2n) > 2 Σ E)`, `E = −ln p`, times the number of windows and joints that were searched. A throw that shows in
 //! one session only may be a knock from outside: no `E` counts beyond what it takes to find a window, and what the next session says of it.
-//! Sessions that move alike at that time have their reversals together and do not count twice.
+//! Sessions that move alike at that time, or begin or end a rest together, have their reversals together and do not count twice.
 //!
 //! The gain is that of the throw at this time in the held-out sessions, compared with ordinary windows. Where they show none, the link may have been on
 //! the other flank: the gain is then that of the training sessions which did not set the time. If no separate session is held out, nothing
@@ -50,8 +50,10 @@ const SHOWN: f64 = 0.025;
 const FEWEST: usize = 2;
 /// [s] Time before and after a throw over which two sessions are compared, and the steps of the comparison.
 const COMPARED: (f64, i32) = (0.25, 10);
-/// [1] Part of a motion by which two sessions differ that move alike.
+/// [1] Part of a motion by which two sessions differ that move alike, and at most which there is of it in a rest.
 const ALIKE: f64 = 0.1;
+/// [1] Multiple of a throw that a joint moves within the time of the comparison after a rest: a rotor that was only thrown stays where it is.
+const MOVES: f64 = 5.0;
 
 /// A step of a link against its rotor: its coupling slips once.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -186,7 +188,8 @@ impl<'s> Searched<'s> {
     /// other session can tell.
     fn coincidence(&self, joint: usize, first: usize, earlier: &[f64]) -> Option<(Coincidence, f64)> {
         let time = self.throws[first][joint].as_ref()?.largest(earlier)?;
-        let own_motion = |other: &usize| *other == first || !self.alike(joint, [first, *other], time);
+        let (_, thrown) = self.throws[first][joint].as_ref()?.near(time)?;
+        let own_motion = |other: &usize| *other == first || !self.alike(joint, [first, *other], time, thrown);
         let told = (0..self.sessions.len()).filter(own_motion).filter_map(|session| {
             let throws = self.throws[session][joint].as_ref()?;
             let (_, throw) = throws.near(time)?;
@@ -206,8 +209,8 @@ impl<'s> Searched<'s> {
         Some((Coincidence { joint, first, time, shares, chance }, all))
     }
 
-    /// Whether a joint moves alike around a time in two sessions.
-    fn alike(&self, joint: usize, pair: [usize; 2], time: f64) -> bool {
+    /// Whether a joint moves alike around a time in two sessions, or begins or ends a rest in both, by more than it is `thrown` [rad or m].
+    fn alike(&self, joint: usize, pair: [usize; 2], time: f64, thrown: f64) -> bool {
         let path = |session: usize| -> Option<Vec<f64>> {
             let recorded = self.sessions[session];
             let q = recorded.joint(&self.model.joints[joint].name)?.get(Channel::Position)?;
@@ -223,7 +226,14 @@ impl<'s> Searched<'s> {
         let [Some(a), Some(b)] = pair.map(path) else { return false };
         let squares = |path: &[f64]| path.iter().map(|q| q * q).sum::<f64>();
         let apart: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
-        squares(&apart) < ALIKE * ALIKE * squares(&a).max(squares(&b))
+        let together = squares(&apart) < ALIKE * ALIKE * squares(&a).max(squares(&b));
+        let moves = |path: &[f64]| path.iter().fold(0.0, |most: f64, q| most.max(q.abs())) > MOVES * thrown;
+        let rests = |rest: &[f64], path: &[f64]| moves(path) && squares(rest) < ALIKE * ALIKE * squares(path);
+        let [[before, after], [other_before, other_after]] = [&a, &b].map(|path| {
+            let (before, after) = path.split_at(path.len() / 2);
+            [before, after]
+        });
+        together || (rests(before, &a) && rests(other_before, &b)) || (rests(after, &a) && rests(other_after, &b))
     }
 
     /// [s] When the first of the throws of these sessions is.

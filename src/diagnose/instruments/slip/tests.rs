@@ -55,6 +55,11 @@ fn property_shares_of_whole_counts_are_not_too_small() {
 /// A session of a rotor whose encoder has 2000 counts a turn, on the joint side of a gear of 45, with waves of some draw. It is thrown by some
 /// counts.
 fn session(draw: u64, thrown: f64) -> TimeSeries {
+    session_of(draw, thrown, SLIP, &|t| t)
+}
+
+/// The same, thrown at a time [s], and the phase of its waves at each time.
+fn session_of(draw: u64, thrown: f64, at: f64, phase: &dyn Fn(f64) -> f64) -> TimeSeries {
     let mut rng = ChaCha8Rng::seed_from_u64(draw);
     let waves: Vec<[f64; 3]> = (0..3)
         .map(|_| [rng.random_range(0.2..0.7), TAU * rng.random_range(0.15..0.8), rng.random_range(0.0..TAU)])
@@ -64,11 +69,11 @@ fn session(draw: u64, thrown: f64) -> TimeSeries {
     let of =
         |t: f64, f: &dyn Fn(f64, f64, f64) -> f64| waves.iter().map(|[a, w, phi]| f(*a, *w, w * t + phi)).sum::<f64>();
     let position = |t: &f64| {
-        let by = thrown * count * ((t - SLIP) / 0.01).clamp(0.0, 1.0);
-        ((of(*t, &|a, _, x| a * x.sin()) + by) / count).round() * count
+        let by = thrown * count * ((t - at) / 0.01).clamp(0.0, 1.0);
+        ((of(phase(*t), &|a, _, x| a * x.sin()) + by) / count).round() * count
     };
     // J_r = 2e-5 · 45² kg·m², 0.02 N·m/A · 45 N·m per A; the rotor alone.
-    let current = |t: &f64| of(*t, &|a, w, x| -a * w * w * x.sin()) * 2e-5 * 45.0 / 0.02;
+    let current = |t: &f64| of(phase(*t), &|a, w, x| -a * w * w * x.sin()) * 2e-5 * 45.0 / 0.02;
     let channels = BTreeMap::from([
         (Channel::Position, time.iter().map(position).collect::<Vec<f64>>().into()),
         (Channel::Current, time.iter().map(current).collect::<Vec<f64>>().into()),
@@ -98,6 +103,12 @@ fn recover_throws_at_the_same_time_of_different_motions() {
 fn property_a_throw_of_one_session_or_of_one_motion_is_no_slip() {
     assert_eq!(found(&[session(1, 8.0), session(2, 0.0), session(3, 0.0)]), [], "a knock");
     assert_eq!(found(&[session(1, 8.0), session(1, 8.0), session(1, 6.0)]), [], "the same motion three times");
+    let switched_on = [1, 2, 3].map(|draw| session_of(draw, 8.0, 0.02, &|t| t));
+    assert_eq!(found(&switched_on), [], "when drives are switched on");
+    // All begin to move where they are thrown, after a rest, and are as fast as their waves a second later.
+    let begins = |t: f64| SLIP + (t - SLIP).max(0.0).powi(2) / (t - SLIP + 1.0).max(1.0);
+    let begun = [1, 2, 3].map(|draw| session_of(draw, 8.0, SLIP, &begins));
+    assert_eq!(found(&begun), [], "when a programme begins");
     // 3e-4 each: one in a hundred runs of this test would have one by chance.
     let sound = (0..30).filter(|draw| !found(&[0, 1, 2].map(|k| session(10 + 3 * draw + k, 0.0))).is_empty()).count();
     assert_eq!(sound, 0, "of 30 machines that do not slip");

@@ -31,6 +31,8 @@ const ASTRAY: f64 = 0.9;
 pub const TOGETHER: f64 = 0.03;
 /// [s] Time before and after a throw that belongs to it: rotor and controller oscillate.
 const AROUND: [f64; 2] = [0.05, 0.5];
+/// [s] At the start of a session: drives are switched on and links settle, in every session at the same time.
+const SETTLED: f64 = 1.0;
 /// `K` Windows that tell the tail: enough that `β` is known to a quarter, and 1 in 33 of a session of 40 s.
 const TAIL: usize = 20;
 
@@ -67,8 +69,11 @@ impl Throws {
         let sampling = Sampling::new(&session.time, dt);
         let long = parts.iter().flat_map(|part| sampling.within(part)).filter(|piece| piece.len() >= 4 * lag);
         let bends = Bends { time: &session.time, q, torque: &torque, dt, step: lag as f64 * dt, rotor };
-        let (time, excess) =
-            long.flat_map(|part| bends.of(part)).map(|(k, e)| (session.time[k] - session.time[0], e)).unzip();
+        let (time, excess) = long
+            .flat_map(|part| bends.of(part))
+            .map(|(k, e)| (session.time[k] - session.time[0], e))
+            .filter(|(at, _)| *at > SETTLED)
+            .unzip();
         Some(Self { time, excess, count })
     }
 
