@@ -17,7 +17,7 @@ use crate::identify::statistics::typical;
 
 /// [1] Multiple of what the joint's own link takes away when it floats.
 const FLOATING: f64 = 2.0;
-/// [1] Standard deviations of the nominal model's torque: one row in 370 of a model of this accuracy lies beyond.
+/// [1] Standard deviations of the predicted torque: one fit in 370 is off by more in a row.
 const DEVIATIONS: f64 = 3.0;
 /// [1] Multiple of what the rows of the zone leave over typically: chance leaves no row of millions beyond.
 const UNLIKE: f64 = 5.0;
@@ -109,6 +109,7 @@ mod tests {
         let found = added(&motion, 0.1, 0.1);
         let m = &motion.joints[0];
         let pressed = motion.time.iter().filter(|time| (PRESSED[0]..PRESSED[1]).contains(time)).count();
+        // The rest lies near turns, whose rows are left out.
         assert!(found.len() > pressed / 3, "{} of {pressed}", found.len());
         let turns = |row: &usize| m.v[row - 1] * m.v[row + 1] < 0.0;
         assert!(!found.iter().any(turns), "a row at a turn");

@@ -48,8 +48,9 @@ const CHANCE: f64 = 3e-4;
 const SHOWN: f64 = 0.025;
 /// Least number of sessions that show it.
 const FEWEST: usize = 2;
-/// [s] Time before and after a throw over which two sessions are compared, and the steps of the comparison.
-const COMPARED: (f64, i32) = (0.25, 10);
+/// [s] Time before and after a throw over which two sessions are compared, in this number of steps.
+const COMPARED: f64 = 0.25;
+const STEPS: i32 = 10;
 /// [1] Part of a motion by which two sessions differ that move alike, and at most which there is of it in a rest.
 const ALIKE: f64 = 0.1;
 /// [1] Multiple of a throw that a joint moves within the time of the comparison after a rest: a rotor that was only thrown stays where it is.
@@ -211,29 +212,30 @@ impl<'s> Searched<'s> {
 
     /// Whether a joint moves alike around a time in two sessions, or begins or ends a rest in both, by more than it is `thrown` [rad or m].
     fn alike(&self, joint: usize, pair: [usize; 2], time: f64, thrown: f64) -> bool {
-        let path = |session: usize| -> Option<Vec<f64>> {
-            let recorded = self.sessions[session];
-            let q = recorded.joint(&self.model.joints[joint].name)?.get(Channel::Position)?;
-            let start = recorded.time.first()?;
-            let (half, steps) = COMPARED;
-            let at = |k: i32| {
-                let later = time + half * f64::from(k) / f64::from(steps);
-                q.get(recorded.time.partition_point(|t| t - start < later)).copied()
-            };
-            let middle = at(0)?;
-            (-steps..=steps).map(|k| Some(at(k)? - middle)).collect()
-        };
-        let [Some(a), Some(b)] = pair.map(path) else { return false };
+        let [Some(a), Some(b)] = pair.map(|session| self.path(session, joint, time)) else { return false };
         let squares = |path: &[f64]| path.iter().map(|q| q * q).sum::<f64>();
         let apart: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let together = squares(&apart) < ALIKE * ALIKE * squares(&a).max(squares(&b));
-        let moves = |path: &[f64]| path.iter().fold(0.0, |most: f64, q| most.max(q.abs())) > MOVES * thrown;
-        let rests = |rest: &[f64], path: &[f64]| moves(path) && squares(rest) < ALIKE * ALIKE * squares(path);
-        let [[before, after], [other_before, other_after]] = [&a, &b].map(|path| {
+        // Whether it rests before and after, beside what it moves in all.
+        let rests = [&a, &b].map(|path| {
+            let moves = path.iter().any(|q| q.abs() > MOVES * thrown);
             let (before, after) = path.split_at(path.len() / 2);
-            [before, after]
+            [before, after].map(|half| moves && squares(half) < ALIKE * ALIKE * squares(path))
         });
-        together || (rests(before, &a) && rests(other_before, &b)) || (rests(after, &a) && rests(other_after, &b))
+        together || (0..2).any(|half| rests.iter().all(|rests| rests[half]))
+    }
+
+    /// [rad or m] Motion of a joint around a time, relative to where it is then; `None` where it was not recorded.
+    fn path(&self, session: usize, joint: usize, time: f64) -> Option<Vec<f64>> {
+        let recorded = self.sessions[session];
+        let q = recorded.joint(&self.model.joints[joint].name)?.get(Channel::Position)?;
+        let start = recorded.time.first()?;
+        let at = |k: i32| {
+            let later = time + COMPARED * f64::from(k) / f64::from(STEPS);
+            q.get(recorded.time.partition_point(|t| t - start < later)).copied()
+        };
+        let middle = at(0)?;
+        (-STEPS..=STEPS).map(|k| Some(at(k)? - middle)).collect()
     }
 
     /// [s] When the first of the throws of these sessions is.

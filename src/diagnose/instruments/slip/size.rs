@@ -35,8 +35,8 @@ pub fn measured(
     let mut onsets: Vec<f64> = seen.iter().map(|[onset, _]| *onset).collect();
     onsets.sort_by(f64::total_cmp);
     let onset = *onsets.get(onsets.len() / 2)?;
-    let sizes: Vec<f64> = seen.iter().map(|[_, by]| -by * (link + rotor) / (link * REBOUND[0])).collect();
-    let sizes = DVector::from_vec(sizes);
+    let of_throws = seen.iter().map(|[_, by]| -by * (link + rotor) / (link * REBOUND[0]));
+    let sizes = DVector::from_iterator(seen.len(), of_throws);
     let (value, scatter) = (sizes.mean(), (sizes.variance() / (sizes.len() as f64 - 1.0).max(1.0)).sqrt());
     let count = model.joints[joint].encoder_step();
     sizes.iter().all(|size| size * value > 0.0).then(|| Step {

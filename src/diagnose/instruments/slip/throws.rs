@@ -72,7 +72,7 @@ impl Throws {
         let (time, excess) = long
             .flat_map(|part| bends.of(part))
             .map(|(k, e)| (session.time[k] - session.time[0], e))
-            .filter(|(at, _)| *at > SETTLED)
+            .filter(|(at, excess)| *at > SETTLED && excess.is_finite())
             .unzip();
         Some(Self { time, excess, count })
     }
@@ -123,7 +123,7 @@ impl Ordinary {
         self.throws.len()
     }
 
-    /// `p(e)`: share of windows with a larger throw, 0 to 1.
+    /// `p(e)`: share of windows with a larger throw, above 0 and at most 1.
     pub fn share_beyond(&self, throw: f64) -> f64 {
         let windows = self.windows() as f64;
         let beyond = self.throws[TAIL];
@@ -134,7 +134,8 @@ impl Ordinary {
         let tail = TAIL as f64;
         let mean = self.throws[..TAIL].iter().map(|throw| throw - beyond).sum::<f64>() / (tail * self.count);
         let decay = self.count / (1.0 + 1.0 / (mean + 1.0 / tail)).ln();
-        (tail + 1.0) / windows * (1.0 + (throw - beyond) / (tail * decay)).powi(-(TAIL as i32))
+        let share = (tail + 1.0) / windows * (1.0 + (throw - beyond) / (tail * decay)).powi(-(TAIL as i32));
+        share.max(f64::MIN_POSITIVE)
     }
 
     /// The throw that a share of the windows exceeds, not below zero.
