@@ -108,7 +108,7 @@ mod tests {
         let motion = drawn(&model, 3, None, LENGTH);
         let found = added(&motion, 0.1, 0.1);
         let m = &motion.joints[0];
-        let pressed = motion.time.iter().filter(|time| (PRESSED[0]..PRESSED[1]).contains(time)).count();
+        let pressed = motion.time.iter().filter(|time| (PRESSED[0]..PRESSED[1]).contains(*time)).count();
         // The rest lies near turns, whose rows are left out.
         assert!(found.len() > pressed / 3, "{} of {pressed}", found.len());
         let turns = |row: &usize| m.v[row - 1] * m.v[row + 1] < 0.0;
