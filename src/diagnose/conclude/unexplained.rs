@@ -13,10 +13,10 @@ use crate::diagnose::fit::regression::NU;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::options::Rules;
 use crate::diagnose::residuals::Residual;
+use crate::diagnose::residuals::carried_over::{CarriedOver, LEFT_CLEARLY};
 use crate::diagnose::residuals::gains;
 use crate::diagnose::result::{FitError, Split, Unexplained};
 use crate::diagnose::rows::loads::{self, LeftOver};
-use crate::identify::statistics::typical;
 
 /// Least amplitude of a pattern relative to the RMS torque: the inaccuracy of a law of an effect or of friction is smaller. Patterns
 /// with enough evidence on 16 clean machines (seeds 1000 to 1015 of `benches/blind`) are below it.
@@ -29,15 +29,8 @@ const LEFT: f64 = 40.0;
 /// Least residual in multiples of the sensors' floor: a smaller one may be their noise.
 const ABOVE_FLOOR: f64 = 5.0;
 
-/// [%] The same for a residual that is far above the floor: a little more than clean machines leave.
-const LEFT_CLEARLY: f64 = 15.0;
 /// Multiples of the floor that no clean machine of `benches/blind` reaches (at most 9, and 4.8 of 24 with seeds from 93000).
-const FAR_ABOVE_FLOOR: f64 = 10.0;
-
-/// Factor by which held-out data may leave more than training data, where they leave more than [`LEFT_CLEARLY`]: in reports on 160 joints of real and
-/// foreign simulated arms, some of them on the same data, none leaves more than 1.9 times as much, but for three, on which something acts in the
-/// held-out data alone, or whose training data do not determine friction (4 to 13 times).
-const UNSEEN: f64 = 3.0;
+pub const FAR_ABOVE_FLOOR: f64 = 10.0;
 
 /// [s] Shortest load that is reported: as long as it is averaged.
 const SHORTEST: f64 = 0.2;
@@ -113,29 +106,19 @@ pub fn unjudged(problem: &Problem, residuals: &[Residual]) -> Vec<Unexplained> {
 
 /// Residual torque of the joints without a pattern in `said`, where it is too large to count as explained, or to be that of the training data.
 ///
-/// If the judged rows include rows in which a link floats, the typical residual counts instead of the RMS, which a few such rows
-/// dominate. A torque that is missing all the time, such as that of a control loop that shakes the joint, shows in both.
+/// A torque that is missing all the time, such as that of a control loop that shakes the joint, shows in the typical residual and in the RMS.
 pub fn shapeless(
     problem: &Problem,
     residuals: &[Residual],
     fit: &[FitError],
     said: &[Unexplained],
 ) -> Vec<Unexplained> {
-    let judged_rows = |joint: usize| problem.judged_rows(joint, Part::HeldOut).into_iter();
     let judged = |one: &FitError| -> Option<Unexplained> {
         let joint = problem.motion.model.joints.iter().position(|joint| joint.name == one.joint)?;
-        let left = if problem.floating[joint] {
-            one.after.min(typical(judged_rows(joint).map(|row| residuals[joint].after[row])))
-        } else {
-            one.after
-        };
-        let percent = one.after_percent * left / one.after.max(1e-300);
+        let carried = CarriedOver::to_held_out(problem, joint, &residuals[joint].after)?;
+        let CarriedOver { left, percent, times } = carried;
         let floors = left / one.floor.max(1e-300);
-        let trained = fit
-            .iter()
-            .find(|other| other.split == Split::Train && other.joint == one.joint && other.quantity == one.quantity)?;
-        let times = left / trained.after.max(1e-300);
-        let unseen = percent > LEFT_CLEARLY && floors > ABOVE_FLOOR && times > UNSEEN;
+        let unseen = carried.is_refuted() && floors > ABOVE_FLOOR;
         let too_much = (percent > LEFT && floors > ABOVE_FLOOR) || (percent > LEFT_CLEARLY && floors > FAR_ABOVE_FLOOR);
         let of_quantity = format!("{percent:.0} % of the {}, {floors:.0} times what the sensors leave", one.quantity);
         let pattern = if unseen {

@@ -31,7 +31,7 @@ const DEGREE: usize = 3;
 /// Highest order of the motor angle that is tried, in periods per turn.
 const HIGHEST_ORDER: f64 = 12.0;
 /// Number of periods that a joint has to cover for a wave to differ from a curve: one period, which any curve fits, and half a period more.
-const COVERED: f64 = 1.5;
+pub const COVERED: f64 = 1.5;
 /// Largest number of orders that are tried.
 const MOST_ORDERS: usize = 1500;
 

@@ -2,17 +2,21 @@
 //!
 //! The effects are chosen on the training data only. Here the held-out data are read once, for the gain of each effect. An effect without a
 //! significant gain is withdrawn (where the held-out motion does not show it, the gain by cross-validation counts), the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
-//! a later fit moves out of its range, the weakest of several effects that gain nothing together, one with too little evidence, an effect
+//! a later fit moves out of its range, one on a joint of which the held-out data leave far more than the training data, the weakest of several effects that gain nothing together, one with too little evidence, an effect
 //! that is no larger than its standard error or whose decisive parameter may be zero, one that is improbable, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
+
+use std::f64::consts::TAU;
 
 use super::certainty::{by_chance, certainty, least_size};
 use super::own_gains;
 use super::selection::{Selection, Taken, evidence_beside, resettle};
+use crate::diagnose::evidence::patterns::COVERED;
 use crate::diagnose::fit::estimate;
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::options::{Inaccuracy, Rules};
+use crate::diagnose::residuals::carried_over::CarriedOver;
 use crate::diagnose::result::{EffectGain, Findings, FoundEffect, Withdrawn};
 use crate::effects::{About, Catalogue};
 
@@ -71,10 +75,15 @@ pub fn confirm(
             let index = least_of_compensating(problem, selection, &judged, &strength)?;
             Some((index, "together with the other effects named there, no gain on data held out".to_owned()))
         };
+        let refuted = || {
+            let judged: Vec<usize> = judged().collect();
+            refuted(problem, selection, &judged, &strength)
+        };
         let weak = || weakest(selection, &judged().collect::<Vec<_>>(), &strength, rules);
         let unsure = || least_sure(problem, selection, &judged().collect::<Vec<_>>(), rules);
         let alone = |(index, reason)| Refused { index, reason, rivals: Vec::new() };
-        let found = outside.or(without_gain).or_else(compensating).or_else(weak).map(alone).or_else(unsure);
+        let found =
+            outside.or(without_gain).or_else(compensating).or_else(refuted).or_else(weak).map(alone).or_else(unsure);
         let Some(Refused { index, reason, rivals }) = found else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
@@ -106,6 +115,32 @@ fn least_of_compensating(
         .filter(|group| group.len() > 1)
         .find(|group| own_gains::gain_together(problem, selection, group) == Some(false))
         .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
+}
+
+/// The weakest term on a joint whose held-out data refute the fit, and why. A wave that the joint passes more than once has a shape of its own, which
+/// no other cause takes.
+fn refuted(problem: &Problem, selection: &Selection, judged: &[usize], strength: &[f64]) -> Option<(usize, String)> {
+    let terms = selection.terms();
+    let of_joint = |joint: usize| {
+        let term =
+            judged.iter().filter(|index| terms[**index].joints.contains(&joint) && !is_wave(problem, terms[**index]));
+        let index = term.copied().min_by(|a, b| strength[*a].total_cmp(&strength[*b]))?;
+        let residual = problem.residual(&terms, &selection.fitted, joint);
+        let carried = CarriedOver::to_held_out(problem, joint, &residual).filter(CarriedOver::is_refuted)?;
+        let reason = format!(
+            "{:.0} % of the torque are left in the data held out, {:.1} times what is left of the training data: those do not determine what acts on {}",
+            carried.percent, carried.times, problem.motion.model.joints[joint].name
+        );
+        Some((index, reason))
+    };
+    problem.joints().into_iter().find_map(of_joint)
+}
+
+/// Whether a term repeats with an angle, and the joint passes more than one of its periods.
+fn is_wave(problem: &Problem, term: &Term) -> bool {
+    let (motion, joint) = (&problem.motion, term.joints[0]);
+    let order = term.effect.harmonic().map(|harmonic| (harmonic.order)(motion, joint, &term.shape));
+    order.is_some_and(|order| order * motion.range(joint) > COVERED * TAU)
 }
 
 /// The effect with the least evidence beside the others, where that is too little for a name. It was taken with more: on other joints as well,
