@@ -69,6 +69,19 @@ fn property_what_acts_in_the_data_held_out_alone_is_said() {
     );
 }
 
+/// One of three training sessions has 1.3 times the currents of joint 1. The fit follows the other two and predicts the session held out.
+#[test]
+fn regress_one_session_of_another_scale_is_not_nothing() {
+    let sound = Data::of(&arm(true), &arm(true), 4600);
+    let mut scaled = Data { train: sound.train.clone(), held_out: sound.held_out.clone() };
+    scaled.train[1] = altered(&sound.train[1], 0, Channel::Current, &|_, current| 1.3 * current);
+    let (sound, found) = (sound.diagnosed(), scaled.diagnosed());
+    assert_eq!(sound.verdict, Verdict::NothingFound);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:?}", found.effects);
+    let [one] = found.unexplained.as_slice() else { panic!("{:?}", found.unexplained) };
+    assert!(one.joint == "joint1" && one.pattern.starts_with("session train_1:"), "{one:?}");
+}
+
 /// Two contacts that few rows show, on joints whose links float: the typical residual does not contain them. Whether or not they are named, the data are not
 /// explained without them; the same machine without contacts has neither a name nor a load.
 #[test]

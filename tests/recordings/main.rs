@@ -1,8 +1,11 @@
 //! Checks on recordings that are not part of the project. Where `LOSTMOTION_DATA` does not name their folder, or one of them is not in it,
 //! its checks are reported as ignored, never as passed. The scenarios on recordings are carried out by `tests/readme`.
 
+#[path = "../support/added.rs"]
+mod added;
 mod emps;
 mod kr300;
+mod planted;
 mod practice;
 mod ur10e;
 
@@ -39,7 +42,7 @@ const LONG: [Check; 2] = [
     ("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load),
 ];
 
-const CHECKS: [Check; 8] = [
+const CHECKS: [Check; 10] = [
     ("published_emps_recordings_read_as_they_were_published", &EMPS, emps::read_as_published),
     (
         "published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn",
@@ -63,6 +66,12 @@ const CHECKS: [Check; 8] = [
         &["practice/none/fast_3.csv"],
         practice::clean_is_left_alone,
     ),
+    (
+        "property_a_ripple_of_less_than_a_turn_is_no_contact",
+        &["arms/bam_xl330/kp100_sin_sin.csv"],
+        planted::ripple_is_no_contact,
+    ),
+    ("recover_late_currents_of_a_noisy_arm", &["arms/six_axis_none/slow.csv"], planted::late_currents_show_in_noise),
     ("recover_gap_of_foreign_recordings", &["practice/none/staircase.csv"], practice::gap_of_foreign_recordings),
 ];
 

@@ -4,7 +4,7 @@
 //! - `gaps`: gaps that the model file does not give
 //! - `link_load`: whether an effect prevents the measurement of a gap
 //! - `implausible`: a nominal model that would have to be less accurate than it states
-//! - `unexplained`: structure that no effect explains; `odd_sessions`: sessions that differ from the others; `undecided`: effects that could explain it, with too little evidence
+//! - `remaining`: what no effect explains: `unexplained`: its structure; `odd_sessions`: sessions that differ from the others; `undecided`: effects that could explain it, with too little evidence
 //! - `extend`: the baseline model and the extended model
 //! - `records`: candidates and method for the report
 
@@ -15,6 +15,7 @@ mod implausible;
 mod link_load;
 mod odd_sessions;
 mod records;
+mod remaining;
 mod undecided;
 /// Structure that no effect explains.
 pub mod unexplained;
@@ -42,11 +43,12 @@ use crate::diagnose::select::findings::found;
 use crate::diagnose::select::selection::Selection;
 use crate::effects::{Catalogue, Scope};
 use crate::error::Result;
-use crate::robot::{Masses, Model};
+use crate::robot::Model;
 use crate::timeseries::TimeSeries;
 use extend::Identified;
 use gaps::MeasuredGap;
 use link_load::Loaded;
+use remaining::Remaining;
 
 /// Inputs of the conclusion, beside the problem.
 pub struct Data<'d> {
@@ -104,27 +106,8 @@ pub fn conclude(
     progress("drawing residuals", 0.95);
     let floor = floor::floor(problem, sessions, &typical_inertia(model));
     let fit = errors::fit_errors(problem, &residuals, &floor);
-    let odd = odd_sessions::odd_sessions(problem, sessions, &residuals, &floor);
-    let mut unexplained = match model.masses {
-        Masses::Known => unexplained::unexplained(problem, &terms, &options.rules, &|_| true),
-        Masses::Estimated => unexplained::unjudged(problem, &residuals),
-    };
-    unexplained.append(&mut findings.unexplained);
-    // What describes one session says nothing of all.
-    unexplained.retain(|one| odd.iter().all(|known| known.joint != one.joint));
-    unexplained.extend(unexplained::shapeless(problem, &residuals, &fit, &[&unexplained[..], &odd].concat()));
-    if model.masses == Masses::Known {
-        unexplained.extend(unexplained::pressed(
-            problem,
-            &residuals,
-            &selection.fitted,
-            &fit,
-            &[&unexplained[..], &odd].concat(),
-        ));
-    }
-    unexplained.extend(implausible::deviations(problem));
-    undecided::add(problem, selection, &options.rules, &mut unexplained);
-    findings.unexplained = [odd, unexplained].concat();
+    let remaining = Remaining { problem, selection, sessions, residuals: &residuals, floor: &floor, fit: &fit };
+    findings.unexplained = remaining.unexplained(std::mem::take(&mut findings.unexplained), &options.rules);
     let [baseline_model, extended_model] =
         models(problem, selection, &findings, &gaps, &encoders.other_gaps, &options.catalogue);
     let method = records::method(problem, sessions, division);

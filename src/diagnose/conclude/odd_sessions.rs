@@ -1,9 +1,9 @@
-//! Sessions of which far more torque is left than of the others: another load, another scale, something that acts in them alone.
+//! Training sessions of which far more torque is left than of the others: another load, another scale, something that acts in them alone.
 //!
 //! ```text
 //!   e_s > 3 e_o,   e_s > 10 floors,   e_s > 15 % of the session's torque
 //! ```
-//! with the RMS residual `e_s` of a session and the median `e_o` of those of the other training sessions. A robust fit follows most rows, so
+//! with the residual `e_s` of a session and the median `e_o` of those of the other training sessions. A robust fit follows most rows, so
 //! that the session that differs is left over, and no effect that acts in all sessions describes it.
 //! Reference: P. J. Huber, E. M. Ronchetti (2009), Robust Statistics, sec. 1.4 (gross errors).
 
@@ -12,10 +12,19 @@ use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::residuals::Residual;
 use crate::diagnose::residuals::carried_over::{CarriedOver, rms};
 use crate::diagnose::result::Unexplained;
+use crate::identify::statistics::typical;
 use crate::timeseries::TimeSeries;
 
 /// Judged rows that a session needs: the RMS of 20 independent ones is within 16 % (one standard deviation).
 const LEAST_ROWS: usize = 20;
+
+/// How the residual of a session is measured: by most of its rows, or by all of them.
+pub enum Of {
+    /// The typical residual: an episode of a few seconds does not count.
+    MostRows,
+    /// The RMS, where no link floats.
+    AllRows,
+}
 
 /// Sessions that differ, by joint. `floor` is that of the sensors in every row.
 pub fn odd_sessions(
@@ -23,23 +32,29 @@ pub fn odd_sessions(
     sessions: &[&TimeSeries],
     residuals: &[Residual],
     floor: &[Vec<f64>],
+    of: Of,
 ) -> Vec<Unexplained> {
     let of_joint = |joint: usize| {
         let residual = &residuals[joint].after;
+        let left = |rows: &[usize]| match of {
+            Of::AllRows if !problem.floating[joint] => rms(residual, rows),
+            _ => typical(rows.iter().map(|row| residual[*row])),
+        };
         let rows = by_session(problem, joint, sessions.len());
         let trained = |rows: &&Vec<usize>| !problem.held_out[rows[0]];
         let odd = |own: &Vec<usize>| -> Option<(String, CarriedOver, f64)> {
             let mut others: Vec<f64> =
-                rows.iter().filter(|rows| *rows != own).filter(trained).map(|rows| rms(residual, rows)).collect();
+                rows.iter().filter(|rows| *rows != own).filter(trained).map(|rows| left(rows)).collect();
             others.sort_by(f64::total_cmp);
             // The lower one of two: of three sessions that differ each from the others, none is odd.
             let usual = *others.get(others.len().checked_sub(1)? / 2)?;
-            let carried = CarriedOver::new(problem, joint, residual, (own, usual));
+            let torque = rms(&problem.motion.joints[joint].torque, own);
+            let carried = CarriedOver::new(left(own), torque, usual);
             let floors = carried.left / rms(&floor[joint], own);
             let name = sessions[problem.motion.session[own[0]]].name.clone();
             (carried.is_refuted() && floors > FAR_ABOVE_FLOOR).then_some((name, carried, floors))
         };
-        let found: Vec<_> = rows.iter().filter_map(odd).collect();
+        let found: Vec<_> = rows.iter().filter(trained).filter_map(odd).collect();
         words(&found).map(|pattern| Unexplained { joint: problem.motion.model.joints[joint].name.clone(), pattern })
     };
     problem.joints().into_iter().filter_map(of_joint).collect()

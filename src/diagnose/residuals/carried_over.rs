@@ -15,8 +15,7 @@ const UNSEEN: f64 = 3.0;
 /// What a fit leaves of the torque of a joint in some data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CarriedOver {
-    /// [N·m or N] RMS residual. If the judged rows include rows in which a link floats, the typical residual, since a few such rows dominate
-    /// the RMS.
+    /// [N·m or N] Residual.
     pub left: f64,
     /// [%] The same, of the RMS torque of these data.
     pub percent: f64,
@@ -25,20 +24,22 @@ pub struct CarriedOver {
 }
 
 impl CarriedOver {
-    /// Held-out data beside training data, from the residual of every row of a joint; `None` where no row of either part is judged.
+    /// Held-out data beside training data, from the residual of every row of a joint; `None` where no row of either part is judged. If the judged
+    /// rows include rows in which a link floats, the typical residual counts, since a few such rows dominate the RMS.
     pub fn to_held_out(problem: &Problem, joint: usize, residual: &[f64]) -> Option<Self> {
         let [trained, held_out] = [Part::Train, Part::HeldOut].map(|part| problem.judged_rows(joint, part));
-        let fitted = rms(residual, &trained);
-        (!trained.is_empty() && !held_out.is_empty()).then(|| Self::new(problem, joint, residual, (&held_out, fitted)))
+        if trained.is_empty() || held_out.is_empty() {
+            return None;
+        }
+        let all = rms(residual, &held_out);
+        let typical = || typical(held_out.iter().map(|row| residual[*row]));
+        let left = if problem.floating[joint] { all.min(typical()) } else { all };
+        Some(Self::new(left, rms(&problem.motion.joints[joint].torque, &held_out), rms(residual, &trained)))
     }
 
-    /// Some rows beside others, of which an RMS residual `others` [N·m or N] is left.
-    pub fn new(problem: &Problem, joint: usize, residual: &[f64], (rows, others): (&[usize], f64)) -> Self {
-        let all = rms(residual, rows);
-        let typical = || typical(rows.iter().map(|row| residual[*row]));
-        let left = if problem.floating[joint] { all.min(typical()) } else { all };
-        let torque = rms(&problem.motion.joints[joint].torque, rows);
-        Self { left, percent: 100.0 * left / torque, times: left / others }
+    /// Of a residual that is left beside a torque, and a residual of other data, all in N·m or N.
+    pub fn new(left: f64, torque: f64, others: f64) -> Self {
+        Self { left, percent: 100.0 * left / torque, times: left / others.max(f64::MIN_POSITIVE) }
     }
 
     /// Whether these data refute the fit: something acts in them that the others do not show, or those do not determine the joint.

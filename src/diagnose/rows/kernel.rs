@@ -63,6 +63,11 @@ impl Kernel {
         averages
     }
 
+    /// `Σ weight²` [1/s²] of the rate: the gain for the variance of independent noise.
+    pub fn rate_noise_gain(&self) -> f64 {
+        self.rate.iter().map(|weight| weight * weight).sum()
+    }
+
     /// `Σ weight²` of value and of curvature: the gain for the variance of independent noise.
     pub fn noise_gain(&self) -> (f64, f64) {
         let squares = |weights: &[f64]| weights.iter().map(|weight| weight * weight).sum();

@@ -14,15 +14,19 @@ use super::sampling::Sampling;
 use crate::drive::Sensing;
 use crate::effects::{JointMotion, LeftOut, Motion};
 use crate::error::{Error, Place, Result};
+use crate::identify::statistics::typical;
 use crate::robot::{Model, TorqueAt};
-use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory, root_mean_square};
+use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory, root_mean_square, white_noise};
 
 /// [s] Narrowest and widest half width.
 const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
-/// [s] Least half width for the rate of a torque, whose noise falls as `w^−3/2`. A regressor with noise of its own makes the coefficient too small: on a
-/// six-joint arm at 500 Hz, with kernels of 7 to 11 ms, a delay of 20 ms was estimated as 0.15 ms. What a wider kernel leaves out of the
-/// rate is nearly uncorrelated with the rest, and does not bias it (J. Berkson 1950, Are there two regressions?).
-const RATE_WIDTH: f64 = 0.05;
+/// [1] Largest share of noise in the square of a torque's typical rate. A regressor with noise of its own makes the coefficient too small, by this share and
+/// more, since rows differ in their rates: on a six-joint arm at 500 Hz a delay of 20 ms was estimated as 0.15 ms with the rows' own kernels of 7 to
+/// 11 ms, as 16.7 ± 1.3 ms at a share of 0.02, and as 18.2 ± 1.3 ms at this one. What a wider kernel leaves out of the rate is nearly
+/// uncorrelated with the rest, and does not bias it (J. Berkson 1950, Are there two regressions?).
+const RATE_NOISE: f64 = 0.004;
+/// Number of places in a session at which rates are compared with their noise.
+const RATE_PLACES: usize = 500;
 /// Neighbouring half widths differ by this factor.
 const WIDTH_STEP: f64 = 1.3;
 /// [1] Noise of the acceleration as a share of the RMS torque.
@@ -267,6 +271,22 @@ impl<'s> Widths<'s> {
             .then_some(wide.half_width)
     }
 
+    /// The narrowest kernel of a ladder that leaves little noise in the typical rate of a joint's torque while it moves, or the widest. At reversals, which
+    /// give no rows, rates are far larger.
+    fn rate_rung(&self, joint: usize, ladder: &[Kernel], edge: f64) -> usize {
+        let (position, torque) = (self.signals.position[joint], &self.signals.torque[joint]);
+        let variance = white_noise(torque).powi(2);
+        let mut centres = self.sampling.centres(edge, (torque.len() / RATE_PLACES).max(1));
+        let speed = |centre, part| self.sampling.window(&self.rough, centre, part).averages(position).rate.abs();
+        centres.retain(|(centre, part)| speed(*centre, *part) > self.rest[joint]);
+        let is_clear = |kernel: &Kernel| {
+            let rate =
+                |(centre, part): &(usize, usize)| self.sampling.window(kernel, *centre, *part).averages(torque).rate;
+            kernel.rate_noise_gain() * variance <= RATE_NOISE * typical(centres.iter().map(rate)).powi(2)
+        };
+        ladder.iter().position(is_clear).unwrap_or(ladder.len() - 1)
+    }
+
     /// [s] Half width of the row at a sample of a part: the largest that a moving joint needs.
     fn at(&self, centre: usize, part: usize) -> f64 {
         let mut width = self.narrowest;
@@ -303,8 +323,8 @@ fn append(
     let dt = sampling.median;
     let ladder = ladder(dt);
     let edge = ladder.last().map_or(rough(dt).half_width, |kernel| kernel.half_width);
-    let of_rates = ladder.partition_point(|kernel| kernel.half_width < RATE_WIDTH).min(ladder.len() - 1);
     let widths = Widths::new(motion.model, signals, asked, sampling, edge);
+    let of_rates: Vec<usize> = (0..signals.torque.len()).map(|joint| widths.rate_rung(joint, &ladder, edge)).collect();
     let parts_before = motion.part.last().map_or(0, |last| last + 1);
     // The narrowest kernel that this machine can need sets the distance of the rows.
     let step = ((ROW_SPACING * widths.narrowest).max(asked.shortest_step) / dt).round().max(1.0) as usize;
@@ -312,7 +332,6 @@ fn append(
         let width = widths.at(centre, part);
         let rung = ladder.partition_point(|kernel| kernel.half_width < width).min(ladder.len() - 1);
         let window = sampling.window(&ladder[rung], centre, part);
-        let wide = sampling.window(&ladder[rung.max(of_rates)], centre, part);
         motion.session.push(number);
         motion.part.push(parts_before + part);
         motion.time.push(session.time[centre]);
@@ -326,7 +345,11 @@ fn append(
             row.a.push(position.curvature);
             row.direction.push(direction(position.rate, position.curvature, window.half_width(), *rest));
             row.torque.push(torque.value);
-            row.torque_rate.push(wide.averages(&signals.torque[joint]).rate);
+            let rate = match of_rates[joint] > rung {
+                true => sampling.window(&ladder[of_rates[joint]], centre, part).averages(&signals.torque[joint]).rate,
+                false => torque.rate,
+            };
+            row.torque_rate.push(rate);
             row.has_current = signals.has_current[joint];
             row.left_out = row.left_out.or(signals.left_out[joint]);
         }
