@@ -39,7 +39,8 @@ fn recover_the_planted_effect_alone_and_its_parameters() {
     ];
     for (index, (effect, joint, parameters)) in planted.into_iter().enumerate() {
         let truth = with(effect, joint, parameters);
-        let found = diagnosis(&truth, 10 * index as u64, &|_, _, _| 0.0);
+        let options = Options { backlash: false, ..Options::default() };
+        let found = diagnosis_with(&truth, 10 * index as u64, &|_, _, _| 0.0, &options);
         let names: Vec<_> = found.effects.iter().map(|effect| effect.effect.as_str()).collect();
         assert_eq!(names, [effect], "{:?}", found.effects);
         assert_eq!(found.verdict, Verdict::EffectsFound);

@@ -117,13 +117,12 @@ fn least_of_compensating(
         .and_then(|group| group.into_iter().min_by(|a, b| strength[*a].total_cmp(&strength[*b])))
 }
 
-/// The weakest term on a joint whose held-out data refute the fit, and why. A wave that the joint passes more than once has a shape of its own, which
-/// no other cause takes.
+/// The weakest term of one joint whose held-out data refute the fit, and why. A wave that the joint passes more than once has a shape of its own,
+/// which no other cause takes, and what acts on several joints is determined by all of them.
 fn refuted(problem: &Problem, selection: &Selection, judged: &[usize], strength: &[f64]) -> Option<(usize, String)> {
     let terms = selection.terms();
     let of_joint = |joint: usize| {
-        let term =
-            judged.iter().filter(|index| terms[**index].joints.contains(&joint) && !is_wave(problem, terms[**index]));
+        let term = judged.iter().filter(|index| terms[**index].joints == [joint] && !is_wave(problem, terms[**index]));
         let index = term.copied().min_by(|a, b| strength[*a].total_cmp(&strength[*b]))?;
         let residual = problem.residual(&terms, &selection.fitted, joint);
         let carried = CarriedOver::to_held_out(problem, joint, &residual).filter(CarriedOver::is_refuted)?;

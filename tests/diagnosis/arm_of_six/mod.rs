@@ -94,7 +94,10 @@ fn diagnosed_from(mut nominal: Model, recorded: &[TimeSeries]) -> Diagnosis {
 
 /// What was named first.
 fn first(found: &Diagnosis) -> (&str, &[String]) {
-    let first = found.effects.first().expect("something is found");
+    let first = found
+        .effects
+        .first()
+        .unwrap_or_else(|| panic!("nothing is found: {:?} {:?}", found.withdrawn, found.unexplained));
     (&first.effect, &first.joints)
 }
 
