@@ -45,7 +45,7 @@ static ABOUT: About = About {
     )
     .between(1e-9, 1e4)],
     signature: "friction that vanishes towards zero velocity, in both directions alike: the joint creeps under load instead of sticking",
-    look_alikes: &["presliding", "dwell_stiction", "stribeck", "rotor_inertia"],
+    look_alikes: &["presliding", "dwell_stiction", "stribeck", "rotor_inertia", "quadratic_drag"],
     separate_by: "load the joint at rest for seconds: it creeps at a constant speed, where bristles yield once and a machine sticks; give the friction in the model file, or a free law takes part of it",
     reference: "E. Pennestrì, V. Rossi, P. Salvini, P. P. Valentini (2016), Review and comparison of dry friction force models",
 };
@@ -131,6 +131,11 @@ fn speeds(motion: &Motion, joint: usize) -> Vec<f64> {
 }
 
 impl Diagnosable for RegularisedFriction {
+    /// Friction of a machine sticks. Smooth up to the speeds of a whole motion, the law resembles a drag.
+    fn yields_to(&self) -> &'static [&'static str] {
+        &["quadratic_drag"]
+    }
+
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
         motion.joints[joint].friction.coulomb > 0.0
     }
