@@ -5,7 +5,7 @@
 //! ```
 //! with the residual `e_s` of a session and the median `e_o` of those of the other training sessions. A robust fit follows most rows, so
 //! that the session that differs is left over, and no effect that acts in all sessions describes it.
-//! Reference: P. J. Huber, E. M. Ronchetti (2009), Robust Statistics, sec. 1.4 (gross errors).
+//! Reference: P. J. Huber, E. M. Ronchetti (2009), Robust Statistics, ch. 1 (gross errors).
 
 use super::unexplained::FAR_ABOVE_FLOOR;
 use crate::diagnose::fit::problem::Problem;
