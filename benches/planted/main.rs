@@ -132,7 +132,9 @@ impl Arm {
         let mut answers = Vec::new();
         for (joint, coulomb) in self.joints {
             let index = model.joints.iter().position(|one| one.name == *joint).expect("a joint of the model");
-            for effect in PLANTED {
+            // A delay is one of the whole recorder: the second joint would be the same data again.
+            let is_first = *joint == self.joints[0].0;
+            for effect in PLANTED.into_iter().filter(|effect| is_first || *effect != "sensor_delay") {
                 let planted = added(effect, STRENGTH * coulomb, Moved::new(&all, index), &model, index);
                 let to = |sessions: &[TimeSeries]| -> Vec<TimeSeries> {
                     sessions.iter().map(|session| planted.to(session, &model, index)).collect()

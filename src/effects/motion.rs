@@ -57,7 +57,7 @@ pub struct JointMotion {
     pub direction: Vec<f64>,
     /// `τ_m` [N·m or N] Measured motor torque.
     pub torque: Vec<f64>,
-    /// `τ̇_m` [N·m/s or N/s], averaged more widely than the torque: a regressor needs little noise.
+    /// `τ̇_m` [N·m/s or N/s], averaged more widely than the torque where its noise requires that.
     pub torque_rate: Vec<f64>,
     /// [N·m or N] Torque that the nominal rigid body with its rotor needs for this motion.
     pub rigid: Vec<f64>,

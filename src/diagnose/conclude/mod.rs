@@ -4,7 +4,8 @@
 //! - `gaps`: gaps that the model file does not give
 //! - `link_load`: whether an effect prevents the measurement of a gap
 //! - `implausible`: a nominal model that would have to be less accurate than it states
-//! - `remaining`: what no effect explains: `unexplained`: its structure; `odd_sessions`: sessions that differ from the others; `undecided`: effects that could explain it, with too little evidence
+//! - `remaining`: what no effect explains, in words; it calls `odd_sessions`: sessions that differ from the others, `unexplained`: structure, and
+//!   `undecided`: effects that could explain it, with too little evidence
 //! - `extend`: the baseline model and the extended model
 //! - `records`: candidates and method for the report
 

@@ -1,4 +1,4 @@
-//! What no effect explains, one entry a joint: what says most comes first.
+//! What no effect explains, in words: of sessions that differ, shapes, residuals and loads one a joint, what says most first.
 
 use super::odd_sessions::{Of, odd_sessions};
 use super::{implausible, undecided, unexplained};
