@@ -32,7 +32,8 @@ const ABOVE_FLOOR: f64 = 5.0;
 /// Multiples of the floor that no clean machine of `benches/blind` reaches (at most 9, and 4.8 of 24 with seeds from 93000).
 pub const FAR_ABOVE_FLOOR: f64 = 10.0;
 
-/// [s] Shortest load that is reported: as long as it is averaged.
+/// [s] Shortest load that is reported, from the first to the last of its rows: as long as one of them is averaged, so that it shows in two that share no
+/// sample. A flank that hits or a joint that sticks and slips loads a single row.
 const SHORTEST: f64 = 0.2;
 
 /// The strongest remaining pattern of each joint, if a clean machine would not show it.
@@ -152,9 +153,9 @@ pub fn pressed(
         let error = || extrapolation::errors(problem, fitted, joint);
         let torque = &residuals[joint].after;
         let left_over = LeftOver { torque, error: &error, coulomb: rough_coulomb(problem, joint) };
-        let rows = loads::pressed(motion, joint, &left_over, FAR_ABOVE_FLOOR * floor);
+        let loaded = loads::pressed(motion, joint, &left_over, FAR_ABOVE_FLOOR * floor);
+        let (rows, lasts) = loads::lasting(motion, &loaded, SHORTEST);
         let of_data = if rows.iter().all(|(row, _)| problem.held_out[*row]) { " of the data held out" } else { "" };
-        let lasts = rows.len() as f64 * motion.duration() / motion.rows() as f64;
         let (row, largest) = rows.into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
         let place = motion.joints[joint].q[row];
         let pattern = format!(
@@ -163,7 +164,7 @@ pub fn pressed(
             model.kind.effort_unit(),
             model.kind.position_unit(),
         );
-        (lasts > SHORTEST).then(|| Unexplained { joint: model.name.clone(), pattern })
+        Some(Unexplained { joint: model.name.clone(), pattern })
     };
     let silent = |joint: &usize| said.iter().all(|known| known.joint != motion.model.joints[*joint].name);
     problem.joints().into_iter().filter(silent).filter_map(of_joint).collect()

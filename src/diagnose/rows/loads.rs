@@ -66,6 +66,14 @@ pub fn pressed(motion: &Motion, joint: usize, left_over: &LeftOver, least: f64) 
     pressed.into_iter().filter(presses).map(|row| (row, pressing[row])).collect()
 }
 
+/// Those of the loaded rows that follow one another for longer than `shortest` [s] from the first to the last, and how long they do in all [s].
+pub fn lasting(motion: &Motion, loaded: &[(usize, f64)], shortest: f64) -> (Vec<(usize, f64)>, f64) {
+    let one_load = |a: &(usize, f64), b: &(usize, f64)| b.0 == a.0 + 1 && motion.part[a.0] == motion.part[b.0];
+    let duration = |load: &[(usize, f64)]| motion.time[load[load.len() - 1].0] - motion.time[load[0].0];
+    let lasting: Vec<&[(usize, f64)]> = loaded.chunk_by(one_load).filter(|load| duration(load) > shortest).collect();
+    (lasting.concat(), lasting.iter().map(|load| duration(load)).sum())
+}
+
 /// Whether a joint moves in one direction in all rows that the kernel of a row contains.
 fn is_steady(motion: &Motion, heading: &[i8], row: usize) -> bool {
     let near = |other: &usize| {
@@ -118,5 +126,19 @@ mod tests {
         let mut heavy = motion.clone();
         heavy.joints[0].link_torque.fill(LOAD / 2.0);
         assert!(added(&heavy, 0.1, 0.1).is_empty(), "a floating link takes away as much");
+    }
+
+    /// Two rows of a joint that sticks and slips are no load that lasts, nor are two that lie in different parts.
+    #[test]
+    fn property_a_load_lasts_in_rows_that_follow_one_another() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+        let mut motion = drawn(&model, 3, None, LENGTH);
+        let step = motion.time[1] - motion.time[0];
+        motion.part[30..].fill(1);
+        let rows = [3, 7, 20, 21, 22, 23, 28, 29, 30, 31].map(|row| (row, 1.0));
+        let (found, lasts) = lasting(&motion, &rows, 2.5 * step);
+        assert_eq!(found, rows[2..6]);
+        assert!((lasts - 3.0 * step).abs() < 1e-9, "{lasts}");
+        assert!(lasting(&motion, &rows, 3.5 * step).0.is_empty());
     }
 }
