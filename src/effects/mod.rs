@@ -61,7 +61,7 @@ pub use listed::{Applied, applied, install_listed};
 pub use motion::{JointMotion, LeftOut, Motion, SymmetricFriction};
 pub use parameters::Parameters;
 pub use phenomenon::{Claim, Phenomenon};
-pub use sensor_delay::{take_current_delay, take_position_delay};
+pub use sensor_delay::{SENSOR_DELAY, take_current_delay, take_position_delay};
 pub use torque_constant_error::FAR_OFF as TORQUE_CONSTANT_FAR_OFF;
 pub use turns::{AtTurns, Trial, Turns};
 

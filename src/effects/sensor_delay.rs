@@ -16,8 +16,11 @@ use super::{
 use crate::error::Result;
 use crate::robot::Model;
 
+/// The name of this effect.
+pub const SENSOR_DELAY: &str = "sensor_delay";
+
 static ABOUT: About = About {
-    name: "sensor_delay",
+    name: SENSOR_DELAY,
     summary: "The current, position and velocity, or the link encoder, are recorded late.",
     equation: "x(t) → x(t − T) for one channel",
     kind: Kind::Measurement,

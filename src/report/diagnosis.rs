@@ -143,8 +143,13 @@ fn verdict(diagnosis: &Diagnosis) -> String {
             joints => format!("Nothing found on the joints that could be judged. Not judged: {}.", joints.join(", ")),
         },
         Verdict::Unexplained => format!(
-            "Structure remains that no effect of the catalogue explains ({}).",
-            diagnosis.unexplained.iter().map(|one| one.joint.as_str()).collect::<Vec<_>>().join(", ")
+            "Structure remains that no effect of the catalogue explains: {}.",
+            diagnosis
+                .unexplained
+                .iter()
+                .map(|one| format!("{} ({})", one.joint, one.gist()))
+                .collect::<Vec<_>>()
+                .join("; ")
         ),
         Verdict::EffectsFound => {
             let mut changes: Vec<String> = diagnosis.changes.iter().flatten().map(changes::sentence).collect();

@@ -32,7 +32,7 @@ pub fn deviations(problem: &Problem) -> Option<Unexplained> {
     };
     let joint = problem.joints().into_iter().max_by(|a, b| share(*a).total_cmp(&share(*b)))?;
     let pattern = format!(
-        "masses, centres, inertias and constants of the model would have to be off by {:.1} times their stated accuracy; here they move {:.0} % of the torque",
+        "the model would have to be off by {:.1} times its stated accuracy: here masses, centres, inertias and constants move {:.0} % of the torque",
         (size / n.max(1) as f64).sqrt(),
         100.0 * share(joint)
     );

@@ -3,12 +3,14 @@
 //! Takes a confirmed selection, runs the instruments that need a fit, and gives the parts of a diagnosis.
 //! - `gaps`: gaps that the model file does not give
 //! - `link_load`: whether an effect prevents the measurement of a gap
+//! - `delay`: the delay of currents, from currents in step
 //! - `implausible`: a nominal model that would have to be less accurate than it states
 //! - `remaining`: what no effect explains, in words; it calls `odd_sessions`: sessions that differ from the others, `unexplained`: structure, and
 //!   `undecided`: effects that could explain it, with too little evidence
 //! - `extend`: the baseline model and the extended model
 //! - `records`: candidates and method for the report
 
+mod delay;
 /// The models that come with a diagnosis.
 pub mod extend;
 mod gaps;
@@ -89,6 +91,7 @@ pub fn conclude(
         withdrawn: confirmed.withdrawn.clone(),
         unexplained: Vec::new(),
     };
+    delay::refine(data, problem, selection, &mut findings.effects, options);
     findings.merge(data.earlier.clone());
     let left: Vec<Vec<f64>> = residuals.iter().map(|residual| residual.after.clone()).collect();
     let scene = FittedRows { problem, sessions, division, options, left: &left, shaken: data.shaken };

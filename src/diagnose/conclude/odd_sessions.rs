@@ -81,7 +81,7 @@ fn words(found: &[(String, CarriedOver, f64)]) -> Option<String> {
     let [sessions, them] = if names.len() == 1 { ["session", "it"] } else { ["sessions", "them"] };
     Some(format!(
         "{sessions} {}: {:.0} % of the torque, {floors:.0} times what the sensors and {:.0} times what the model leaves of the other sessions: another load or scale, or something that acts in {them} alone. Leave {them} out, or find what differs by `--reference`",
-        names.join(", "),
+        names.join(" and "),
         carried.percent,
         carried.times,
     ))

@@ -160,12 +160,14 @@ fn sighting(model: &Model, late: &Late, gain: EffectGain) -> Sighting {
     }
 }
 
-/// A session with its currents shifted `lag` [s] earlier.
-fn shifted(session: &TimeSeries, lag: f64) -> TimeSeries {
+/// A session with its currents, or torques from them, shifted `lag` [s] earlier.
+pub fn shifted(session: &TimeSeries, lag: f64) -> TimeSeries {
     let mut aligned = session.clone();
     for series in &mut aligned.joints {
-        if let Some(current) = series.channels.get_mut(&Channel::Current) {
-            *current = delayed(&session.time, current, -lag).into();
+        for channel in [Channel::Current, Channel::Torque] {
+            if let Some(samples) = series.channels.get_mut(&channel) {
+                *samples = delayed(&session.time, samples, -lag).into();
+            }
         }
     }
     aligned

@@ -304,8 +304,15 @@ pub struct TwoEncoders {
 pub struct Unexplained {
     /// The joint.
     pub joint: String,
-    /// Description of its shape in words and numbers.
+    /// Description of its shape in words and numbers, what says most first.
     pub pattern: String,
+}
+
+impl Unexplained {
+    /// The first clause of the description.
+    pub fn gist(&self) -> &str {
+        self.pattern.split([',', ';', ':', '(']).next().unwrap_or_default().trim_end()
+    }
 }
 
 /// The outcome of a candidate.
