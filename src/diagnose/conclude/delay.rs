@@ -21,8 +21,8 @@ use crate::timeseries::{Estimate, TimeSeries};
 
 /// Largest number of steps.
 const STEPS: usize = 4;
-/// [1] Step at which the search ends, in standard errors.
-const SMALL: f64 = 0.1;
+/// [1] Step at which the search ends, in standard errors: the next one is less than half as large.
+const SMALL: f64 = 0.3;
 
 /// Replaces the delay of a fit by that of shifted currents, where the search converges: every step is less than half the one before.
 pub fn refine(data: &Data, problem: &Problem, selection: &Selection, effects: &mut [FoundEffect], options: &Options) {
@@ -32,14 +32,14 @@ pub fn refine(data: &Data, problem: &Problem, selection: &Selection, effects: &m
     let mut last = delay;
     for _ in 0..STEPS {
         let Some(rest) = remaining(data, problem, &terms, place, delay, options) else { return };
+        if rest.value.abs() < SMALL * rest.std_error {
+            write(effects, &Estimate { value: delay + rest.value, std_error: rest.std_error });
+            return;
+        }
         if rest.value.abs() > 0.5 * last.abs() {
             return;
         }
         (delay, last) = (delay + rest.value, rest.value);
-        if last.abs() < SMALL * rest.std_error {
-            write(effects, &Estimate { value: delay, std_error: rest.std_error });
-            return;
-        }
     }
 }
 
