@@ -262,7 +262,7 @@ fn recover_a_gap_that_varies_from_the_motor_side() {
 
 /// From a baseline whose gaps are constant and were 1.3 times too large.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "too long for .ci/run: .ci/long carries it out"]
 fn recover_gaps_that_vary_without_a_start() {
     let drawn = Drawn::new(&Order::one("position_dependent_backlash", 1.0, 700_006));
     let truth = drawn.truth();
@@ -328,13 +328,13 @@ fn sought(order: &Order, gap: Option<f64>, soft: bool) {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "too long for .ci/run: .ci/long carries it out"]
 fn recover_soft_gears_from_gaps_that_are_off() {
     sought(&Order::one("joint_compliance", 1.0, 700_004), Some(1.2), true);
 }
 
 #[test]
-#[ignore = "too long for .ci/run: cargo test --release --test likelihood -- --ignored"]
+#[ignore = "too long for .ci/run: .ci/long carries it out"]
 fn recover_gaps_that_nobody_knows_about() {
     sought(&Order::nothing(700_007), None, false);
 }

@@ -120,7 +120,7 @@ fn property_a_judged_machine_is_adopted_with_a_gain_only() {
 // The machines of docs/gate.md.
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "too long for .ci/run: .ci/long carries it out"]
 fn recover_friction_that_grows_at_rest_by_judgement() {
     let judgement = judged(&Order::one("dwell_stiction", 1.0, 860_000), 0.0, &["dwell_stiction", "joint_compliance"]);
     assert!(judgement.supports("dwell_stiction") && judgement.names.len() == 1, "{:?}", judgement.names);

@@ -32,17 +32,15 @@ const UR10E: [&str; 6] = [
 /// A check by name, the recordings that it needs, what it does.
 type Check = (&'static str, &'static [&'static str], fn());
 
-/// Checks that take minutes: `.ci/run` carries them out.
-const LONG: [Check; 2] = [
+/// A check that takes minutes: `.ci/long` carries it out.
+const LONG: [Check; 1] = [("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load)];
+
+const CHECKS: [Check; 11] = [
     (
         "property_friction_of_the_ur10e_grows_with_load",
         &["arms/ur10e/reference_2.csv"],
         ur10e::friction_grows_with_load,
     ),
-    ("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load),
-];
-
-const CHECKS: [Check; 10] = [
     ("published_emps_recordings_read_as_they_were_published", &EMPS, emps::read_as_published),
     (
         "published_the_emps_axis_has_asymmetric_friction_and_a_line_at_one_motor_turn",
