@@ -45,6 +45,7 @@ pub fn late_currents_show_in_noise() {
     let [effect] = found.effects.as_slice() else { panic!("{:?}", found.effects) };
     assert_eq!(effect.effect, "sensor_delay");
     let delay = &effect.parameters["current_delay"];
-    // Two standard errors, and half an interval of the sampling: a sample may have been read at its beginning or at its end.
-    assert!((delay.value - truth).abs() < 2.0 * delay.std_error + 0.001, "{delay:?}");
+    assert!((delay.value - truth).abs() < 2.0 * delay.std_error, "{delay:?}");
+    // Less than one interval of the sampling.
+    assert!(delay.std_error < 0.002, "{delay:?}");
 }
