@@ -153,7 +153,9 @@ pub fn pressed(
         let error = || extrapolation::errors(problem, fitted, joint);
         let torque = &residuals[joint].after;
         let left_over = LeftOver { torque, error: &error, coulomb: rough_coulomb(problem, joint) };
-        let loaded = loads::pressed(motion, joint, &left_over, FAR_ABOVE_FLOOR * floor);
+        let zone = &problem.zones[joint];
+        let least = loads::unlike(zone, &left_over, &problem.held_out).max(FAR_ABOVE_FLOOR * floor);
+        let loaded = loads::pressed(zone, motion, joint, &left_over, least);
         let (rows, lasts) = loads::lasting(motion, &loaded, SHORTEST);
         let of_data = if rows.iter().all(|(row, _)| problem.held_out[*row]) { " of the data held out" } else { "" };
         let (row, largest) = rows.into_iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;

@@ -9,6 +9,7 @@
 //! ```
 //! in the mean over ±0.1 s, something presses: a contact, or a current that comes late. The second bound asks for more than what is typical, `s`, of
 //! the rigid zone.
+//! A row of the rigid zone is wrong about a link only where its torque is in doubt, `|T| < 0.35 F_C`: there the first term is `2 · 0.35 F_C`.
 
 use super::reversals::heading;
 use super::zones::{RIGID, settled};
@@ -40,29 +41,35 @@ pub fn with_overwhelmed(
     left_over: &LeftOver,
     held_out: &[bool],
 ) -> Vec<bool> {
-    let shown = (0..zone.len()).filter(|row| zone[*row] && !held_out[*row]).map(|row| left_over.torque[row]);
-    let unlike = UNLIKE * typical(shown);
-    let mut zone = zone.to_vec();
-    for (row, _) in pressed(motion, joint, left_over, unlike) {
-        zone[row] = true;
+    let unlike = unlike(zone, left_over, held_out);
+    let mut all = zone.to_vec();
+    for (row, _) in pressed(zone, motion, joint, left_over, unlike) {
+        all[row] = true;
     }
-    zone
+    all
+}
+
+/// [N·m or N] More than what is typical of the training rows of a zone.
+pub fn unlike(zone: &[bool], left_over: &LeftOver, held_out: &[bool]) -> f64 {
+    let shown = (0..zone.len()).filter(|row| zone[*row] && !held_out[*row]).map(|row| left_over.torque[row]);
+    UNLIKE * typical(shown)
 }
 
 /// Rows under a load of more than `least` [N·m or N], with the load. Not those whose kernel contains a turn or a rest, with friction of either sign.
-pub fn pressed(motion: &Motion, joint: usize, left_over: &LeftOver, least: f64) -> Vec<(usize, f64)> {
+pub fn pressed(zone: &[bool], motion: &Motion, joint: usize, left_over: &LeftOver, least: f64) -> Vec<(usize, f64)> {
     let pressing = settled(motion, left_over.torque);
     let magnitude: Vec<f64> = motion.joints[joint].link_torque.iter().map(|torque| torque.abs()).collect();
     let link = settled(motion, &magnitude);
-    let floating = |row: usize| FLOATING * (link[row] - RIGID.doubt[0] * left_over.coulomb);
+    let friction = RIGID.doubt[0].abs() * left_over.coulomb;
+    let doubt = |row: usize| FLOATING * (friction + if zone[row] { 0.0 } else { link[row] });
     let heading = heading(motion, joint);
-    let may_press = |row: &usize| pressing[*row].abs() > least.max(floating(*row)) && is_steady(motion, &heading, *row);
+    let may_press = |row: &usize| pressing[*row].abs() > least.max(doubt(*row)) && is_steady(motion, &heading, *row);
     let pressed: Vec<usize> = (0..pressing.len()).filter(may_press).collect();
     if pressed.is_empty() {
         return Vec::new();
     }
     let error = settled(motion, &(left_over.error)());
-    let presses = |row: &usize| pressing[*row].abs() > floating(*row) + DEVIATIONS * error[*row];
+    let presses = |row: &usize| pressing[*row].abs() > doubt(*row) + DEVIATIONS * error[*row];
     pressed.into_iter().filter(presses).map(|row| (row, pressing[row])).collect()
 }
 
@@ -126,6 +133,13 @@ mod tests {
         let mut heavy = motion.clone();
         heavy.joints[0].link_torque.fill(LOAD / 2.0);
         assert!(added(&heavy, 0.1, 0.1).is_empty(), "a floating link takes away as much");
+        let in_zone = |load: f64| {
+            let torque = vec![load; heavy.rows()];
+            let left_over = LeftOver { torque: &torque, error: &|| vec![0.1; heavy.rows()], coulomb: 2.0 };
+            super::pressed(&vec![true; heavy.rows()], &heavy, 0, &left_over, 0.5).len()
+        };
+        // Twice 0.35 of the friction, and three errors: 1.7 N·m.
+        assert!(in_zone(1.8) > heavy.rows() / 3 && in_zone(1.6) == 0, "on its flank it takes away nothing");
     }
 
     /// Two rows of a joint that sticks and slips are no load that lasts, nor are two that lie in different parts.
