@@ -229,16 +229,16 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchan
         found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
         let Some(best) = choose(&found, rules) else { continue };
         let own = found.iter().find(|candidate| candidate.effect() == effect && candidate.is_accepted(rules));
-        let of_taken =
-            || evidence_beside(problem, taken, index, taken[index].inaccuracy(rules)).map(|evidence| total(&evidence));
+        let of_taken = evidence_beside(problem, taken, index, taken[index].inaccuracy(rules));
         let better = |nats: Option<f64>| nats.is_none_or(|nats| best.total() > nats);
-        if exchange && best.effect() != effect && better(own.map(Candidate::total)) && better(of_taken()) {
+        let is_better = || better(own.map(Candidate::total)) && better(of_taken.as_deref().map(total));
+        if exchange && best.effect() != effect && is_better() {
             taken[index] = Taken::new(best, &found);
             return true;
         }
         if let Some(own) = own {
-            let (terms, mut renewed) = (taken[index].terms.clone(), Taken::new(own, &found));
-            renewed.terms = terms;
+            let mut renewed = Taken { terms: taken[index].terms.clone(), ..Taken::new(own, &found) };
+            renewed.evidence = of_taken.filter(|taken| total(taken) > own.total()).unwrap_or(renewed.evidence);
             taken[index] = renewed;
         }
     }
