@@ -44,6 +44,7 @@ mod gaps;
 mod hidden_gaps;
 mod judged;
 mod listed_effects;
+mod masked;
 mod odd_recordings;
 mod prediction;
 mod regularised_friction;

@@ -230,18 +230,48 @@ fn neighbours(shapes: &[Vec<f64>], shape: &[f64]) -> Option<(f64, f64)> {
 /// All candidates beside the terms of the model, each with its best shapes, by decreasing evidence.
 /// An effect of a joint is combined over the joints where the rules accept it.
 pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<Candidate> {
-    let enough = |evidence: &Evidence| evidence.is_enough(rules);
+    with_each(problem, terms, rules, &|_, _| true, gather).unwrap_or_default()
+}
+
+/// The candidates of one joint alone, of effects that act on one, by decreasing evidence.
+pub fn on_joint(problem: &mut Problem, terms: &[Term], rules: &Rules, joint: usize) -> Vec<Candidate> {
+    let acts = |effect: Cause, joints: &[usize]| effect.about().scope == Scope::Joint && joints[0] == joint;
+    let mut found = with_each(problem, terms, rules, &acts, |_, found| found).unwrap_or_default();
+    strongest_first(&mut found);
+    found
+}
+
+fn strongest_first(all: &mut [Candidate]) {
+    all.sort_by(|a, b| b.total().total_cmp(&a.total()));
+}
+
+/// Assesses the effects where they can act and `is_sought` holds, then passes them on with the search that found them.
+fn with_each<R>(
+    problem: &mut Problem,
+    terms: &[Term],
+    rules: &Rules,
+    is_sought: &dyn Fn(Cause, &[usize]) -> bool,
+    then: impl FnOnce(&Search, Vec<Candidate>) -> R,
+) -> Option<R> {
     let own: Vec<&Term> = terms.iter().collect();
-    let Some(loose) = problem.fit_loosely(&own, Part::Train) else { return Vec::new() };
+    let loose = problem.fit_loosely(&own, Part::Train)?;
     problem.look(&own, &loose);
     let problem = &*problem;
-    let places = places(problem, terms);
-    let Some(before) = without_any(problem, &own, &loose, &places) else { return Vec::new() };
-    let search = Search { problem, terms: own.clone(), fitted: &loose, before: &before, rules };
+    let mut places = places(problem, terms);
+    places.retain(|(effect, joints)| is_sought(*effect, joints));
+    let before = without_any(problem, &own, &loose, &places)?;
+    let search = Search { problem, terms: own, fitted: &loose, before: &before, rules };
     let found: Vec<Option<Candidate>> =
         places.par_iter().map(|(effect, joints)| assess(&search, *effect, joints)).collect();
+    Some(then(&search, found.into_iter().flatten().collect()))
+}
+
+/// One candidate an effect: on all joints where it has enough evidence, or on that with the most.
+fn gather(search: &Search, found: Vec<Candidate>) -> Vec<Candidate> {
+    let rules = search.rules;
+    let enough = |evidence: &Evidence| evidence.is_enough(rules);
     let mut gathered: Vec<Candidate> = Vec::new();
-    for candidate in found.into_iter().flatten() {
+    for candidate in found {
         let effect = candidate.effect();
         let joint = candidate.terms[0].joints[0];
         let partner = gathered.iter_mut().find(|other| other.effect() == effect);
@@ -265,12 +295,11 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
             None => gathered.push(candidate),
         }
     }
-    let strongest_first = |all: &mut Vec<Candidate>| all.sort_by(|a, b| b.total().total_cmp(&a.total()));
-    if loose.inertial == Treated::Fixed {
+    if search.fitted.inertial == Treated::Fixed {
         strongest_first(&mut gathered);
         return gathered;
     }
-    gathered.par_iter_mut().filter(|candidate| candidate.terms.len() > 1).for_each(|one| together(&search, one));
+    gathered.par_iter_mut().filter(|candidate| candidate.terms.len() > 1).for_each(|one| together(search, one));
     strongest_first(&mut gathered);
     // The deviations that the other joints show are an estimate, so the candidate that would be taken is fitted with all joints.
     let mut fitted: Vec<Cause> = Vec::new();
@@ -279,7 +308,7 @@ pub fn candidates(problem: &mut Problem, terms: &[Term], rules: &Rules) -> Vec<C
             break;
         }
         fitted.push(best);
-        gathered.par_iter_mut().filter(|candidate| candidate.effect() == best).for_each(|one| together(&search, one));
+        gathered.par_iter_mut().filter(|candidate| candidate.effect() == best).for_each(|one| together(search, one));
         strongest_first(&mut gathered);
     }
     gathered

@@ -3,6 +3,7 @@
 //! Takes a regression problem and the catalogue. Gives the effects that are named, with gains, rivals and probability, and those withdrawn.
 //! - `candidates`: the best term of each effect on each joint, with its evidence
 //! - `selection`: takes effects by evidence, one after the other
+//! - `masked`: two effects of one joint, neither of which has evidence without the other
 //! - `substitutes`: withdraws names that a pattern describes better
 //! - `confirm`: withdraws effects without a gain on held-out data; `own_gains`: these gains
 //! - `naming`: both, and effects in the place of those withdrawn
@@ -13,6 +14,7 @@ pub mod candidates;
 pub mod certainty;
 pub mod confirm;
 pub mod findings;
+pub mod masked;
 pub mod naming;
 pub mod own_gains;
 pub mod selection;

@@ -6,6 +6,7 @@
 //! fewer parameters is taken. Held-out data are not used.
 
 use super::candidates::{Candidate, candidates, choose};
+use super::masked::masked;
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weighed};
 use crate::diagnose::fit::baseline::JointBaseline;
@@ -29,7 +30,7 @@ pub struct Taken {
 
 impl Taken {
     /// A candidate, with the others of its round as rivals.
-    fn new(best: &Candidate, found: &[Candidate]) -> Self {
+    pub fn new(best: &Candidate, found: &[Candidate]) -> Self {
         let rivals = found.iter().filter(|other| other.effect() != best.effect()).cloned().collect();
         Self { terms: best.terms.clone(), evidence: best.evidence.clone(), rivals }
     }
@@ -37,7 +38,7 @@ impl Taken {
 
 impl Taken {
     /// What its evidence has to exceed.
-    fn inaccuracy(&self, rules: &Rules) -> Inaccuracy {
+    pub fn inaccuracy(&self, rules: &Rules) -> Inaccuracy {
         rules.inaccuracy(self.terms[0].effect.about())
     }
 }
@@ -126,8 +127,14 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             if first_round.is_empty() {
                 first_round.clone_from(&found);
             }
-            let Some(best) = choose(&found, rules).filter(|_| taken.len() < rules.most) else { break };
-            taken.push(Taken::new(best, &found));
+            match choose(&found, rules) {
+                Some(best) if taken.len() < rules.most => taken.push(Taken::new(best, &found)),
+                None if taken.len() + 2 <= rules.most => match masked(problem, &taken, rules) {
+                    Some(pair) => taken.extend(pair),
+                    None => break,
+                },
+                _ => break,
+            }
             fitted = resettle(problem, &mut taken)?;
         }
         let before = taken.len();
@@ -303,19 +310,22 @@ fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
     (0..taken.len()).map(moved).collect()
 }
 
-/// Drops terms that move little torque, in absolute terms or relative to the strongest effect of their joint.
+/// Drops terms that move little torque, in absolute terms or relative to another effect of their joint.
 fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<()> {
     if taken.is_empty() {
         return Some(());
     }
     let moved = moved_torque(problem, taken)?;
     let names: Vec<_> = taken.iter().map(|taken| taken.terms[0].effect.about()).collect();
-    let asked = |joint: usize, own: usize| {
-        let largest = (0..moved.len()).max_by(|a, b| moved[*a][joint].total_cmp(&moved[*b][joint])).unwrap_or(own);
-        let (strong, weak) = (names[largest], names[own]);
+    let beside = |joint: usize, own: usize, other: usize| {
+        let (strong, weak) = (names[other], names[own]);
         let alike = strong.look_alikes.contains(&weak.name) || weak.look_alikes.contains(&strong.name);
         let part = if alike || strong.name == weak.name { rules.alike_residue } else { rules.residue };
-        (part * moved[largest][joint]).max(rules.torque_of(weak) * problem.rms_torque(joint))
+        part * moved[other][joint]
+    };
+    let asked = |joint: usize, own: usize| {
+        let of_others = (0..moved.len()).map(|other| beside(joint, own, other)).fold(0.0, f64::max);
+        of_others.max(rules.torque_of(names[own]) * problem.rms_torque(joint))
     };
     for (own, (taken, moved)) in taken.iter_mut().zip(&moved).enumerate() {
         let enough = |term: &Term| term.joints.iter().any(|joint| moved[*joint] >= asked(*joint, own));
