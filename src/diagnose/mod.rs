@@ -51,9 +51,10 @@ use crate::effects::applied;
 use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
+use conclude::delay;
 use fit::pose::{nothing_moves, pose};
-use instruments::ON_ROWS;
 use instruments::preparation::{self, Prepared};
+use instruments::{Instrument, ON_RECORDINGS, ON_ROWS, Recordings, WITHOUT_DELAY};
 pub use rows::division::Division;
 use rows::measured::{as_measured, complete};
 use select::{naming, selection, substitutes};
@@ -118,15 +119,36 @@ fn diagnose_as_measured(
     if !suspected.is_empty() {
         return Ok(mistakes::diagnosis(model, suspected, false, options));
     }
+    let judged = |instruments: &[_], progress: &mut dyn FnMut(&str, f64)| {
+        diagnose_prepared(model, recorded, division, options, instruments, progress)
+    };
+    match judged(ON_RECORDINGS, progress)? {
+        Some(diagnosis) => Ok(diagnosis),
+        None => judged(WITHOUT_DELAY, progress)?.ok_or_else(|| nothing_moves(model)),
+    }
+}
+
+/// The diagnosis of recordings that instruments have prepared; `None` where the rows refute the delay by which one of them shifted the currents.
+fn diagnose_prepared(
+    model: &Model,
+    recorded: &[&TimeSeries],
+    division: Division,
+    options: &Options,
+    instruments: &[&dyn for<'r> Instrument<Recordings<'r>>],
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Option<Diagnosis>> {
     progress("smoothing", 0.0);
-    let Prepared { sessions, earlier, shaken, ripple, as_recorded } =
-        preparation::prepare(model, recorded, division, options)?;
+    let Prepared { sessions, delay, earlier, shaken, ripple, as_recorded } =
+        preparation::prepare(model, recorded, division, options, instruments)?;
     let sessions: Vec<&TimeSeries> = sessions.iter().map(AsRef::as_ref).collect();
     let mut problem = pose(model, &sessions, division, options)?;
     problem.taken_out = ripple;
     progress("fitting the baseline", 0.1);
     let rules = if as_recorded.is_some() { options.rules.beside_another() } else { options.rules };
     let mut selection = selection::select(&mut problem, &rules, progress).ok_or_else(|| nothing_moves(model))?;
+    if delay::is_undone(&selection, delay) {
+        return Ok(None);
+    }
     substitutes::withdraw(&mut problem, &mut selection).ok_or_else(|| nothing_moves(model))?;
     if let Some(as_recorded) = as_recorded {
         selection.as_recorded = as_recorded.at_rows_of(&problem);
@@ -136,5 +158,5 @@ fn diagnose_as_measured(
     let data = conclude::Data { model, sessions: &sessions, division, earlier, instruments: &ON_ROWS, shaken };
     let mut parts = conclude::conclude(&data, &problem, &selection, &confirmed, options, progress)?;
     parts.mistakes = mistakes::remaining::found(model, recorded, &parts);
-    Ok(parts.assembled())
+    Ok(Some(parts.assembled()))
 }

@@ -28,8 +28,7 @@ const SMALL: f64 = 0.3;
 /// Replaces the delay of a fit by that of shifted currents, where the search converges: every step is less than half the one before.
 pub fn refine(data: &Data, problem: &Problem, selection: &Selection, effects: &mut [FoundEffect], options: &Options) {
     let terms = selection.terms();
-    let Some(place) = terms.iter().position(|term| term.effect.label() == SENSOR_DELAY) else { return };
-    let mut delay = selection.fitted.solution.coefficients[selection.fitted.term_at[place]];
+    let Some((place, mut delay)) = taken(selection) else { return };
     let mut last = delay;
     for _ in 0..STEPS {
         let Some(rest) = remaining(data, problem, &terms, place, delay, options) else { return };
@@ -42,6 +41,18 @@ pub fn refine(data: &Data, problem: &Problem, selection: &Selection, effects: &m
         }
         (delay, last) = (delay + rest.value, rest.value);
     }
+}
+
+/// Whether a selection asks for most of a delay [s] back by which the currents were shifted before it. Friction turns the phase of an oscillating joint as a
+/// late current does; the rows know the friction.
+pub fn is_undone(selection: &Selection, delay: f64) -> bool {
+    delay > 0.0 && taken(selection).is_some_and(|(_, rest)| rest < -0.5 * delay)
+}
+
+/// Place of the delay among the terms of a selection, and its value [s]: of the current, or below zero of the position.
+fn taken(selection: &Selection) -> Option<(usize, f64)> {
+    let place = selection.terms().iter().position(|term| term.effect.label() == SENSOR_DELAY)?;
+    Some((place, selection.fitted.solution.coefficients[selection.fitted.term_at[place]]))
 }
 
 /// What a fit of the same terms finds in currents shifted by a delay [s].

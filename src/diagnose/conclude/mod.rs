@@ -10,7 +10,7 @@
 //! - `extend`: the baseline model and the extended model
 //! - `records`: candidates and method for the report
 
-mod delay;
+pub mod delay;
 /// The models that come with a diagnosis.
 pub mod extend;
 mod gaps;

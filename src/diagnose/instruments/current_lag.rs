@@ -79,8 +79,12 @@ impl Instrument<Recordings<'_>> for CurrentLag {
     fn measure(&self, scene: &Recordings) -> Result<Measurement> {
         let Recordings { model, sessions, division, options } = *scene;
         let Some(aligned) = align(model, sessions, division, options)? else { return Ok(Measurement::default()) };
-        let as_recorded = (!aligned.sessions.is_empty()).then_some(aligned.as_recorded);
-        Ok(Measurement { findings: aligned.told, corrected: aligned.sessions, as_recorded, ..Measurement::default() })
+        let (findings, corrected) = (aligned.told, aligned.sessions);
+        if corrected.is_empty() {
+            return Ok(Measurement { findings, ..Measurement::default() });
+        }
+        let (delay, as_recorded) = (aligned.late.lag.value, Some(aligned.as_recorded));
+        Ok(Measurement { findings, corrected, delay, as_recorded, ..Measurement::default() })
     }
 }
 

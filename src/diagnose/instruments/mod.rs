@@ -52,8 +52,11 @@ pub trait Instrument<S>: Sync {
 }
 
 /// Instruments that run before rows are made. Each uses the recordings corrected by the previous ones, because one phenomenon disturbs the next.
-pub const ON_RECORDINGS: [&dyn for<'s> Instrument<Recordings<'s>>; 3] =
-    [&current_lag::CurrentLag, &lines::Lines, &ripple::Ripple];
+pub const ON_RECORDINGS: &[&dyn for<'s> Instrument<Recordings<'s>>] =
+    &[&current_lag::CurrentLag, &lines::Lines, &ripple::Ripple];
+
+/// The same where the delay of currents is left to the rows.
+pub const WITHOUT_DELAY: &[&dyn for<'s> Instrument<Recordings<'s>>] = &[&lines::Lines, &ripple::Ripple];
 
 /// Instruments that run beside the fit.
 pub const ON_ROWS: [&dyn for<'s> Instrument<FittedRows<'s>>; 5] =
@@ -98,6 +101,8 @@ pub struct Measurement {
     pub findings: Findings,
     /// The corrected sessions; empty where nothing was removed.
     pub corrected: Vec<TimeSeries>,
+    /// [s] How much earlier their currents are.
+    pub delay: f64,
     /// Whether a fast torque was removed.
     pub shaken: bool,
     /// Joint and order of each line that was removed.

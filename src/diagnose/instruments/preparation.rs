@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use super::as_recorded::AsRecorded;
-use super::{Measurement, ON_RECORDINGS, Recordings};
+use super::{Instrument, Measurement, Recordings};
 use crate::diagnose::options::Options;
 use crate::diagnose::result::Findings;
 use crate::diagnose::rows::division::Division;
@@ -18,6 +18,8 @@ use crate::timeseries::TimeSeries;
 pub struct Prepared<'s> {
     /// The recordings, original or corrected.
     pub sessions: Vec<Cow<'s, TimeSeries>>,
+    /// [s] How much earlier their currents are.
+    pub delay: f64,
     /// What was named or withdrawn before the rows.
     pub earlier: Findings,
     /// Whether a fast torque was removed.
@@ -37,15 +39,16 @@ pub fn prepare<'s>(
     recorded: &[&'s TimeSeries],
     division: Division,
     options: &Options,
+    instruments: &[&dyn for<'r> Instrument<Recordings<'r>>],
 ) -> Result<Prepared<'s>> {
     let sessions = recorded.iter().map(|session| Cow::Borrowed(*session)).collect();
-    let mut prepared =
-        Prepared { sessions, earlier: Findings::default(), shaken: false, ripple: Vec::new(), as_recorded: None };
+    let (earlier, ripple, as_recorded) = (Findings::default(), Vec::new(), None);
+    let mut prepared = Prepared { sessions, delay: 0.0, earlier, shaken: false, ripple, as_recorded };
     // With estimated masses, the torque is no evidence for an effect.
     if model.masses == Masses::Estimated {
         return Ok(prepared);
     }
-    for instrument in ON_RECORDINGS {
+    for instrument in instruments {
         let sessions = prepared.borrowed();
         let reading = instrument.measure(&Recordings { model, sessions: &sessions, division, options })?;
         prepared.take(reading);
@@ -66,6 +69,7 @@ impl Prepared<'_> {
     /// Adds a measurement and its corrected recordings.
     fn take(&mut self, reading: Measurement) {
         self.earlier.merge(reading.findings);
+        self.delay += reading.delay;
         self.shaken |= reading.shaken;
         self.ripple.extend(reading.lines);
         self.as_recorded = self.as_recorded.take().or(reading.as_recorded);
