@@ -65,3 +65,15 @@ fn property_loops_that_oscillate_show_no_late_current() {
     let drawn = Drawn::new(&Order::one("velocity_lag", 1.0, 99_002));
     assert_eq!(named(&drawn), planted(&drawn.entries));
 }
+
+/// What a balancer leaves over the whole stroke raises all orders together, so that no line stands out before curves over the stroke are fitted.
+#[test]
+fn recover_an_error_of_the_teeth_beside_a_balancer() {
+    let both = [
+        entry("counterbalance", "joint1", &[("amplitude", 0.25), ("angle", 0.7)]),
+        entry("transmission_error", "joint1", &[("amplitude", 2.5e-4), ("phase", 2.1), ("teeth", 85.0)]),
+    ];
+    (33_124..33_127).into_par_iter().for_each(|seed| {
+        assert_eq!(named(&machine(&both, seed)), planted(&both), "{seed}");
+    });
+}

@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
+use crate::diagnose::fit::term::Term;
 use crate::effects::{About, Action, Diagnosable, Effect, Harmonic, JointMotion, Kind, Motion, Scope};
 use crate::error::Result;
 use crate::robot::Model;
@@ -106,6 +107,11 @@ pub fn smooth(motion: &Motion, joint: usize) -> Vec<(String, Vec<f64>)> {
         add("in proportion to the square of the speed", of(&|row| other.v[row].powi(2)));
     }
     columns
+}
+
+/// The curves over the stroke of a joint, in either direction of its motion: the first of the [smooth] columns.
+pub fn curves(motion: &Motion, joint: usize) -> Vec<Term> {
+    (0..2 * DEGREE).map(|index| Term::new(motion, &Smooth, &[joint], vec![index as f64])).collect()
 }
 
 /// [s] Time constant of falling friction.

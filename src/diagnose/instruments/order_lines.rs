@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 
 use rayon::prelude::*;
 
+use crate::diagnose::evidence::pattern_search::with_term;
 use crate::diagnose::fit::pose::needs_narrow_rows;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::regression::{Block, Score};
@@ -124,15 +125,16 @@ impl<'m> Scan<'m> {
     }
 }
 
-/// Whether the rows show a line of any effect that needs narrow rows, beside the baseline.
-pub fn any(problem: &Problem, fitted: &Fitted) -> bool {
+/// Whether the rows show a line of any effect that needs narrow rows, beside the baseline and these terms.
+pub fn any(problem: &Problem, terms: &[&Term], fitted: &Fitted) -> bool {
     let shown_on = |joint: usize| {
-        let scan = Scan::new(problem, &[], fitted, joint);
+        let scan = Scan::new(problem, terms, fitted, joint);
         let is_shown = |effect: &'static dyn Diagnosable| {
             let (shape, tried) = scan.best(effect, &problem.motion)?;
             let term = Term::new(&problem.motion, effect, &[joint], shape);
-            let with = problem.fit_near(&[joint], &[&term], Part::Train, fitted)?;
-            Some(scan.stands_out(&Scan::new(problem, &[&term], &with, joint), &term, problem, tried))
+            let terms = with_term(terms, &term);
+            let with = problem.fit_near(&[joint], &terms, Part::Train, fitted)?;
+            Some(scan.stands_out(&Scan::new(problem, &terms, &with, joint), &term, problem, tried))
         };
         let narrow = problem.catalogue.diagnosable().filter(|effect| needs_narrow_rows(*effect));
         narrow.filter(|effect| effect.applies(&problem.motion, joint)).any(|effect| is_shown(effect) == Some(true))

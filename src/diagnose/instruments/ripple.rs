@@ -15,7 +15,8 @@ use std::collections::BTreeMap;
 use super::order_lines;
 use super::removal;
 use super::{Instrument, Measurement, Recordings};
-use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::evidence::patterns::curves;
+use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::fit::uncertainty::Uncertainty;
 use crate::diagnose::result::{EffectGain, Findings};
@@ -26,7 +27,7 @@ use crate::diagnose::rows::reversals::near_reversal;
 use crate::diagnose::select::confirm;
 use crate::diagnose::select::selection::{Selection, select};
 use crate::diagnose::select::substitutes;
-use crate::effects::{Catalogue, Effect, Harmonic, Motion, Phenomenon};
+use crate::effects::{Catalogue, Effect, Harmonic, Motion, Phenomenon, Scope};
 use crate::error::Result;
 use crate::timeseries::Estimate;
 
@@ -68,6 +69,23 @@ fn of_narrow_rows(catalogue: &Catalogue) -> Catalogue {
     catalogue.iter().filter(takes_part).collect()
 }
 
+/// The same with all effects of a joint, such as a spring or a balancer.
+fn of_joints(catalogue: &Catalogue) -> Catalogue {
+    let of_joint =
+        |effect: &&'static dyn Effect| effect.diagnosable().is_some() && effect.about().scope == Scope::Joint;
+    catalogue.iter().filter(of_joint).collect()
+}
+
+/// Whether a line shows once slow curves over the stroke of each joint are fitted: what a spring leaves there raises all orders together.
+fn shows_beside_curves(problem: &mut Problem) -> bool {
+    let of_joint = |joint: usize| curves(&problem.motion, joint);
+    let terms: Vec<Term> = problem.joints().into_iter().flat_map(of_joint).collect();
+    let terms: Vec<&Term> = terms.iter().collect();
+    let Some(fitted) = problem.fit_loosely(&terms, Part::Train) else { return false };
+    problem.count_independent(&fitted);
+    order_lines::any(problem, &terms, &fitted)
+}
+
 /// Looks for ripple in the training data.
 fn find(scene: &Recordings) -> Option<Measurement> {
     let Recordings { model, sessions, division, options } = *scene;
@@ -83,8 +101,11 @@ fn find(scene: &Recordings) -> Option<Measurement> {
     }
     let fitted = problem.settle(&[])?;
     problem.count_independent(&fitted);
-    if !order_lines::any(&problem, &fitted) {
-        return None;
+    if !order_lines::any(&problem, &[], &fitted) {
+        if !shows_beside_curves(&mut problem) {
+            return None;
+        }
+        problem.name_from(of_joints(&options.catalogue));
     }
     let mut selection = select(&mut problem, &Rules { most: 4, ..options.rules }, &mut |_, _| {})?;
     substitutes::withdraw(&mut problem, &mut selection)?;
