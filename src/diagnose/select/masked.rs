@@ -7,11 +7,12 @@
 use super::candidates::{choose, is_sensible, on_joint};
 use super::selection::{Taken, evidence_beside, resettle, terms_of};
 use crate::diagnose::evidence::prediction::{Evidence, predict};
-use crate::diagnose::fit::problem::Problem;
+use crate::diagnose::fit::problem::{Fitted, Problem};
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::options::{MODEL_ERROR, Rules};
 
-/// Candidates of a joint that are tried as if they were known: those that lower the error most.
+/// Candidates of a joint that are tried as if they were known: those that lower its error most, by more than the inaccuracy of the laws. It limits the computing time
+/// and is not calibrated: one that stands in for another is exchanged for it afterwards.
 const LEADS: usize = 3;
 
 /// The best two effects that mask each other on a joint, beside those taken; `None` where there are none. The problem is settled for those taken.
@@ -19,7 +20,7 @@ pub fn masked(problem: &mut Problem, taken: &[Taken], rules: &Rules) -> Option<[
     let mut own = taken.to_vec();
     let mut best: Option<([Taken; 2], f64)> = None;
     for joint in problem.joints() {
-        resettle(problem, &mut own)?;
+        settle(problem, &mut own)?;
         let mut leads = on_joint(problem, &terms(&own), rules, joint);
         leads.retain(|lead| lead.log_scale() > MODEL_ERROR);
         leads.sort_by(|a, b| b.log_scale().total_cmp(&a.log_scale()));
@@ -30,9 +31,15 @@ pub fn masked(problem: &mut Problem, taken: &[Taken], rules: &Rules) -> Option<[
             }
         }
     }
-    let fitted = resettle(problem, &mut own)?;
-    problem.count_independent(&fitted);
+    settle(problem, &mut own)?;
     best.map(|(pair, _)| pair)
+}
+
+/// Fits what was taken, and counts the rows that are independent beside it.
+fn settle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
+    let fitted = resettle(problem, taken)?;
+    problem.count_independent(&fitted);
+    Some(fitted)
 }
 
 fn terms(taken: &[Taken]) -> Vec<Term> {
@@ -43,13 +50,11 @@ fn terms(taken: &[Taken]) -> Vec<Term> {
 fn led_by(problem: &mut Problem, own: &[Taken], lead: Taken, rules: &Rules, joint: usize) -> Option<([Taken; 2], f64)> {
     let rules = rules.beside_another();
     let mut all = [own, &[lead]].concat();
-    let fitted = resettle(problem, &mut all)?;
-    problem.count_independent(&fitted);
+    settle(problem, &mut all)?;
     let found = on_joint(problem, &terms(&all), &rules, joint);
     let second = choose(&found, &rules)?;
     all.push(Taken::new(second, &found));
-    let fitted = resettle(problem, &mut all)?;
-    problem.count_independent(&fitted);
+    let fitted = settle(problem, &mut all)?;
     let both = own.len()..own.len() + 2;
     let first = terms_of(own).len();
     for (index, term) in both.zip(first..) {

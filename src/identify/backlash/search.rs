@@ -3,7 +3,7 @@
 //! A gap of a thousand counts cannot be sought count by count. Near none, a reversal's window ends before the flank is reached, and so much is free
 //! there that it may be explained. And a model is not exact to a count of a fine encoder: at that resolution it explains no reversal. So the readings
 //! are first taken as those of a coarse encoder, whose windows reach the largest gap looked for. Each finer level looks near the gap of the one before,
-//! at the reversals that it explained. The result is that of the level with the least error ([`pool`]): finer readings count while the model keeps up
+//! at the reversals that it explained. Levels are looked at from coarse to fine, and fitted from fine to coarse as far as that may change the result. The result is that of the level with the least error ([`pool`]): finer readings count while the model keeps up
 //! with them.
 
 use super::Untold;
