@@ -26,7 +26,7 @@ const LEAST_PREFERENCE: f64 = 6.0;
 const SMALLEST_SHARE: f64 = 0.05;
 /// Standard deviation of the error that all values share, in counts: machines without a gap show up to 0.3 of a count, and `0.3/√3` is that of
 /// an error anywhere within.
-pub(super) const SHARED: f64 = 0.173;
+const SHARED: f64 = 0.173;
 /// Usual median deviation of single values, in counts.
 const COMMON: f64 = 0.2;
 /// Factor on that above which single values disagree. At link shares of 0.1 and 0.15 the values of reversals that the links had left deviated by

@@ -3,12 +3,12 @@
 //! A gap of a thousand counts cannot be sought count by count. Near none, a reversal's window ends before the flank is reached, and so much is free
 //! there that it may be explained. And a model is not exact to a count of a fine encoder: at that resolution it explains no reversal. So the readings
 //! are first taken as those of a coarse encoder, whose windows reach the largest gap looked for. Each finer level looks near the gap of the one before,
-//! at the reversals that it explained. Levels are looked at from coarse to fine, and fitted from fine to coarse as far as that may change the result. The result is that of the level with the least error ([`pool`]): finer readings count while the model keeps up
+//! at the reversals that it explained. The result is that of the level with the least error ([`pool`]): finer readings count while the model keeps up
 //! with them.
 
 use super::Untold;
 use super::ensemble::Spread;
-use super::fit::{Fit, Known, Profile, SHARED, eased, grid, median, pool, pooled_best, scan, share};
+use super::fit::{Fit, Known, Profile, eased, grid, median, pool, pooled_best, scan, share};
 use super::result::{LeftOut, Reason, SEEN};
 use super::reversal::{FEWEST, Session};
 use super::transmission::Transmission;
@@ -28,8 +28,6 @@ const FIRST: f64 = 4.0;
 const NEXT: f64 = 2.0 * RATIO;
 /// Counts that a window reaches beyond the largest gap tried.
 const BEYOND: f64 = 4.0;
-/// Counts of a level within which its look agrees with a gap of finer counts: half a step, and half a count of what both do not tell.
-const AGREES: f64 = 1.0;
 /// Standard errors by which the gaps of two levels may differ.
 const DIFFER: f64 = 3.0;
 /// [1] Link share before anything is known of it, and its standard deviation.
@@ -57,7 +55,7 @@ pub(super) fn fit(
     let joint = &model.joints[sessions.first().ok_or(Untold::ByReversals)?.joint];
     let mut search = Search::new(sessions, joint, friction, known).ok_or(Untold::ByReversals)?;
     let fit = match known.gap {
-        Some(near) => search.near(near).ok_or(Untold::ByReversals)?,
+        Some(near) => search.look_near(near).and_then(|()| search.at_level(0, FIRST)).ok_or(Untold::ByReversals)?,
         None => {
             let coarsest = search.coarsest();
             search.look_anywhere(coarsest).ok_or(Untold::ByReversals)?;
@@ -73,17 +71,6 @@ type Key = (f64, f64);
 
 fn key(site: &Site) -> Key {
     (site.time, site.deceleration)
-}
-
-/// What a look at a level told.
-struct Look {
-    level: i32,
-    /// [rad or m] where the gap seems to be.
-    gap: f64,
-    /// Link share and its deviation.
-    share: [f64; 2],
-    /// Reversals that coarser levels did not explain.
-    given_up: Vec<Key>,
 }
 
 /// The state of a search.
@@ -152,14 +139,12 @@ impl<'s> Search<'s> {
         Some(())
     }
 
-    /// The fit near a gap that is known about.
-    fn near(&mut self, near: f64) -> Option<Fit> {
+    /// Looks near a gap that is known about, count by count.
+    fn look_near(&mut self, near: f64) -> Option<()> {
         let gaps = grid(near - NEAR * self.finest, near + NEAR * self.finest, self.finest);
         let reach = near.max(0.0) + (NEAR + BEYOND) * self.finest;
         let profiles = scan(&self.sites(reach, 0).0, &gaps, &self.spread);
-        self.take(&gaps, &profiles, 0.1)?;
-        let look = self.look_around(0, FIRST)?;
-        self.resolve(&look)
+        self.take(&gaps, &profiles, 0.1)
     }
 
     /// Looks over the whole range at a level.
@@ -174,48 +159,31 @@ impl<'s> Search<'s> {
     /// The fit of the level with the least error, where it sees a gap. Below the resolution of a level that is coarser than the encoder a small gap may hide, which
     /// the model does not find among the finer counts, so that only the encoder's own counts tell that there is none, unless noise hides it.
     fn descend(&mut self, coarsest: i32) -> Result<Fit, Untold> {
-        let mut looks = self.looks(coarsest);
-        // From the finest on. The levels above are fitted only where that may change the result: a fit costs most of the time.
         let mut fits: Vec<(i32, Fit)> = Vec::new();
-        while let Some(look) = looks.pop() {
-            let count = self.count(look.level);
-            let finer = fits.last().map(|(_, fit)| measured(fit));
-            let settled = |[gap, error]: [f64; 2]| error < SHARED * count && (gap - look.gap).abs() < AGREES * count;
-            if finer.is_some_and(settled) {
+        let measured = |fit: &Fit| (fit.gap.mean.value, fit.gap.mean.std_error);
+        for level in (0..=coarsest).rev() {
+            let found = match self.at_level(level, if level == coarsest { FIRST } else { NEXT }) {
+                Some(found) => found,
+                None if fits.is_empty() => continue,
+                None => break,
+            };
+            let (gap, error) = measured(&found);
+            let before = fits.last().map(|(_, before)| measured(before));
+            if before.is_some_and(|(before, its)| (gap - before).abs() > DIFFER * error.hypot(its)) {
                 break;
             }
-            let Some(fit) = self.resolve(&look) else { continue };
-            let [gap, error] = measured(&fit);
-            if finer.is_some_and(|[finer, its]| (gap - finer).abs() > DIFFER * error.hypot(its)) {
-                fits.clear();
-            }
-            fits.push((look.level, fit));
+            self.gap = gap;
+            fits.push((level, found));
         }
-        let error = |k: &usize| measured(&fits[*k].1)[1];
-        let least = (0..fits.len()).min_by(|a, b| error(a).total_cmp(&error(b))).ok_or(Untold::ByReversals)?;
+        let error = |k: &usize| fits[*k].1.gap.mean.std_error;
+        let least = (0..fits.len()).rev().min_by(|a, b| error(a).total_cmp(&error(b))).ok_or(Untold::ByReversals)?;
         if fits[least].1.gap.is_seen() {
             return Ok(fits.swap_remove(least).1);
         }
-        match fits.swap_remove(0) {
-            (0, finest) if self.shows_a_count() => Ok(finest),
+        match fits.pop() {
+            Some((0, finest)) if self.shows_a_count() => Ok(finest),
             _ => Err(Untold::ByResolution),
         }
-    }
-
-    /// What a look around the gap so far tells at each level, the finest last, down to the one at which the gap is among those tried.
-    fn looks(&mut self, coarsest: i32) -> Vec<Look> {
-        let mut looks: Vec<Look> = Vec::new();
-        for level in (0..=coarsest).rev() {
-            let before = self.gap;
-            match self.look_around(level, if level == coarsest { FIRST } else { NEXT }) {
-                None if looks.is_empty() => {}
-                Some(look) if looks.is_empty() || (look.gap - before).abs() < (NEXT - 1.0) * self.count(level) => {
-                    looks.push(look)
-                }
-                _ => break,
-            }
-        }
-        looks
     }
 
     /// See [`fit`]: between the flanks the gear unwinds and winds up again, so that a motor crosses `b + s (F₊ + F₋)/k`.
@@ -239,54 +207,29 @@ impl<'s> Search<'s> {
         squares.sum::<f64>().sqrt() > SEEN
     }
 
-    /// Looks `width` counts of a level around the gap so far, count by count; `None` where that explains no reversal.
-    fn look_around(&mut self, level: i32, width: f64) -> Option<Look> {
-        let given_up = self.given_up.clone();
-        let (near, _, profiles) = self.scanned(level, [width, 1.0], 2.0)?;
-        self.give_up(&near, &profiles);
-        Some(Look { level, gap: self.gap, share: self.spread.share, given_up })
-    }
-
-    /// The fit of a level around what a look at it told.
-    fn resolve(&mut self, look: &Look) -> Option<Fit> {
-        (self.gap, self.spread.share) = (look.gap, look.share);
-        self.given_up.clone_from(&look.given_up);
-        let (near, carried, profiles) = self.scanned(look.level, [2.5, 0.25], 1.0)?;
+    /// The fit of one level, `width` counts around the gap so far.
+    fn at_level(&mut self, level: i32, width: f64) -> Option<Fit> {
+        let count = self.count(level);
+        let mut found = None;
+        for (width, step, factor) in [(width, 1.0, 2.0), (2.5, 0.25, 1.0)] {
+            (self.spread.torque, self.spread.level) = (factor * self.noise, 0.08);
+            let gaps = grid(self.gap - width * count, self.gap + width * count, step * count);
+            let (mut near, carried) = self.sites(self.gap.max(0.0) + (width + BEYOND) * count, level);
+            near.retain(|site| !self.given_up.contains(&key(site)));
+            let profiles = scan(&near, &gaps, &self.spread);
+            self.take(&gaps, &profiles, 0.05)?;
+            found = Some((near, carried, profiles));
+        }
+        let (near, carried, profiles) = found?;
         let asked = *self.asked.get_or_insert(profiles.iter().filter(|one| one.tells()).count());
         let left_out = |time, reason| LeftOut { time, reason };
         let carried = carried.iter().map(|site| left_out(site.time, Reason::CarriedByLoad));
         let given_up = self.given_up.iter().map(|(time, _)| left_out(*time, Reason::Unexplained));
-        pool(&near, &profiles, carried.chain(given_up).collect(), asked, self.sessions.first()?.unit)
-    }
-
-    /// The reversals of a level that are still judged, those at which the load rests on one flank, and the likelihoods of gaps up to `width` counts from the gap so far,
-    /// in steps of `step` counts, with a multiple of the torque's noise.
-    fn scanned(
-        &mut self,
-        level: i32,
-        [width, step]: [f64; 2],
-        noise: f64,
-    ) -> Option<(Vec<Site>, Vec<Site>, Vec<Profile>)> {
-        let count = self.count(level);
-        (self.spread.torque, self.spread.level) = (noise * self.noise, 0.08);
-        let gaps = grid(self.gap - width * count, self.gap + width * count, step * count);
-        let (mut near, carried) = self.sites(self.gap.max(0.0) + (width + BEYOND) * count, level);
-        near.retain(|site| !self.given_up.contains(&key(site)));
-        let profiles = scan(&near, &gaps, &self.spread);
-        self.take(&gaps, &profiles, 0.05)?;
-        Some((near, carried, profiles))
-    }
-
-    /// Gives up the reversals that no gap explains.
-    fn give_up(&mut self, sites: &[Site], profiles: &[Profile]) {
-        let unexplained = sites.iter().zip(profiles).filter(|(_, profile)| !profile.explained());
+        let fit = pool(&near, &profiles, carried.chain(given_up).collect(), asked, self.sessions.first()?.unit);
+        let unexplained = near.iter().zip(&profiles).filter(|(_, profile)| !profile.explained());
         self.given_up.extend(unexplained.map(|(site, _)| key(site)));
+        fit
     }
-}
-
-/// Value and standard error of a fit [rad or m].
-fn measured(fit: &Fit) -> [f64; 2] {
-    [fit.gap.mean.value, fit.gap.mean.std_error]
 }
 
 /// The largest gap looked for [rad or m]: half the median stroke.
