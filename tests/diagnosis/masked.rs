@@ -36,27 +36,24 @@ fn planted(entries: &[EffectEntry]) -> BTreeSet<(String, String)> {
     entries.iter().filter_map(|one| Some((one.effect.clone(), one.joint.clone()?))).collect()
 }
 
-/// Friction that is smooth through zero leaves an error in every slow row, a spring one over the whole stroke: beside either the other had less than two nats.
-#[test]
-fn recover_two_effects_of_a_joint_that_mask_each_other() {
-    let both = [
-        entry("cable_spring", "joint1", &[("stiffness", 0.14), ("rest_position", 0.6)]),
-        entry("regularised_friction", "joint1", &[("velocity", 0.02)]),
-    ];
-    [33_120, 33_121].into_par_iter().for_each(|seed| {
-        assert_eq!(named(&machine(&both, seed)), planted(&both), "{seed}");
-    });
+/// The drawn machine with two effects of this seed.
+fn drawn(effects: [&str; 2], seed: u64) -> Drawn {
+    Drawn::new(&Order { field: None, effects: effects.map(str::to_owned).into(), strength: 1.0, seed })
 }
 
-/// An error of the torque constant has as much evidence on one joint, but friction under load acts on both.
+/// Friction that is smooth through zero leaves an error in every slow row, a spring one over the whole stroke: on this machine either had less than two nats beside
+/// the other, and both together have more than a hundred each. On most machines one of them has evidence alone.
+#[test]
+fn recover_two_effects_of_a_joint_that_mask_each_other() {
+    let drawn = drawn(["cable_spring", "regularised_friction"], 95_411);
+    assert_eq!(named(&drawn), planted(&drawn.entries));
+}
+
+/// An error of the torque constant has more evidence than friction under load has on one joint, and less than it has on both.
 #[test]
 fn recover_friction_of_two_joints_beside_a_ripple() {
-    let of_load = |joint| entry("load_dependent_friction", joint, &[("coefficient", 0.155)]);
-    let ripple = entry("cogging", "joint1", &[("amplitude", 0.07), ("order", 4.0), ("phase", -2.3)]);
-    let all = [ripple, of_load("joint1"), of_load("joint2")];
-    [33_122, 33_123].into_par_iter().for_each(|seed| {
-        assert_eq!(named(&machine(&all, seed)), planted(&all), "{seed}");
-    });
+    let drawn = drawn(["cogging", "load_dependent_friction"], 94_414);
+    assert_eq!(named(&drawn), planted(&drawn.entries));
 }
 
 /// Both velocity channels are 20 ms late, and the loops oscillate. Friction turns the phase of the torque as a current would that is 7.6 ms late.

@@ -67,69 +67,59 @@ impl Member {
 /// What stays the same in the steps of a member within a sample.
 #[derive(Debug, Clone, Copy, Default)]
 struct Step {
+    /// [s]
+    h: f64,
     /// [N·m or N] of the motor.
     tau: f64,
     /// [N·m or N] that the link needs from the gear, beside its friction.
     gravity: f64,
+    /// Change of the rotor's velocity per torque.
+    of_rotor: f64,
+    /// Change of the link's velocity per torque.
+    of_link: f64,
     /// Loss of the rotor's velocity by friction, `[positive, negative]`.
     rotor: [f64; 2],
     /// Loss of the link's velocity.
     link: [f64; 2],
 }
 
-/// What stays the same in the steps of all members.
-#[derive(Debug, Clone, Copy)]
-struct Pace {
-    /// [s]
-    h: f64,
-    /// Change of the rotor's velocity per torque.
-    of_rotor: f64,
-    /// Change of the link's velocity per torque.
-    of_link: f64,
-}
-
-impl Pace {
+impl Step {
     /// Velocities of rotor and link after a step under a torque of the gear.
     #[inline(always)]
-    fn velocities(&self, step: &Step, v: f64, w: f64, torque: f64) -> [f64; 2] {
+    fn velocities(&self, v: f64, w: f64, torque: f64) -> [f64; 2] {
         [
-            slowed(v + self.of_rotor * (step.tau - torque), step.rotor),
-            slowed(w + self.of_link * (torque - step.gravity), step.link),
+            slowed(v + self.of_rotor * (self.tau - torque), self.rotor),
+            slowed(w + self.of_link * (torque - self.gravity), self.link),
         ]
     }
 
     /// Free flight under a constant torque: the mean velocity is exact.
-    fn fly(&self, step: &Step, member: &mut Member, torque: f64) {
-        let [v, w] = self.velocities(step, member.v, member.w, torque);
+    fn fly(&self, member: &mut Member, torque: f64) {
+        let [v, w] = self.velocities(member.v, member.w, torque);
         member.theta += 0.5 * self.h * (member.v + v);
         member.q += 0.5 * self.h * (member.w + w);
         (member.v, member.w) = (v, w);
     }
+}
 
-    /// Steps members through a sample on the spring: the new velocity keeps the oscillation's energy. The steps of one member wait for each other, those
-    /// of several do not.
-    fn press<const N: usize>(&self, members: &mut [Member], gear: &DeadZone, pressed: &[(usize, Step); N]) {
-        let mut theta = pressed.map(|(k, _)| members[k].theta);
-        let mut q = pressed.map(|(k, _)| members[k].q);
-        let mut v = pressed.map(|(k, _)| members[k].v);
-        let mut w = pressed.map(|(k, _)| members[k].w);
-        let tau = pressed.map(|(_, step)| step.tau);
-        let gravity = pressed.map(|(_, step)| step.gravity);
-        let rotor = [0, 1].map(|k| pressed.map(|(_, step)| step.rotor[k]));
-        let link = [0, 1].map(|k| pressed.map(|(_, step)| step.link[k]));
-        for _ in 0..CONTACT_STEPS {
-            for i in 0..N {
-                let torque = gear.of_flanks(theta[i] - q[i], v[i] - w[i]);
-                v[i] = slowed(v[i] + self.of_rotor * (tau[i] - torque), [rotor[0][i], rotor[1][i]]);
-                w[i] = slowed(w[i] + self.of_link * (torque - gravity[i]), [link[0][i], link[1][i]]);
-                theta[i] += self.h * v[i];
-                q[i] += self.h * w[i];
-            }
+/// Steps members through a sample on the spring: the new velocity keeps the oscillation's energy. The steps of one member wait for each other, those
+/// of several do not.
+fn press<const N: usize>(members: &mut [Member], gear: &DeadZone, pressed: &[(usize, Step); N]) {
+    let mut theta = pressed.map(|(k, _)| members[k].theta);
+    let mut q = pressed.map(|(k, _)| members[k].q);
+    let mut v = pressed.map(|(k, _)| members[k].v);
+    let mut w = pressed.map(|(k, _)| members[k].w);
+    for _ in 0..CONTACT_STEPS {
+        for (i, (_, step)) in pressed.iter().enumerate() {
+            let torque = gear.of_flanks(theta[i] - q[i], v[i] - w[i]);
+            [v[i], w[i]] = step.velocities(v[i], w[i], torque);
+            theta[i] += step.h * v[i];
+            q[i] += step.h * w[i];
         }
-        for (i, (k, _)) in pressed.iter().enumerate() {
-            let member = &mut members[*k];
-            (member.theta, member.q, member.v, member.w) = (theta[i], q[i], v[i], w[i]);
-        }
+    }
+    for (i, (k, _)) in pressed.iter().enumerate() {
+        let member = &mut members[*k];
+        (member.theta, member.q, member.v, member.w) = (theta[i], q[i], v[i], w[i]);
     }
 }
 
@@ -142,7 +132,6 @@ impl Transmission {
     /// Steps members by `dt` [s], each under its motor torque, all under the coupling `K` to other joints [N·m or N], gap `b`.
     pub fn advance(&self, members: &mut [Member], gap: f64, torques: &[f64], coupling: f64, dt: f64) {
         let gear = DeadZone { backlash: gap, ..self.dead_zone };
-        let [flying, pressing] = [dt, dt / CONTACT_STEPS as f64].map(|h| self.pace(h));
         let mut pressed = [(0, Step::default()); LANES];
         let mut waiting = 0;
         for k in 0..members.len() {
@@ -155,18 +144,18 @@ impl Transmission {
             let reach = 2.0 * (member.v - member.w).abs() * dt + tau.abs() / self.rotor_inertia * dt * dt;
             if 0.5 * gap - x.abs() >= reach {
                 let torque = gear.of_flanks(x, member.v - member.w);
-                flying.fly(&self.step_of(member, tau, gravity, &flying, reach / dt), member, torque);
+                self.step_of(member, tau, gravity, dt, reach / dt).fly(member, torque);
                 continue;
             }
-            pressed[waiting] = (k, self.step_of(member, tau, gravity, &pressing, reach / dt));
+            pressed[waiting] = (k, self.step_of(member, tau, gravity, dt / CONTACT_STEPS as f64, reach / dt));
             waiting += 1;
             if waiting == LANES {
-                pressing.press(members, &gear, &pressed);
+                press(members, &gear, &pressed);
                 waiting = 0;
             }
         }
         for one in &pressed[..waiting] {
-            pressing.press(members, &gear, &[*one]);
+            press(members, &gear, &[*one]);
         }
     }
 
@@ -180,17 +169,14 @@ impl Transmission {
         self.holds(on_rotor, tau - torque) && self.holds(on_link, torque - gravity)
     }
 
-    /// Steps of `h` [s]. Changes of velocity per torque are computed once: two divisions a sample instead of two a member.
-    fn pace(&self, h: f64) -> Pace {
-        Pace { h, of_rotor: h / self.rotor_inertia, of_link: h / self.link_inertia }
-    }
-
-    /// What stays the same in the steps of a member whose speeds change by at most `change`.
-    fn step_of(&self, member: &Member, tau: f64, gravity: f64, pace: &Pace, change: f64) -> Step {
+    /// What stays the same in steps of `h` [s] of a member, whose speeds change by at most `change`.
+    fn step_of(&self, member: &Member, tau: f64, gravity: f64, h: f64, change: f64) -> Step {
+        // Change of velocity per torque in a step, computed once: two divisions instead of four in every step.
+        let [of_rotor, of_link] = [h / self.rotor_inertia, h / self.link_inertia];
         let [on_rotor, on_link] = member.factors();
-        let rotor = self.levels(member.v, on_rotor, change).map(|friction| pace.of_rotor * friction);
-        let link = self.levels(member.w, on_link, change).map(|friction| pace.of_link * friction);
-        Step { tau, gravity, rotor, link }
+        let rotor = self.levels(member.v, on_rotor, change).map(|friction| of_rotor * friction);
+        let link = self.levels(member.w, on_link, change).map(|friction| of_link * friction);
+        Step { h, tau, gravity, of_rotor, of_link, rotor, link }
     }
 
     /// Whether friction at rest holds against a torque.
