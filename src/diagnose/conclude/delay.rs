@@ -24,8 +24,8 @@ use crate::timeseries::{Estimate, TimeSeries};
 const STEPS: usize = 4;
 /// [1] Step at which the search ends, in standard errors: the next one is less than half as large.
 const SMALL: f64 = 0.3;
-/// [1] Part of a delay which the rows ask back above which it is refuted: half-way between a delay that is right, none of it, and the phase that friction turns, all of
-/// it. Of four late currents (drawn seeds 1094802 to 1094806) 0 to 0.15 were asked back, of three phases (94407, 95421, 99002) 0.9 to 1.
+/// [1] Part of a delay which the rows ask back above which it is refuted: half-way between a delay that is right, none of it, and that of a controller's answers, all of
+/// it. Of four late currents (drawn seeds 1094802 to 1094806) 0 to 0.15 were asked back, of three answers (94407, 95421, 99002) 0.9 to 1.
 const ASKED_BACK: f64 = 0.5;
 
 /// Replaces the delay of a fit by that of shifted currents, where the search converges: every step is less than half the one before.
@@ -46,8 +46,8 @@ pub fn refine(data: &Data, problem: &Problem, selection: &Selection, effects: &m
     }
 }
 
-/// Whether a selection asks for so much of a delay [s] back by which the currents were shifted before it. Friction turns the phase of an oscillating joint as a
-/// late current does; the rows know the friction.
+/// Whether a selection asks for so much of a delay [s] back by which the currents were shifted before it. Where a loop oscillates, transients may show its controller's
+/// late answers; rows tell a late current from those.
 pub fn is_undone(selection: &Selection, delay: f64) -> bool {
     delay > 0.0 && taken(selection).is_some_and(|(_, rest)| rest < -ASKED_BACK * delay)
 }

@@ -18,9 +18,11 @@ use super::{FittedRows, Instrument, Measurement};
 use crate::diagnose::evidence::probability::{calibrated, odds_against};
 use crate::diagnose::residuals::gains;
 use crate::diagnose::result::EffectGain;
+use crate::diagnose::rows::division::Division;
 use crate::effects::Phenomenon;
 use crate::error::Result;
 use crate::robot::Model;
+use crate::timeseries::TimeSeries;
 use channel::Channels;
 use fit::Lags;
 
@@ -48,22 +50,28 @@ impl Instrument<FittedRows<'_>> for VelocityLag {
     }
 }
 
-/// A lag of a joint's channel, where it is noticeable.
-fn sighting(model: &Model, joint: usize, channels: &Channels) -> Option<Sighting> {
+/// [s] Lag of a joint's velocity channel beyond the sensor of the model; `None` where none is noticeable.
+pub fn late_velocity(model: &Model, joint: usize, sessions: &[&TimeSeries], division: Division) -> Option<f64> {
+    Some(noticeable(&Channels::new(model, joint, sessions, division)?)?.total.value)
+}
+
+/// Lags of a joint's channel that exceed one sample interval.
+fn noticeable(channels: &Channels) -> Option<Lags> {
     let least = channels.step;
     let [rough, left] = channels.roughly();
     if rough < ROUGHLY * least && left < LEFT {
         return None;
     }
-    let lags = channels.lags()?;
+    channels.lags().filter(|lags| lags.total.value - least >= SURELY * lags.total.std_error)
+}
+
+fn sighting(model: &Model, joint: usize, channels: &Channels) -> Option<Sighting> {
+    let lags = noticeable(channels)?;
     let Lags { total, delay, time_constant, gain, .. } = lags;
-    if total.value - least < SURELY * total.std_error {
-        return None;
-    }
     Some(Sighting {
         phenomenon: Phenomenon::VelocityLag { delay, time_constant, gain },
         joints: vec![joint],
-        probability: calibrated(odds_against(total.value, least, total.std_error)),
+        probability: calibrated(odds_against(total.value, channels.step, total.std_error)),
         evidence_nats: 0.5 * (total.value / total.std_error).powi(2),
         gain: Some(held_out_gain(channels, &lags)),
         words: format!(
