@@ -1,9 +1,10 @@
-//! The normal, Student's t and the chi-squared distribution. The only module that names statrs.
+//! The normal, Student's t and the chi-squared distribution, and the moments of its logarithm. The only module that names statrs.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
+pub use statrs::function::gamma::digamma;
 
 /// `z`: 97.5 % quantile of the standard normal distribution.
 pub const NORMAL_975: f64 = 1.959_963_984_540_054;
@@ -38,6 +39,31 @@ pub fn student_two_sided(t: f64, freedom: f64) -> f64 {
 /// Probability that a chi-squared variable with `f` degrees of freedom exceeds `x`; an `f` below one counts as one, a negative `x` or a NaN as zero.
 pub fn chi_squared_upper_tail(x: f64, freedom: f64) -> f64 {
     ChiSquared::new(freedom.max(1.0)).map_or(1.0, |chi_squared| chi_squared.sf(x.max(0.0)))
+}
+
+/// `ψ'(x)`, `x > 0`: the variance of the logarithm of a chi-squared variable with `2 x` degrees of freedom.
+///
+/// `ψ'(x) = ψ'(x + 1) + 1/x²` up to the range of the asymptotic series, whose first term left out is below 1e-12 there.
+/// Source: M. Abramowitz, I. Stegun (1964), eqs. 6.4.6 and 6.4.12.
+pub fn trigamma(x: f64) -> f64 {
+    const ASYMPTOTIC: f64 = 12.0;
+    let (mut x, mut sum) = (x, 0.0);
+    while x < ASYMPTOTIC {
+        sum += 1.0 / (x * x);
+        x += 1.0;
+    }
+    let y = 1.0 / (x * x);
+    sum + 1.0 / x + 0.5 * y + y / x * (1.0 / 6.0 - y * (1.0 / 30.0 - y * (1.0 / 42.0 - y / 30.0)))
+}
+
+/// `x > 0` with `ψ'(x) = y`, `y > 0`: bisection of its logarithm between `1/√y`, where `ψ'` is larger, and that plus `1/y + 1`, where it is smaller.
+pub fn inverse_trigamma(y: f64) -> f64 {
+    let (mut low, mut high) = (1.0 / y.sqrt(), 1.0 / y.sqrt() + 1.0 / y + 1.0);
+    while high / low > 1.0 + 1e-12 {
+        let middle = (low * high).sqrt();
+        if trigamma(middle) > y { low = middle } else { high = middle }
+    }
+    high
 }
 
 #[cfg(test)]
@@ -114,5 +140,18 @@ mod tests {
             assert!((normal_upper_tail(x) + normal_upper_tail(-x) - 1.0).abs() < 1e-15);
         }
         assert!((normal_upper_tail(NORMAL_975) / 0.025 - 1.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn published_values_of_the_trigamma_function() {
+        // Abramowitz and Stegun, 6.4.4 and 6.4.5: ψ'(1) = π²/6, ψ'(1/2) = π²/2, ψ'(n + 1) = π²/6 − Σ 1/k².
+        let pi = std::f64::consts::PI.powi(2);
+        for (x, value) in [(1.0, pi / 6.0), (0.5, pi / 2.0), (3.0, pi / 6.0 - 1.25), (2.5, pi / 2.0 - 4.0 - 4.0 / 9.0)]
+        {
+            assert!((trigamma(x) - value).abs() < 1e-11, "{x}: {}", trigamma(x));
+        }
+        for x in [1e-3, 0.22, 1.0, 7.5, 300.0] {
+            assert!((inverse_trigamma(trigamma(x)) / x - 1.0).abs() < 1e-8, "{x}");
+        }
     }
 }

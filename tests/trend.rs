@@ -102,9 +102,9 @@ fn property_a_result_that_stands_apart_is_left_out_and_hides_no_trend() {
     assert!(one(repeats(&halves, 0.1)).left_out.is_empty());
 }
 
-/// Weeks of `results` of eighteen parameters whose errors depend on each other in pairs; stated errors are `stated` times the scatter, and
+/// Weeks of `results` of eighteen parameters whose errors depend on each other in pairs; stated errors are `stated` times the scatter of each, and
 /// the first parameter grows by `drift` standard deviations over the week. Returns in how many the first was named, and any other.
-fn weeks_named(weeks: u64, results: usize, stated: f64, drift: f64) -> [u64; 2] {
+fn weeks_named(weeks: u64, results: usize, stated: impl Fn(usize) -> f64, drift: f64) -> [u64; 2] {
     let mut named = [0, 0];
     for week in 0..weeks {
         let mut rng = ChaCha8Rng::seed_from_u64(week);
@@ -115,7 +115,7 @@ fn weeks_named(weeks: u64, results: usize, stated: f64, drift: f64) -> [u64; 2] 
                 let z: f64 = StandardNormal.sample(&mut rng);
                 last = if i % 2 == 0 { z } else { 0.6 * z - 0.8 * last };
                 let grown = if i == 0 { drift * k as f64 / (results - 1) as f64 } else { 0.0 };
-                one.repeats.push(Repeat { time: k as f64, value: 10.0 + last + grown, std_error: stated });
+                one.repeats.push(Repeat { time: k as f64, value: 10.0 + last + grown, std_error: stated(i) });
             }
         }
         let found = trends(&all, "result", 0.01);
@@ -128,18 +128,31 @@ fn weeks_named(weeks: u64, results: usize, stated: f64, drift: f64) -> [u64; 2] 
 #[test]
 fn property_a_week_without_drift_is_rarely_called_a_change() {
     // Errors stated as they are: the test is on the safe side. Below 1 % of 500 weeks.
-    let [first, others] = weeks_named(500, 14, 1.0, 0.0);
+    let [first, others] = weeks_named(500, 14, |_| 1.0, 0.0);
     assert!(first + others < 5, "{first} and {others} of 500");
     // A fifth of the scatter stated: the excess takes over, and the level is nearly exhausted. Of 4000 weeks, 40 are allowed on
     // average, and 59 or more have a probability of 0.3 %.
-    let [first, others] = weeks_named(4000, 7, 0.2, 0.0);
+    let [first, others] = weeks_named(4000, 7, |_| 0.2, 0.0);
     assert!(first + others < 59, "{first} and {others} of 4000");
+    // One parameter that scatters three times as much as stated beside seventeen that do not, and six of them.
+    for of_how_many in [18, 3] {
+        let [first, others] = weeks_named(4000, 7, |i| if i % of_how_many == 0 { 1.0 / 3.0 } else { 1.0 }, 0.0);
+        assert!(first + others < 59, "{first} and {others} of 4000, every {of_how_many}th");
+    }
+}
+
+/// Seven results: with its own five degrees of freedom alone, a change has to be 7.6 of its standard errors; with the others' support, 5.6.
+#[test]
+fn recover_a_planted_trend_from_one_result_a_day() {
+    // Ten deviations over the week, whose standard error is 1.13 deviations: 8.8 of them.
+    let [first, others] = weeks_named(500, 7, |_| 1.0, 10.0);
+    assert!(first >= 475 && others < 5, "{first} and {others} of 500");
 }
 
 #[test]
 fn recover_a_planted_trend_beside_seventeen_steady_parameters() {
     // 14 results: the change has a standard error of 0.86 deviations, so 8 are nine of its errors. The limit is 4.7 of them.
-    let [first, others] = weeks_named(500, 14, 1.0, 8.0);
+    let [first, others] = weeks_named(500, 14, |_| 1.0, 8.0);
     assert!(first >= 475 && others < 5, "{first} and {others} of 500");
 }
 

@@ -5,11 +5,12 @@
 //!
 //! ```text
 //!   y_k = α + β (t_k − t̄) + e_k            var e_k = s_k² + τ²           w_k = 1/(s_k² + τ²)
-//!   τ² ≥ 0 such that Σ w_k r_k² = n − 2     (0 where the sum is less at τ² = 0)
-//!   t = β/σ_β,  σ_β² = 1/Σ w_k (t_k − t̄)²   with n − 2 degrees of freedom       t̄ weighted by w_k
+//!   τ² ≥ 0 such that Σ w_k r_k² = Σ r_k²/s_k² / max(φ̃, 1)          φ̃: scatter in comparison with the errors stated
+//!   t = β/σ_β,  σ_β² = 1/Σ w_k (t_k − t̄)²   with n − 2 degrees of freedom or more       t̄ weighted by w_k
 //! ```
-//! `τ²` makes the residuals as large as the scatter seen, and never less than the errors stated. With equal `s_k`, `σ_β` is therefore
-//! the usual standard error of a slope, or more, and `t` exceeds a quantile of Student's distribution at most as often as it should.
+//! A parameter alone has `φ̃ = φ = Σ r_k²/s_k²/(n − 2)`, so that the sum is `n − 2`: `τ²` makes the residuals as large as the scatter seen, and never less
+//! than the errors stated. With equal `s_k`, `σ_β` is therefore the usual standard error of a slope, or more, and `t` exceeds a quantile of Student's
+//! distribution at most as often as it should. Several parameters [support each other](pool): if all scatter as stated, each is known better than by its own few residuals.
 //!
 //! A result that stands apart from the line through the others is left out, the most improbable one first: its distance has the variance
 //! of that line there plus `s_k² + τ²`, with n − 3 degrees of freedom. Of the `N` results of all parameters, the probability that any is
@@ -24,8 +25,11 @@
 //! References: R. C. Paule, J. Mandel (1982), Consensus values and weighting factors; J. Hartung, G. Knapp (2001), On tests of the
 //! overall treatment effect in meta-analysis with normally distributed responses; S. Holm (1979).
 
+mod pool;
+
 use serde::Serialize;
 
+use self::pool::{Pool, Ratio};
 use super::quantity::Quantity;
 use crate::distributions::{student_975, student_two_sided};
 
@@ -81,6 +85,8 @@ pub struct Trend {
     pub change_percent: f64,
     /// `τ` scatter between repeats that their standard errors do not explain; same unit as the values.
     pub excess_scatter: f64,
+    /// Degrees of freedom of `σ_β`.
+    pub freedom: f64,
     /// Probability of a `|t|` as large as this, or larger, without a trend.
     pub p_value: f64,
     /// Largest p-value at which a change is named, by Holm's steps.
@@ -106,7 +112,7 @@ impl Trend {
 
     /// 97.5 % quantile of Student's distribution with the degrees of freedom of the line.
     fn quantile(&self) -> f64 {
-        student_975(freedom(&self.history.repeats))
+        student_975(self.freedom)
     }
 }
 
@@ -115,8 +121,9 @@ impl Trend {
 pub fn trends(histories: &[History], unit_of_time: &str, level: f64) -> Vec<Trend> {
     let all: usize = histories.iter().map(|history| history.repeats.len()).sum();
     let improbable = level / all.max(1) as f64;
-    let mut found: Vec<Trend> =
-        histories.iter().filter_map(|history| trend(history, unit_of_time, improbable)).collect();
+    let fits: Vec<Fit> = histories.iter().filter_map(|history| Fit::new(history, improbable)).collect();
+    let pool = Pool::of(&fits.iter().map(|fit| fit.ratio).collect::<Vec<_>>());
+    let mut found: Vec<Trend> = fits.into_iter().map(|fit| fit.trend(pool, unit_of_time)).collect();
     let mut order: Vec<usize> = (0..found.len()).collect();
     order.sort_by(|&a, &b| found[a].p_value.total_cmp(&found[b].p_value));
     let mut named = true;
@@ -162,19 +169,18 @@ impl Line {
     }
 }
 
-/// The line whose excess variance makes `Σ w r²` equal to `n − 2`, and that variance. The sum falls as the variance grows.
-fn balanced(repeats: &[Repeat]) -> (Line, f64) {
-    let freedom = freedom(repeats);
+/// The line whose excess variance makes `Σ w r²` as large as `target`, and that variance. The sum falls as the variance grows.
+fn balanced(repeats: &[Repeat], target: f64) -> (Line, f64) {
     let line = Line::new(repeats, 0.0);
-    if line.chi_squared <= freedom {
+    if line.chi_squared <= target {
         return (line, 0.0);
     }
-    // Bounds: with weights of at least 1/(s² + τ²) for the largest s², the sum cannot exceed n − 2 beyond this.
+    // Bounds: with weights of at least 1/(s² + τ²) for the largest s², the sum cannot exceed the target beyond this.
     let largest = repeats.iter().map(|one| one.std_error * one.std_error).fold(0.0, f64::max);
-    let (mut low, mut high) = (0.0, line.chi_squared * largest / freedom);
+    let (mut low, mut high) = (0.0, line.chi_squared * largest / target);
     while high - low > ACCURACY * high {
         let middle = 0.5 * (low + high);
-        if Line::new(repeats, middle).chi_squared > freedom { low = middle } else { high = middle }
+        if Line::new(repeats, middle).chi_squared > target { low = middle } else { high = middle }
     }
     (Line::new(repeats, high), high)
 }
@@ -196,41 +202,58 @@ fn divided(repeats: &[Repeat], improbable: f64) -> [Vec<Repeat>; 2] {
 fn distance(repeats: &[Repeat], k: usize) -> f64 {
     let mut others = repeats.to_vec();
     let one = others.remove(k);
-    let (line, excess) = balanced(&others);
+    let (line, excess) = balanced(&others, freedom(&others));
     let since = one.time - line.middle;
     let variance = line.variances[0] + since * since * line.variances[1] + one.std_error * one.std_error + excess;
     student_two_sided((one.value - line.level - since * line.slope) / variance.sqrt(), freedom(&others))
 }
 
-/// The trend of one parameter, its p-value not yet compared; `None` where there are too few repeats, or all at one time.
-fn trend(history: &History, unit_of_time: &str, improbable: f64) -> Option<Trend> {
-    let [kept, left_out] = divided(&history.repeats, improbable);
-    let history = History { repeats: kept, ..history.clone() };
-    let repeats = &history.repeats;
-    let (first, last) = (repeats.first()?.time, repeats.last()?.time);
-    if repeats.len() < FEWEST_REPEATS || last <= first {
-        return None;
+/// One parameter without the repeats that stand apart.
+struct Fit {
+    history: History,
+    left_out: Vec<Repeat>,
+    /// `φ`.
+    ratio: Ratio,
+}
+
+impl Fit {
+    /// `None` where there are too few repeats, or all at one time.
+    fn new(history: &History, improbable: f64) -> Option<Self> {
+        let [kept, left_out] = divided(&history.repeats, improbable);
+        let (first, last) = (kept.first()?.time, kept.last()?.time);
+        if kept.len() < FEWEST_REPEATS || last <= first {
+            return None;
+        }
+        let freedom = freedom(&kept);
+        let ratio = Ratio { value: Line::new(&kept, 0.0).chi_squared / freedom, freedom };
+        Some(Self { history: History { repeats: kept, ..history.clone() }, left_out, ratio })
     }
-    let (line, excess) = balanced(repeats);
-    let freedom = freedom(repeats);
-    let [of_level, of_slope] = line.variances.map(f64::sqrt);
-    let of = |value: f64, std_error: f64, unit: &str| Quantity::new(value, std_error, student_975(freedom), unit);
-    let unit = history.unit.clone();
-    let unit = unit.as_str();
-    let (before, span) = (line.middle - first, last - first);
-    let start = of(line.level - line.slope * before, of_level.hypot(before * of_slope), unit);
-    Some(Trend {
-        history,
-        left_out,
-        middle_time: line.middle,
-        mean: of(line.level, of_level, unit),
-        slope: of(line.slope, of_slope, &format!("{unit}/{unit_of_time}")),
-        change: of(line.slope * span, of_slope * span, unit),
-        change_percent: 100.0 * line.slope * span / start.value.abs(),
-        start,
-        excess_scatter: excess.sqrt(),
-        p_value: student_two_sided(line.slope / of_slope, freedom),
-        p_limit: 0.0,
-        changed: false,
-    })
+
+    /// The trend, its p-value not yet compared.
+    fn trend(self, pool: Pool, unit_of_time: &str) -> Trend {
+        let Self { history, left_out, ratio: own } = self;
+        let Ratio { value: ratio, freedom } = pool.beside(own);
+        let repeats = &history.repeats;
+        let (line, excess) = balanced(repeats, own.freedom * own.value / ratio.max(1.0));
+        let [of_level, of_slope] = line.variances.map(f64::sqrt);
+        let unit = history.unit.as_str();
+        let of = |value: f64, std_error: f64, unit: &str| Quantity::new(value, std_error, student_975(freedom), unit);
+        let (before, span) = (line.middle - repeats[0].time, repeats[repeats.len() - 1].time - repeats[0].time);
+        let start = of(line.level - line.slope * before, of_level.hypot(before * of_slope), unit);
+        Trend {
+            left_out,
+            middle_time: line.middle,
+            mean: of(line.level, of_level, unit),
+            slope: of(line.slope, of_slope, &format!("{unit}/{unit_of_time}")),
+            change: of(line.slope * span, of_slope * span, unit),
+            change_percent: 100.0 * line.slope * span / start.value.abs(),
+            start,
+            excess_scatter: excess.sqrt(),
+            freedom,
+            p_value: student_two_sided(line.slope / of_slope, freedom),
+            p_limit: 0.0,
+            changed: false,
+            history,
+        }
+    }
 }
