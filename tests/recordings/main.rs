@@ -32,8 +32,11 @@ const UR10E: [&str; 6] = [
 /// A check by name, the recordings that it needs, what it does.
 type Check = (&'static str, &'static [&'static str], fn());
 
-/// A check that takes minutes: `.ci/long` carries it out.
-const LONG: [Check; 1] = [("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load)];
+/// Checks that take minutes: `.ci/long` carries them out.
+const LONG: [Check; 2] = [
+    ("recover_load_of_the_ur10e_on_all_pairs", &UR10E, ur10e::carries_the_load),
+    ("property_the_wrists_of_the_ur10e_have_one_actuator", &UR10E, ur10e::wrists_have_one_actuator),
+];
 
 const CHECKS: [Check; 11] = [
     (

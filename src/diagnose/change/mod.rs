@@ -278,8 +278,9 @@ fn report(
         friction: problem.motion.joints.iter().map(|joint| joint.friction).collect(),
         rotors: problem.rotors(&fitted),
     };
-    let (first_round, replaced) = (changes.first_round, Vec::new());
-    let mut selection = Selection { taken, first_round, fitted, nominal, as_recorded: unchanged, replaced };
+    let first_round = changes.first_round;
+    let (replaced, residues) = (Vec::new(), Vec::new());
+    let mut selection = Selection { taken, first_round, fitted, nominal, as_recorded: unchanged, replaced, residues };
     let is_effect = |term: &Term| quantity::find(term.effect.name()).is_none();
     let confirmed =
         confirm::confirm(problem, &mut selection, given, &is_effect, None).ok_or_else(|| nothing_moves(model))?;

@@ -43,6 +43,14 @@ impl Taken {
     }
 }
 
+/// A term that moves little torque beside another effect.
+pub struct Residue {
+    /// The term, as an effect.
+    taken: Taken,
+    /// The other effect.
+    beside: &'static str,
+}
+
 /// Largest number of passes of adding and exchanging effects.
 const PASSES: usize = 3;
 
@@ -61,6 +69,8 @@ pub struct Selection {
     pub as_recorded: Vec<Vec<f64>>,
     /// Effects in whose place a shape without physics was found, see [`substitutes`](super::substitutes).
     pub replaced: Vec<Withdrawn>,
+    /// What was dropped beside others.
+    pub residues: Vec<Residue>,
 }
 
 /// The nominal model with its free parameters fitted by plain least squares, which gives its smallest RMS error.
@@ -93,6 +103,18 @@ impl Selection {
     /// All terms.
     pub fn terms(&self) -> Vec<&Term> {
         terms_of(&self.taken)
+    }
+
+    /// Takes again what was dropped beside effects that are taken no longer; returns whether that is anything. It is no substitute for what was withdrawn
+    /// on its joint: both were taken together.
+    fn restore(&mut self) -> bool {
+        let of_taken =
+            |residue: &Residue| self.taken.iter().any(|taken| taken.terms[0].effect.about().name == residue.beside);
+        let (still, restored): (Vec<_>, Vec<_>) = std::mem::take(&mut self.residues).into_iter().partition(of_taken);
+        self.residues = still;
+        let any = !restored.is_empty();
+        self.taken.extend(restored.into_iter().map(|residue| residue.taken));
+        any
     }
 
     /// Fits what is left after an effect was removed.
@@ -153,17 +175,17 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
     }
     // Weak effects beside another are accepted during the passes, because they affect the fit, but are removed at the end.
     prune(problem, &rules.beside_another(), &mut taken);
-    drop_residues(problem, rules, &mut taken)?;
+    let residues = drop_residues(problem, rules, &mut taken)?;
     let fitted = settled(problem, &mut taken, &mut nominal)?;
     problem.count_independent(&fitted);
     let as_recorded = nominal.residuals.clone();
-    Some(Selection { taken, first_round, fitted, nominal, as_recorded, replaced: Vec::new() })
+    Some(Selection { taken, first_round, fitted, nominal, as_recorded, replaced: Vec::new(), residues })
 }
 
-/// Takes further effects beside those of a selection, where room is left; returns whether any was taken.
+/// Takes what was dropped beside effects that were withdrawn since, and further effects where room is left; returns whether any was taken.
 pub fn select_further(problem: &mut Problem, selection: &mut Selection, rules: &Rules) -> Option<bool> {
     problem.free();
-    let mut any = false;
+    let mut any = selection.restore();
     while selection.taken.len() < rules.most {
         let terms: Vec<Term> = selection.terms().into_iter().cloned().collect();
         let fitted = resettle(problem, &mut selection.taken)?;
@@ -177,7 +199,8 @@ pub fn select_further(problem: &mut Problem, selection: &mut Selection, rules: &
         resettle(problem, &mut selection.taken)?;
         prune(problem, &rules.beside_another(), &mut selection.taken);
         join(&mut selection.taken);
-        drop_residues(problem, rules, &mut selection.taken)?;
+        let residues = drop_residues(problem, rules, &mut selection.taken)?;
+        selection.residues.extend(residues);
     }
     selection.settle(problem)?;
     problem.count_independent(&selection.fitted);
@@ -310,10 +333,10 @@ fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
     (0..taken.len()).map(moved).collect()
 }
 
-/// Drops terms that move little torque, in absolute terms or relative to another effect of their joint.
-fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<()> {
+/// Drops terms that move little torque, in absolute terms or relative to another effect of their joint; returns the latter.
+fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<Vec<Residue>> {
     if taken.is_empty() {
-        return Some(());
+        return Some(Vec::new());
     }
     let moved = moved_torque(problem, taken)?;
     let names: Vec<_> = taken.iter().map(|taken| taken.terms[0].effect.about()).collect();
@@ -323,16 +346,30 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
         let part = if alike || strong.name == weak.name { rules.alike_residue } else { rules.residue };
         part * moved[other][joint]
     };
-    let asked = |joint: usize, own: usize| {
-        let of_others = (0..moved.len()).map(|other| beside(joint, own, other)).fold(0.0, f64::max);
-        of_others.max(rules.torque_of(names[own]) * problem.rms_torque(joint))
+    let strongest = |joint: usize, own: usize| {
+        let part = |other: &usize| beside(joint, own, *other);
+        (0..moved.len()).max_by(|a, b| part(a).total_cmp(&part(b))).unwrap_or(own)
     };
-    for (own, (taken, moved)) in taken.iter_mut().zip(&moved).enumerate() {
-        let enough = |term: &Term| term.joints.iter().any(|joint| moved[*joint] >= asked(*joint, own));
-        taken.terms.retain(enough);
+    let of_others = |joint: usize, own: usize| beside(joint, own, strongest(joint, own));
+    let least = |joint: usize, own: usize| rules.torque_of(names[own]) * problem.rms_torque(joint);
+    let mut residues = Vec::new();
+    for (own, one) in taken.iter_mut().enumerate() {
+        let whole = one.clone();
+        one.terms.retain(|term| {
+            let over = |limit: &dyn Fn(usize, usize) -> f64| {
+                term.joints.iter().any(|joint| moved[own][*joint] >= limit(*joint, own))
+            };
+            let enough = over(&|joint, own| of_others(joint, own).max(least(joint, own)));
+            if !enough && over(&least) {
+                let taken = Taken { terms: vec![term.clone()], ..whole.clone() };
+                residues.push(Residue { taken, beside: names[strongest(term.joints[0], own)].name });
+            }
+            enough
+        });
     }
     taken.retain(|taken| !taken.terms.is_empty());
-    resettle(problem, taken).map(|_| ())
+    resettle(problem, taken)?;
+    Some(residues)
 }
 
 /// Drops joints of effects that have little evidence beside the other joints of the same effect: each was found alone, and what the nominal
