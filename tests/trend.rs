@@ -141,7 +141,7 @@ fn property_a_week_without_drift_is_rarely_called_a_change() {
     }
 }
 
-/// Seven results: with its own five degrees of freedom alone, a change has to be 7.6 of its standard errors; with the others' support, 5.6.
+/// Seven results: with its own five degrees of freedom alone, a change has to be 7.8 of its standard errors; with the others' support, 6.5.
 #[test]
 fn recover_a_planted_trend_from_one_result_a_day() {
     // Ten deviations over the week, whose standard error is 1.13 deviations: 8.8 of them.

@@ -5,7 +5,8 @@
 //! 1. `--repeats` runs of scenario 01 on one machine show the errors of a result and the standard errors stated.
 //! 2. `--weeks` weeks of each kind are **drawn**: each result takes all its errors from one of these runs, so with their covariance and
 //!    their outliers, about values that drift.
-//! 3. `--simulated` weeks with drift and as many without are **simulated**, run by run.
+//! 3. Eight times as many weeks without drift are drawn of parameters whose scatter is not that stated, of some or of all.
+//! 4. `--simulated` weeks with drift and as many without are **simulated**, run by run.
 
 #[path = "../../tests/support/weeks.rs"]
 mod weeks;
@@ -18,6 +19,7 @@ use lostmotion::identify::trend::{History, Repeat, Trend, trends};
 use lostmotion::report::results::{histories, symbol};
 use rand::{Rng, RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
 use weeks::{Drift, simulated};
 
 /// First seeds: of the repeats, of the drawn weeks, of the simulated weeks.
@@ -161,6 +163,35 @@ fn drawn(repeats: &Repeats, weeks: u32) {
     }
 }
 
+/// Numbers of parameters, and how many of them scatter three times as much as stated.
+const MIXED: [[usize; 2]; 6] = [[2, 1], [4, 1], [9, 1], [18, 1], [18, 6], [18, 18]];
+
+/// Weeks without drift of parameters of which some scatter three times as much as stated.
+fn mixed(weeks: u32) {
+    println!(
+        "\nDrawn weeks without drift\n\n| parameters | scatter three times as stated | results | any named |\n|---|---|---|---|"
+    );
+    for ([parameters, wide], results) in MIXED.into_iter().flat_map(|kind| RESULTS.map(|results| (kind, results))) {
+        let mut rng = ChaCha8Rng::seed_from_u64(SEEDS[1]);
+        let mut named = 0;
+        for _ in 0..weeks {
+            let mut history = |k: usize| {
+                let std_error = if k < wide { 1.0 / 3.0 } else { 1.0 };
+                let mut repeat =
+                    |time: usize| Repeat { time: time as f64, value: StandardNormal.sample(&mut rng), std_error };
+                let repeats = (0..results).map(&mut repeat).collect();
+                History { joint: String::new(), parameter: String::new(), unit: String::new(), repeats }
+            };
+            let week: Vec<History> = (0..parameters).map(&mut history).collect();
+            named += u32::from(trends(&week, "result", LEVEL).iter().any(|trend| trend.changed));
+        }
+        println!(
+            "| {parameters} | {wide} | {results} | {named} of {weeks} ({:.2} %) |",
+            100.0 * f64::from(named) / f64::from(weeks)
+        );
+    }
+}
+
 /// The histories in these files.
 fn read(files: &[PathBuf]) -> Result<Vec<History>, String> {
     let times: Vec<f64> = (0..files.len()).map(|k| k as f64).collect();
@@ -208,7 +239,9 @@ fn run() -> Result<(), String> {
     let files = simulated(still, repeats, SEEDS[0], &folder.path().join("repeats"));
     let repeats = Repeats::of(read(&files)?, files.len());
     repeats.print();
-    drawn(&repeats, u32::try_from(weeks).map_err(|why| why.to_string())?);
+    let weeks = u32::try_from(weeks).map_err(|why| why.to_string())?;
+    drawn(&repeats, weeks);
+    mixed(8 * weeks);
     run_by_run(week_by_week, folder.path())
 }
 

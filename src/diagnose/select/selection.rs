@@ -360,7 +360,8 @@ fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -
                 term.joints.iter().any(|joint| moved[own][*joint] >= limit(*joint, own))
             };
             let enough = over(&|joint, own| of_others(joint, own).max(least(joint, own)));
-            if !enough && over(&least) {
+            // A cause of the machine explains a part of anything: it stays out.
+            if !enough && !term.is_machine() && over(&least) {
                 let taken = Taken { terms: vec![term.clone()], ..whole.clone() };
                 residues.push(Residue { taken, beside: names[strongest(term.joints[0], own)].name });
             }
