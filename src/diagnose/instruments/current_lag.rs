@@ -66,7 +66,7 @@ pub fn late_current(model: &Model, sessions: &[&TimeSeries], division: Division)
     // Memory for the torque, and for time and both signals after the filter.
     let longest = sessions.iter().map(|session| session.len()).max().unwrap_or(0);
     let of_places = side_by_side(&places, 32 * longest, of_place);
-    let of_joints = of_places.chunks(sessions.len()).map(|lags| lags.concat());
+    let of_joints = of_places.chunks(sessions.len().max(1)).map(|lags| lags.concat());
     let may_be_answers = |(joint, lags): &(usize, Vec<f64>)| {
         let lag = median(lags.clone());
         let late = || late_velocity(model, *joint, sessions, division);

@@ -112,9 +112,14 @@ impl Selection {
             |residue: &Residue| self.taken.iter().any(|taken| taken.terms[0].effect.about().name == residue.beside);
         let (still, restored): (Vec<_>, Vec<_>) = std::mem::take(&mut self.residues).into_iter().partition(of_taken);
         self.residues = still;
-        let any = !restored.is_empty();
-        self.taken.extend(restored.into_iter().map(|residue| residue.taken));
-        any
+        let before = self.taken.len();
+        for Residue { taken: one, .. } in restored {
+            let is_it = |term: &&Term| term.effect == one.terms[0].effect && term.joints == one.terms[0].joints;
+            if !self.terms().iter().any(is_it) {
+                self.taken.push(one);
+            }
+        }
+        self.taken.len() > before
     }
 
     /// Fits what is left after an effect was removed.
