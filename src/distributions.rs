@@ -148,9 +148,11 @@ mod tests {
         let pi = std::f64::consts::PI.powi(2);
         for (x, value) in [(1.0, pi / 6.0), (0.5, pi / 2.0), (3.0, pi / 6.0 - 1.25), (2.5, pi / 2.0 - 4.0 - 4.0 / 9.0)]
         {
+            // The series to 1e-12, and rounding of values up to 5.
             assert!((trigamma(x) - value).abs() < 1e-11, "{x}: {}", trigamma(x));
         }
         for x in [1e-3, 0.22, 1.0, 7.5, 300.0] {
+            // The bisection ends at 1e-12; the relative error of ψ' carries over about once.
             assert!((inverse_trigamma(trigamma(x)) / x - 1.0).abs() < 1e-8, "{x}");
         }
     }

@@ -241,7 +241,7 @@ fn run() -> Result<(), String> {
     repeats.print();
     let weeks = u32::try_from(weeks).map_err(|why| why.to_string())?;
     drawn(&repeats, weeks);
-    mixed(8 * weeks);
+    mixed(weeks.saturating_mul(8));
     run_by_run(week_by_week, folder.path())
 }
 

@@ -40,8 +40,8 @@ const SYSTEMATIC: f64 = 3e-4;
 /// Standard errors by which a delay has to exceed [`NOTICEABLE`]: if joints and sessions disagree about the lag, there is no delay.
 const SURELY: f64 = 4.0;
 
-/// [1] Lag of a controller's answer in lags of the velocity that it reads. With a late velocity it is 0.3 (low-pass) to 1.05 (delay) of that (16 drawn
-/// machines, seeds 99000 to 99107); the rest is for a controller that itself takes as long.
+/// [1] Lag of a controller's answer in lags of the velocity that it reads. It was 0.4 of a low-pass and 0.9 to 1.0 of a delay (drawn seeds 99000
+/// to 99104); the rest is for a controller that itself takes as long. Not calibrated.
 const ANSWER: f64 = 2.0;
 
 /// Delay of the current.

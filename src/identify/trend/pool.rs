@@ -79,6 +79,7 @@ mod tests {
         let found = pool.beside(Ratio { value: 2.0, freedom: 5.0 });
         let others = 2.0 * (2.5f64.ln() - digamma(2.5)).exp();
         assert_eq!(found.freedom, 6.25);
+        // Rounding.
         assert!((found.value - (1.25 * others + 10.0) / 6.25).abs() < 1e-12, "{found:?}");
     }
 
@@ -86,7 +87,7 @@ mod tests {
     fn property_ratios_that_differ_stand_for_themselves() {
         let pool = Pool::of(&ratios(&[1e-4, 1.0, 1e4], 5.0));
         let found = pool.beside(Ratio { value: 3.0, freedom: 5.0 });
-        // var e = ln(1e4)² = 85, so d₀/2 = 1/√85 to first order: 0.22 degrees of freedom of five.
+        // var e = ln(1e4)² = 85, so d₀/2 = 1/√85 to first order: 0.22 degrees of freedom beside five; the second order is some hundredths of that.
         assert!((found.freedom - 5.22).abs() < 0.01, "{found:?}");
         let alone = Ratio { value: 3.0, freedom: 5.0 };
         assert_eq!(Pool::of(&[alone]).beside(alone), alone);

@@ -65,6 +65,7 @@ fn noticeable(channels: &Channels) -> Option<Lags> {
     channels.lags().filter(|lags| lags.total.value - least >= SURELY * lags.total.std_error)
 }
 
+/// A lag of a joint's channel, where it is noticeable.
 fn sighting(model: &Model, joint: usize, channels: &Channels) -> Option<Sighting> {
     let lags = noticeable(channels)?;
     let Lags { total, delay, time_constant, gain, .. } = lags;
