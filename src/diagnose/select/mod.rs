@@ -3,6 +3,7 @@
 //! Takes a regression problem and the catalogue. Gives the effects that are named, with gains, rivals and probability, and those withdrawn.
 //! - `candidates`: the best term of each effect on each joint, with its evidence
 //! - `selection`: takes effects by evidence, one after the other
+//! - `residues`: what moves little torque beside another effect, and comes back without it
 //! - `masked`: two effects of one joint, neither of which has evidence without the other
 //! - `substitutes`: withdraws names that a pattern describes better
 //! - `confirm`: withdraws effects without a gain on held-out data; `own_gains`: these gains
@@ -17,5 +18,6 @@ pub mod findings;
 pub mod masked;
 pub mod naming;
 pub mod own_gains;
+pub mod residues;
 pub mod selection;
 pub mod substitutes;

@@ -7,6 +7,7 @@
 
 use super::candidates::{Candidate, candidates, choose};
 use super::masked::masked;
+use super::residues::{Residue, drop_residues, restore};
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weighed};
 use crate::diagnose::fit::baseline::JointBaseline;
@@ -41,14 +42,6 @@ impl Taken {
     pub fn inaccuracy(&self, rules: &Rules) -> Inaccuracy {
         rules.inaccuracy(self.terms[0].effect.about())
     }
-}
-
-/// A term that moves little torque beside another effect.
-pub struct Residue {
-    /// The term, as an effect.
-    taken: Taken,
-    /// The other effect.
-    beside: &'static str,
 }
 
 /// Largest number of passes of adding and exchanging effects.
@@ -103,23 +96,6 @@ impl Selection {
     /// All terms.
     pub fn terms(&self) -> Vec<&Term> {
         terms_of(&self.taken)
-    }
-
-    /// Takes again what was dropped beside effects that are taken no longer; returns whether that is anything. It is no substitute for what was withdrawn
-    /// on its joint: both were taken together.
-    fn restore(&mut self) -> bool {
-        let of_taken =
-            |residue: &Residue| self.taken.iter().any(|taken| taken.terms[0].effect.about().name == residue.beside);
-        let (still, restored): (Vec<_>, Vec<_>) = std::mem::take(&mut self.residues).into_iter().partition(of_taken);
-        self.residues = still;
-        let before = self.taken.len();
-        for Residue { taken: one, .. } in restored {
-            let is_it = |term: &&Term| term.effect == one.terms[0].effect && term.joints == one.terms[0].joints;
-            if !self.terms().iter().any(is_it) {
-                self.taken.push(one);
-            }
-        }
-        self.taken.len() > before
     }
 
     /// Fits what is left after an effect was removed.
@@ -190,7 +166,7 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
 /// Takes what was dropped beside effects that were withdrawn since, and further effects where room is left; returns whether any was taken.
 pub fn select_further(problem: &mut Problem, selection: &mut Selection, rules: &Rules) -> Option<bool> {
     problem.free();
-    let mut any = selection.restore();
+    let mut any = restore(&mut selection.residues, &mut selection.taken);
     while selection.taken.len() < rules.most {
         let terms: Vec<Term> = selection.terms().into_iter().cloned().collect();
         let fitted = resettle(problem, &mut selection.taken)?;
@@ -315,67 +291,6 @@ pub fn evidence_beside(
 /// [nats] Evidence on all joints.
 fn total(evidence: &[Evidence]) -> f64 {
     evidence.iter().map(|evidence| evidence.nats).sum()
-}
-
-/// RMS torque [N·m or N] that each taken effect moves on each joint: `moved[effect][joint]`.
-fn moved_torque(problem: &Problem, taken: &[Taken]) -> Option<Vec<Vec<f64>>> {
-    let all = terms_of(taken);
-    let with = problem.fit_loosely(&all, Part::Train)?;
-    let moved = |index: usize| {
-        let others: Vec<&Term> =
-            taken.iter().enumerate().filter(|(other, _)| *other != index).flat_map(|(_, taken)| &taken.terms).collect();
-        let without = problem.fit_beside(&others, &with)?;
-        let pairs = with.solution.residual.iter().zip(&without.solution.residual);
-        Some(
-            pairs
-                .map(|(a, b)| {
-                    let power: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
-                    (power / a.len().max(1) as f64).sqrt()
-                })
-                .collect(),
-        )
-    };
-    (0..taken.len()).map(moved).collect()
-}
-
-/// Drops terms that move little torque, in absolute terms or relative to another effect of their joint; returns the latter.
-fn drop_residues(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Option<Vec<Residue>> {
-    if taken.is_empty() {
-        return Some(Vec::new());
-    }
-    let moved = moved_torque(problem, taken)?;
-    let names: Vec<_> = taken.iter().map(|taken| taken.terms[0].effect.about()).collect();
-    let beside = |joint: usize, own: usize, other: usize| {
-        let (strong, weak) = (names[other], names[own]);
-        let alike = strong.look_alikes.contains(&weak.name) || weak.look_alikes.contains(&strong.name);
-        let part = if alike || strong.name == weak.name { rules.alike_residue } else { rules.residue };
-        part * moved[other][joint]
-    };
-    let strongest = |joint: usize, own: usize| {
-        let part = |other: &usize| beside(joint, own, *other);
-        (0..moved.len()).max_by(|a, b| part(a).total_cmp(&part(b))).unwrap_or(own)
-    };
-    let of_others = |joint: usize, own: usize| beside(joint, own, strongest(joint, own));
-    let least = |joint: usize, own: usize| rules.torque_of(names[own]) * problem.rms_torque(joint);
-    let mut residues = Vec::new();
-    for (own, one) in taken.iter_mut().enumerate() {
-        let whole = one.clone();
-        one.terms.retain(|term| {
-            let over = |limit: &dyn Fn(usize, usize) -> f64| {
-                term.joints.iter().any(|joint| moved[own][*joint] >= limit(*joint, own))
-            };
-            let enough = over(&|joint, own| of_others(joint, own).max(least(joint, own)));
-            // A cause of the machine explains a part of anything: it stays out.
-            if !enough && !term.is_machine() && over(&least) {
-                let taken = Taken { terms: vec![term.clone()], ..whole.clone() };
-                residues.push(Residue { taken, beside: names[strongest(term.joints[0], own)].name });
-            }
-            enough
-        });
-    }
-    taken.retain(|taken| !taken.terms.is_empty());
-    resettle(problem, taken)?;
-    Some(residues)
 }
 
 /// Drops joints of effects that have little evidence beside the other joints of the same effect: each was found alone, and what the nominal
