@@ -38,6 +38,12 @@ impl Taken {
 }
 
 impl Taken {
+    /// Whether a candidate is the same effect on the same joints.
+    fn is(&self, candidate: &Candidate) -> bool {
+        let joints = self.terms.iter().flat_map(|term| &term.joints);
+        candidate.effect() == self.terms[0].effect && candidate.joints().iter().eq(joints)
+    }
+
     /// What its evidence has to exceed.
     pub fn inaccuracy(&self, rules: &Rules) -> Inaccuracy {
         rules.inaccuracy(self.terms[0].effect.about())
@@ -141,15 +147,15 @@ pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&st
             fitted = resettle(problem, &mut taken)?;
         }
         let before = taken.len();
-        prune(problem, rules, &mut taken);
+        let explained = prune(problem, rules, &mut taken);
         join(&mut taken);
         let fewer_joints = prune_joints(problem, rules, &mut taken)?;
         if taken.len() == 1 && (before > 1 || fewer_joints) {
             fitted = resettle(problem, &mut taken)?;
             problem.count_independent(&fitted);
-            judge_again(problem, rules, &mut taken, false);
+            judge_again(problem, rules, &mut taken, &explained, false);
         }
-        if taken.len() < 2 || !judge_again(problem, rules, &mut taken, true) {
+        if taken.len() < 2 || !judge_again(problem, rules, &mut taken, &explained, true) {
             break;
         }
         fitted = resettle(problem, &mut taken)?;
@@ -225,8 +231,8 @@ fn join(taken: &mut Vec<Taken>) {
 
 /// Judges each taken effect and its rivals again beside the others. With `exchange`, the first one in whose place another effect predicts
 /// better is replaced by that effect; returns whether one was. The new search may find less of the effect than was taken, such as a line at
-/// another order on fewer joints: what was taken counts.
-fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchange: bool) -> bool {
+/// another order on fewer joints: what was taken counts. What the others `explained` is no rival.
+fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], explained: &[Taken], exchange: bool) -> bool {
     for index in 0..taken.len() {
         let effect = taken[index].terms[0].effect;
         let others: Vec<Term> = taken
@@ -237,7 +243,8 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], exchan
             .collect();
         let mut found = candidates(problem, &others, rules);
         let of_others = |candidate: &Candidate| others.iter().any(|term| term.effect == candidate.effect());
-        found.retain(|candidate| candidate.effect() == effect || !of_others(candidate));
+        let is_explained = |candidate: &Candidate| explained.iter().any(|one| one.is(candidate));
+        found.retain(|candidate| candidate.effect() == effect || !of_others(candidate) && !is_explained(candidate));
         let Some(best) = choose(&found, rules) else { continue };
         let own = found.iter().find(|candidate| candidate.effect() == effect && candidate.is_accepted(rules));
         let of_taken = evidence_beside(problem, taken, index, taken[index].inaccuracy(rules));
@@ -326,21 +333,31 @@ fn superfluous_joint(problem: &Problem, rules: &Rules, taken: &[Taken]) -> Optio
     weakest.map(|(index, place, _)| (index, place))
 }
 
-/// Drops effects that the others make superfluous, the weakest first.
-fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) {
+/// Drops effects that the others make superfluous, the weakest first. Returns those that the others explain: each of these has evidence beside the
+/// dropped one too, which had none beside them.
+fn prune(problem: &mut Problem, rules: &Rules, taken: &mut Vec<Taken>) -> Vec<Taken> {
+    let mut explained = Vec::new();
     while taken.len() > 1 {
-        let weakest = (0..taken.len())
-            .filter_map(|index| Some((index, evidence_beside(problem, taken, index, taken[index].inaccuracy(rules))?)))
-            .map(|(index, evidence)| (index, total(&evidence), evidence))
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((index, nats, evidence)) = weakest else { return };
-        let log_scale = evidence.iter().map(|e| e.log_scale).fold(f64::NEG_INFINITY, f64::max);
-        if rules.support(nats, log_scale) {
-            return;
+        let beside = |index| evidence_beside(problem, taken, index, taken[index].inaccuracy(rules));
+        let mut judged: Vec<(usize, f64, bool)> = (0..taken.len())
+            .filter_map(|index| Some((index, supported(rules, &beside(index)?))))
+            .map(|(index, (nats, is_supported))| (index, nats, is_supported))
+            .collect();
+        judged.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((&(weakest, _, false), others)) = judged.split_first() else { break };
+        let dropped = taken.remove(weakest);
+        if others.iter().all(|(_, _, is_supported)| *is_supported) {
+            explained.push(dropped);
         }
-        taken.remove(index);
         if resettle(problem, taken).is_none() {
-            return;
+            break;
         }
     }
+    explained
+}
+
+/// Evidence on all joints [nats], and whether it supports an effect.
+fn supported(rules: &Rules, evidence: &[Evidence]) -> (f64, bool) {
+    let log_scale = evidence.iter().map(|e| e.log_scale).fold(f64::NEG_INFINITY, f64::max);
+    (total(evidence), rules.support(total(evidence), log_scale))
 }
