@@ -61,25 +61,36 @@ fn rivals(taken: &Taken, rules: &Rules) -> (Vec<String>, f64) {
     };
     // Many rows show a line of a thousandth of the torque beyond doubt; it is there or not, whatever else explains the torque.
     let slight = |rival: &Candidate| rival.log_scale() <= rules.log_scale && worse(rival) > MODEL_ERROR;
-    let able = || taken.rivals.iter().filter(|rival| rival.sensible && !slight(rival));
+    let able =
+        || taken.rivals.iter().filter(|rival| rival.sensible && !slight(rival) && contested(rival, &joints).1 > 0);
     let close = |rival: &&Candidate| {
-        let share = rival.total() / total;
+        let share = contested(rival, &joints).0 / total;
         share > CLOSE || share > FAR && worse(rival) < MODEL_ERROR
     };
     let names = able().filter(close).map(|rival| rival.effect().name().to_owned()).collect();
-    let probability = probability(total, own, rules, able());
+    let probability = probability(total, own, rules, able().map(|rival| contested(rival, &joints)));
     (names, probability)
 }
 
+/// Evidence [nats] and complexity of a rival where it competes for these joints: an effect of other joints explains nothing of theirs.
+fn contested(rival: &Candidate, joints: &[usize]) -> (f64, usize) {
+    if rival.terms[0].is_machine() {
+        return (rival.total(), rival.complexity());
+    }
+    let nats = joints.iter().map(|joint| rival.evidence[*joint].nats).sum();
+    let terms = rival.terms.iter().filter(|term| joints.contains(&term.joints[0]));
+    (nats, terms.map(Term::complexity).sum())
+}
+
 /// Probability that an effect with this evidence is the true one. Every model is somewhat inaccurate, so differences of evidence count relative
-/// to the evidence. A rival is penalised if it has more parameters than the effect. No effect at all is a rival too, with as much evidence
+/// to the evidence. A rival, with its evidence and complexity, is penalised if it has more parameters than the effect. No effect at all is a rival too, with as much evidence
 /// as inaccurate laws leave behind.
-pub fn probability<'c>(total: f64, own: usize, rules: &Rules, rivals: impl Iterator<Item = &'c Candidate>) -> f64 {
+pub fn probability(total: f64, own: usize, rules: &Rules, rivals: impl Iterator<Item = (f64, usize)>) -> f64 {
     let unit = rules.tied(total);
     let odds = |difference: f64| (difference / unit).exp();
-    let of_rival = |rival: &Candidate| {
-        let extra = rival.complexity().saturating_sub(own).min(1) as f64;
-        odds(rival.total() - total - extra * (rules.tie * total + unit))
+    let of_rival = |(nats, complexity): (f64, usize)| {
+        let extra = complexity.saturating_sub(own).min(1) as f64;
+        odds(nats - total - extra * (rules.tie * total + unit))
     };
     let of_rivals: f64 = rivals.map(of_rival).sum();
     beside_rivals(of_rivals, odds(rules.further - total))
@@ -91,27 +102,33 @@ mod tests {
     use crate::diagnose::evidence::prediction::Evidence;
     use crate::effects::{Effect, find};
 
-    /// Of a name on one joint, by evidence and the fall of the error's logarithm.
-    fn candidate(name: &str, nats: f64, log_scale: f64) -> Candidate {
+    /// Of a name on one of two joints, by evidence and the fall of the error's logarithm.
+    fn candidate(name: &str, joint: usize, nats: f64, log_scale: f64) -> Candidate {
         let effect = find(name).and_then(Effect::diagnosable).expect("a diagnosable effect of the catalogue").into();
-        let term = Term { effect, joints: vec![0], shape: Vec::new(), free_shapes: 0, columns: vec![vec![Vec::new()]] };
-        Candidate { terms: vec![term], evidence: vec![Evidence { nats, log_scale }], sensible: true }
+        let columns = vec![vec![Vec::new()]];
+        let term = Term { effect, joints: vec![joint], shape: Vec::new(), free_shapes: 0, columns };
+        let mut evidence = vec![Evidence::default(); 2];
+        evidence[joint] = Evidence { nats, log_scale };
+        Candidate { terms: vec![term], evidence, sensible: true }
     }
 
     /// A spring that halves the error has little evidence beside deviations that imitate it. A ripple of one percent of the error with three times the
-    /// evidence does not make it less probable; one that lowers the error by as much does.
+    /// evidence does not make it less probable, nor does one of another joint; one that lowers the error by as much does.
     #[test]
-    fn property_a_rival_that_could_not_be_named_takes_no_probability() {
+    fn property_a_rival_that_could_not_explain_as_much_takes_no_probability() {
         let rules = Rules::default();
-        let of = |rivals: &[Candidate]| {
-            let one = candidate("cable_spring", 20.0, 0.7);
-            super::rivals(&Taken { terms: one.terms, evidence: one.evidence, rivals: rivals.to_vec() }, &rules)
+        let of = |rival: Candidate| {
+            let Candidate { terms, evidence, .. } = candidate("cable_spring", 0, 20.0, 0.7);
+            rivals(&Taken { terms, evidence, rivals: vec![rival] }, &rules)
         };
-        let (names, alone) = of(&[]);
-        assert!(names.is_empty());
-        assert_eq!(of(&[candidate("cogging", 60.0, 0.01)]), (names, alone));
-        let (names, beside) = of(&[candidate("cogging", 60.0, 0.7)]);
-        assert!(names == ["cogging"] && beside < 0.5 * alone, "{names:?} {beside} {alone}");
+        let (names, without) = of(candidate("cogging", 0, 0.0, 0.0));
+        assert!(names.is_empty() && without > 0.5, "{without}");
+        for other in [candidate("cogging", 1, 60.0, 0.7), candidate("cogging", 0, 60.0, 0.01)] {
+            let (names, beside) = of(other);
+            assert!(names.is_empty() && beside >= without, "{names:?} {beside} {without}");
+        }
+        let (names, beside) = of(candidate("cogging", 0, 60.0, 0.7));
+        assert!(names == ["cogging"] && beside < 0.5 * without, "{names:?} {beside} {without}");
     }
 
     fn measured(values: [(&str, f64, f64); 2]) -> BTreeMap<String, Measured> {
