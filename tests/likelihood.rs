@@ -162,7 +162,7 @@ fn property_a_delay_of_the_positions_costs_no_score() {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_friction_and_gap_from_a_start_that_is_off() {
     let planted = planted(&Order::nothing(700_002));
     let mut start = planted.healthy.clone();
@@ -197,7 +197,7 @@ fn recover_friction_and_gap_from_a_start_that_is_off() {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn property_a_healthy_machine_gains_nothing_by_an_effect() {
     let planted = planted(&Order::nothing(700_003));
     let baseline = fit_baseline(&planted.healthy, &planted.train, &Settings::default()).expect("a fit");
@@ -234,14 +234,14 @@ fn gains(effect: &str, seed: u64, starts: &[&[(&str, f64)]], free: &[(&str, Scal
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_compliance_from_the_motor_side() {
     let starts: [&[(&str, f64)]; 3] = [&[("stiffness", 600.0)], &[("stiffness", 300.0)], &[("stiffness", 150.0)]];
     gains("joint_compliance", 700_004, &starts, &[("stiffness", Scale::Times(0.3))]);
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_friction_that_grows_at_rest() {
     let start = [("growth", 0.05), ("time_constant", 1.0)];
     let free = [("growth", Scale::By(0.02)), ("time_constant", Scale::Times(0.3))];
@@ -249,7 +249,7 @@ fn recover_friction_that_grows_at_rest() {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_a_gap_that_varies_from_the_motor_side() {
     // Starts as close as the score of a phase is wide: half a spacing of 22 degrees moves a flank by a count.
     let of = |order: f64, k: u32| [("amplitude", 0.003), ("order", order), ("phase", FRAC_PI_8 * f64::from(k) - PI)];
@@ -262,7 +262,7 @@ fn recover_a_gap_that_varies_from_the_motor_side() {
 
 /// From a baseline whose gaps are constant and were 1.3 times too large.
 #[test]
-#[ignore = "too long for .ci/run: .ci/long carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_gaps_that_vary_without_a_start() {
     let drawn = Drawn::new(&Order::one("position_dependent_backlash", 1.0, 700_006));
     let truth = drawn.truth();
@@ -328,13 +328,13 @@ fn sought(order: &Order, gap: Option<f64>, soft: bool) {
 }
 
 #[test]
-#[ignore = "too long for .ci/run: .ci/long carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_soft_gears_from_gaps_that_are_off() {
     sought(&Order::one("joint_compliance", 1.0, 700_004), Some(1.2), true);
 }
 
 #[test]
-#[ignore = "too long for .ci/run: .ci/long carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_gaps_that_nobody_knows_about() {
     sought(&Order::nothing(700_007), None, false);
 }

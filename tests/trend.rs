@@ -189,7 +189,7 @@ fn command(files: &[PathBuf], more: &[&str], out: &Path) -> (Option<i32>, Value)
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_drifting_friction_and_gap_from_a_simulated_week() {
     let folder = tempfile::tempdir().unwrap();
     let files = simulated(Drift { friction: 0.1, gap: 0.2 }, 14, 9001, &folder.path().join("week"));
@@ -215,7 +215,7 @@ fn recover_drifting_friction_and_gap_from_a_simulated_week() {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn property_a_simulated_week_without_drift_raises_no_change() {
     let folder = tempfile::tempdir().unwrap();
     let files = simulated(Drift { friction: 0.0, gap: 0.0 }, 7, 9101, &folder.path().join("week"));

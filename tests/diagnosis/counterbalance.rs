@@ -48,7 +48,7 @@ fn recover_a_counterbalance_on_the_planar_arm() {
 /// On the second axis of a large arm, whose links are known: 20 N·m. Beside masses that are off by 10 %, gravity of the links before a level
 /// axis takes it for its own, and `link_inertia` is named.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_a_counterbalance_on_the_second_of_six_joints() {
     let amplitude = 20.0;
     let mut drawn = machine(Arm::SixJoints, 0.0, 33_110);

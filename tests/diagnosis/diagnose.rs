@@ -22,7 +22,7 @@ fn diagnosis_with(truth: &Model, seed: u64, extra: &dyn Fn(usize, f64, f64) -> f
 type Planted = (&'static str, Option<&'static str>, &'static [(&'static str, f64)]);
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_the_planted_effect_alone_and_its_parameters() {
     let planted: [Planted; 11] = [
         ("viscous_asymmetry", Some("joint1"), &[("positive", 0.5), ("negative", 0.35)]),

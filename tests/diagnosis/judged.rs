@@ -58,7 +58,7 @@ fn property_what_is_not_judged_by_simulation_is_said_in_a_sentence() {
 
 /// Without time the baseline alone is fitted: nothing is named, and all sets are listed as not tried.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn property_sets_without_time_are_listed_as_not_tried() {
     let (found, sessions) = diagnosed(&Order::nothing(700_020), 0.0);
     let options = judge::Options { seconds: 0.0, ..judge::Options::default() };
@@ -120,14 +120,14 @@ fn property_a_judged_machine_is_adopted_with_a_gain_only() {
 // The machines of docs/gate.md.
 
 #[test]
-#[ignore = "too long for .ci/run: .ci/long carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_friction_that_grows_at_rest_by_judgement() {
     let judgement = judged(&Order::one("dwell_stiction", 1.0, 860_000), 0.0, &["dwell_stiction", "joint_compliance"]);
     assert!(judgement.supports("dwell_stiction") && judgement.names.len() == 1, "{:?}", judgement.names);
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn property_no_name_for_a_healthy_machine_with_an_inexact_model() {
     let judgement = judged(&Order::nothing(860_000), 1.0, &judge::Options::default().unseen);
     assert!(judgement.names.iter().all(|name| name.probability < 0.5), "{:?}", judgement.names);

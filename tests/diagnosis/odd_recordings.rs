@@ -81,7 +81,7 @@ fn odd(name: &str, rng: &mut ChaCha8Rng) -> TimeSeries {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn property_no_recording_makes_a_diagnosis_or_an_identification_panic() {
     let mut rng = ChaCha8Rng::seed_from_u64(41);
     let (models, options) = (models(), Options::default());

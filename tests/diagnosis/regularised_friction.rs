@@ -18,7 +18,7 @@ fn diagnosed(drawn: &Drawn) -> Diagnosis {
 
 /// Machines whose model file gives the friction, so that a free law does not take the lack of it for its own.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_the_velocity_of_regularised_friction() {
     let six = |rough: f64| Some(Field { arm: Arm::SixJoints, rough });
     [(None, 33_200), (None, 33_201), (six(1.0), 33_203)].into_par_iter().for_each(|(field, seed)| {

@@ -80,7 +80,7 @@ fn recover_a_load_of_a_link_beside_a_rough_model() {
 
 /// An amplitude in newton metres is as uncertain as the torque constant in which it was measured, 5 % here, however well the rows agree.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_an_amplitude_beside_torque_constants_that_are_off() {
     let amplitude = 0.05;
     (7120..7122).into_par_iter().for_each(|seed| {
@@ -103,7 +103,7 @@ fn recover_an_amplitude_beside_torque_constants_that_are_off() {
 
 /// A tilt is seen by the weight of links whose masses are known to 10 %, in torque of motors known to 5 %: its error contains both.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_a_tilt_beside_masses_that_are_off() {
     let tilt = 0.05;
     (7130..7132).into_par_iter().for_each(|seed| {

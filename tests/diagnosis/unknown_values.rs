@@ -123,7 +123,7 @@ fn analytic_an_unknown_rotor_is_a_share_of_its_link() {
 
 /// Nothing is hidden: nothing is named, whatever the model file leaves out.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_nothing_from_a_healthy_arm_without_values() {
     let sessions: Vec<TimeSeries> = fast_sessions(70).iter().map(as_torque).collect();
     for (word, forget) in UNKNOWN {

@@ -229,7 +229,7 @@ fn regress_a_comparison_tells_what_it_cannot_name_and_puts_the_surest_first() {
 }
 
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn regress_a_comparison_reads_no_commands() {
     // Long recordings are compared without them: six joints of half an hour at 1 kHz have 86 MB of commands.
     let healthy = Data::of(&arm(true), &arm(true), 4600);

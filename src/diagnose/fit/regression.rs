@@ -155,6 +155,12 @@ impl System {
         (a, b)
     }
 
+    /// Weighted least squares at these weights and scales; `None` where the columns do not determine the coefficients.
+    pub fn weighted(&self, weights: &[Vec<f64>], scale: &[f64]) -> Option<DVector<f64>> {
+        let (a, b) = self.normal(weights, scale);
+        Some(Equilibrated::new(&a)?.solve(&b))
+    }
+
     /// Fits the coefficients; `None` where the columns do not determine them.
     pub fn solve(&self, nu: f64) -> Option<Solution> {
         let weights = self.blocks.iter().map(|block| vec![1.0; block.y.len()]).collect();
@@ -168,9 +174,7 @@ impl System {
         let mut result = None;
         let rows: usize = self.blocks.iter().map(|block| block.y.len()).sum();
         for _ in 0..MOST_ITERATIONS {
-            let (a, b) = self.normal(&weights, &scale);
-            let factor = Equilibrated::new(&a)?;
-            let coefficients = factor.solve(&b);
+            let coefficients = self.weighted(&weights, &scale)?;
             let residual: Vec<Vec<f64>> = self.blocks.iter().map(|block| block.residual(&coefficients)).collect();
             for ((e, w), s) in residual.iter().zip(&mut weights).zip(&mut scale) {
                 *s = (sum(e, w, |e, w| w * e * e) / sum(w, w, |w, _| w).max(1e-300)).sqrt().max(1e-12);
@@ -209,11 +213,10 @@ impl Score {
     /// `priors` are precisions of coefficients, as in a [`System`], per row of the block.
     pub fn new(block: &Block, residual: &[f64], weights: &[f64], scale: f64, priors: &[(usize, f64)]) -> Self {
         let weights: Vec<f64> = weights.iter().map(|w| w / (scale * scale)).collect();
-        let columns: Vec<Vec<f64>> = block.columns.iter().map(|(_, x)| x.clone()).collect();
-        let weighted: Vec<Vec<f64>> =
-            columns.iter().map(|x| x.iter().zip(&weights).map(|(x, w)| x * w).collect()).collect();
-        let n = columns.len();
-        let mut a = DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &weighted[j]));
+        let weighted =
+            block.columns.iter().map(|(_, x)| x.iter().zip(&weights).map(|(x, w)| x * w).collect()).collect();
+        let n = block.columns.len();
+        let mut a = block.products(&weights).view((0, 0), (n, n)).into_owned();
         for (i, (index, _)) in block.columns.iter().enumerate() {
             a[(i, i)] += priors.iter().filter(|(of, _)| of == index).map(|(_, precision)| precision).sum::<f64>();
             a[(i, i)] = a[(i, i)] * (1.0 + 1e-9) + 1e-300;

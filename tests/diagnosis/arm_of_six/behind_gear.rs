@@ -71,7 +71,7 @@ fn recover_a_heavier_tool_behind_the_gears() {
 
 /// The same torque taken for that of the motors: rotors and friction are missing in it, and that is said.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn property_the_place_of_the_sensor_matters() {
     let found = diagnosed_from(heavy_rotors(), &sensed(&symmetric(), &[], 71, Channel::Torque));
     println!("{:?} {:?}", found.verdict, found.mistakes);

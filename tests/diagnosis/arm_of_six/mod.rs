@@ -160,7 +160,7 @@ fn property_nothing_is_found_in_a_sound_arm_with_a_rough_model() {
 /// what a name needs, and 50 for a load as heavy as the link. Deviations of other bodies and of centres leave less: 14, 10 and less at half,
 /// 33 to 62 here, for three seeds.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn recover_a_load_as_heavy_as_the_last_link_beside_a_rough_model() {
     let machine = symmetric();
     let mass = machine.robot.bodies[5].inertia.mass;

@@ -34,7 +34,7 @@ fn parallelogram() -> Model {
 /// A model that does not know of the coupling does not explain the recording, and the diagnosis does not pass it as sound. The weight of the
 /// forearm makes this plain; the wrist above weighs less than its model is accurate, and its coupling is not seen.
 #[test]
-#[ignore = "long: .ci/run carries it out"]
+#[ignore = "long: .ci/long carries it out"]
 fn property_a_coupling_that_the_model_lacks_is_no_sound_arm() {
     let recorded = recorded_on(&parallelogram(), &[], 61);
     let knows = diagnosed_from(parallelogram(), &recorded);
