@@ -4,18 +4,23 @@
 //! that rows where the links do not follow (before a change of flank) have a small weight. The fit uses expectation maximisation:
 //! `w = (ν + 1)/(ν + e²/s²)`, weighted least squares, `s² = Σ w e²/Σ w`. `ν = ∞` is plain least squares.
 //! At convergence `Σ w` is the number of rows; dividing by `Σ w` during the iterations needs far fewer of them.
+//! The matrix of the normal equations is formed anew only when the weights have changed: the gradient of the present weights decides where
+//! iterations end, the matrix only how fast they get there.
 //! References: K. Lange, R. Little, J. Taylor (1989), Robust statistical modeling using the t distribution;
 //! J. Kent, D. Tyler, Y. Vardi (1994), A curious likelihood identity for the multivariate t-distribution, for the faster scale.
 
 use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn};
 
-use crate::linear::Equilibrated;
+use crate::linear::{Equilibrated, RIDGE};
 
 /// Degrees of freedom of the error.
 pub const NU: f64 = 3.0;
 const MOST_ITERATIONS: usize = 40;
 /// [1] Change of the mean log-likelihood at which iterations end.
 const CONVERGED: f64 = 1e-7;
+/// [1] Mean change of the weights at which the matrix is formed anew. A matrix that is off by a share `c` leaves that share of a step, less than the third
+/// that the weights of three degrees of freedom leave anyway.
+const CHANGED: f64 = 0.1;
 
 /// One torque: the left side, and the columns that may explain it.
 #[derive(Debug, Clone, Default)]
@@ -67,26 +72,41 @@ impl Block {
 }
 
 impl Block {
-    /// `Σ w z zᵀ` over the rows, where `z` are the columns, then the left side.
+    /// `Σ w z zᵀ` over the rows, where `z` are the columns.
     fn products(&self, weights: &[f64]) -> DMatrix<f64> {
         /// So many rows of some tens of columns stay in the processor's cache.
         const ROWS: usize = 128;
-        let sides: Vec<&[f64]> = self.columns.iter().map(|(_, x)| &x[..]).chain([&self.y[..]]).collect();
-        let n = sides.len();
+        let n = self.columns.len();
         let mut products = DMatrix::zeros(n, n);
         let [mut columns, mut weighted] = [(); 2].map(|()| vec![0.0; ROWS * n]);
         for (first, weights) in (0..).step_by(ROWS).zip(weights.chunks(ROWS)) {
             let rows = weights.len();
-            for (k, side) in sides.iter().enumerate() {
-                columns[k * rows..(k + 1) * rows].copy_from_slice(&side[first..first + rows]);
+            for (to, (_, column)) in columns.chunks_exact_mut(rows).zip(&self.columns) {
+                to.copy_from_slice(&column[first..first + rows]);
             }
-            for ((row, w), to) in weights.iter().enumerate().zip(weighted.chunks_exact_mut(n)) {
+            for ((row, w), to) in weights.iter().enumerate().zip(weighted.chunks_exact_mut(n.max(1))) {
                 to.iter_mut().zip(columns[row..].iter().step_by(rows)).for_each(|(to, x)| *to = x * w);
             }
-            let columns = DMatrixView::from_slice(&columns, rows, n);
-            products.gemm(1.0, &DMatrixView::from_slice(&weighted, n, rows), &columns, 1.0);
+            let columns = DMatrixView::from_slice(&columns[..rows * n], rows, n);
+            products.gemm(1.0, &DMatrixView::from_slice(&weighted[..rows * n], n, rows), &columns, 1.0);
         }
         products
+    }
+
+    fn formed(&self, weights: &[f64]) -> Formed {
+        Formed { products: self.products(weights), weights: weights.to_vec() }
+    }
+}
+
+/// The [`products`](Block::products) of a block at the weights of some iteration.
+struct Formed {
+    products: DMatrix<f64>,
+    weights: Vec<f64>,
+}
+
+impl Formed {
+    fn differs(&self, weights: &[f64]) -> bool {
+        sum(weights, &self.weights, |now, then| (now - then).abs()) > CHANGED * sum(weights, weights, |w, _| w)
     }
 }
 
@@ -132,14 +152,17 @@ impl System {
         self.priors.iter().map(|(at, precision)| (*at, precision / independent)).collect()
     }
 
-    fn normal(&self, weights: &[Vec<f64>], scale: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
+    /// Precision `1/s²` of a row of a block, with what it counts against the priors.
+    fn precision(&self, block: usize, scale: f64) -> f64 {
+        self.trust.get(block).unwrap_or(&1.0) / (scale * scale)
+    }
+
+    /// Matrix of the normal equations, of the [`products`](Block::products) of each block.
+    fn matrix<'p>(&self, products: impl Iterator<Item = &'p DMatrix<f64>>, scale: &[f64]) -> DMatrix<f64> {
         let mut a = DMatrix::zeros(self.unknowns, self.unknowns);
-        let mut b = DVector::zeros(self.unknowns);
-        for (joint, ((block, weights), s)) in self.blocks.iter().zip(weights).zip(scale).enumerate() {
-            let precision = self.trust.get(joint).unwrap_or(&1.0) / (s * s);
-            let products = block.products(weights);
+        for (joint, ((block, products), s)) in self.blocks.iter().zip(products).zip(scale).enumerate() {
+            let precision = self.precision(joint, *s);
             for (k, (i, _)) in block.columns.iter().enumerate() {
-                b[*i] += precision * products[(k, block.columns.len())];
                 for (l, (j, _)) in block.columns[..=k].iter().enumerate() {
                     let sum = precision * products[(k, l)];
                     a[(*i, *j)] += sum;
@@ -152,13 +175,40 @@ impl System {
         for (index, precision) in &self.priors {
             a[(*index, *index)] += precision;
         }
-        (a, b)
+        a
+    }
+
+    /// How the weighted errors of the rows and the priors pull the coefficients.
+    fn gradient(&self, residual: &[Vec<f64>], weights: &[Vec<f64>], scale: &[f64], at: &DVector<f64>) -> DVector<f64> {
+        let mut gradient = DVector::zeros(self.unknowns);
+        for (joint, ((block, e), (w, s))) in self.blocks.iter().zip(residual).zip(weights.iter().zip(scale)).enumerate()
+        {
+            let precision = self.precision(joint, *s);
+            let weighted: Vec<f64> = e.iter().zip(w).map(|(e, w)| precision * w * e).collect();
+            block.columns.iter().for_each(|(index, column)| gradient[*index] += dot(column, &weighted));
+        }
+        for (index, precision) in &self.priors {
+            gradient[*index] -= precision * at[*index];
+        }
+        gradient
+    }
+
+    /// A step from `at` to the least squares of these weights, as far as the matrix is theirs; `None` where the columns do not determine the coefficients.
+    fn step(&self, a: &DMatrix<f64>, gradient: DVector<f64>, at: &DVector<f64>) -> Option<DVector<f64>> {
+        let ridge = RIDGE * a.diagonal().component_mul(at);
+        Some(Equilibrated::new(a)?.solve(&(gradient - ridge)))
     }
 
     /// Weighted least squares at these weights and scales; `None` where the columns do not determine the coefficients.
     pub fn weighted(&self, weights: &[Vec<f64>], scale: &[f64]) -> Option<DVector<f64>> {
-        let (a, b) = self.normal(weights, scale);
-        Some(Equilibrated::new(&a)?.solve(&b))
+        let products: Vec<_> =
+            self.blocks.iter().zip(weights).map(|(block, weights)| block.products(weights)).collect();
+        let (zero, y) = (DVector::zeros(self.unknowns), self.left_sides());
+        self.step(&self.matrix(products.iter(), scale), self.gradient(&y, weights, scale, &zero), &zero)
+    }
+
+    fn left_sides(&self) -> Vec<Vec<f64>> {
+        self.blocks.iter().map(|block| block.y.clone()).collect()
     }
 
     /// Fits the coefficients; `None` where the columns do not determine them.
@@ -171,11 +221,21 @@ impl System {
     /// As [`solve`](Self::solve), starting from the weights and scales of a similar solution.
     pub fn solve_from(&self, nu: f64, mut weights: Vec<Vec<f64>>, mut scale: Vec<f64>) -> Option<Solution> {
         let mut last = f64::NEG_INFINITY;
-        let mut result = None;
+        let mut of_blocks: Vec<f64> = Vec::new();
+        let mut coefficients = DVector::zeros(self.unknowns);
+        let mut residual = self.left_sides();
+        let mut formed: Vec<Formed> = self.blocks.iter().zip(&weights).map(|(block, w)| block.formed(w)).collect();
         let rows: usize = self.blocks.iter().map(|block| block.y.len()).sum();
         for _ in 0..MOST_ITERATIONS {
-            let coefficients = self.weighted(&weights, &scale)?;
-            let residual: Vec<Vec<f64>> = self.blocks.iter().map(|block| block.residual(&coefficients)).collect();
+            for ((block, weights), formed) in self.blocks.iter().zip(&weights).zip(&mut formed) {
+                if formed.differs(weights) {
+                    *formed = block.formed(weights);
+                }
+            }
+            let a = self.matrix(formed.iter().map(|formed| &formed.products), &scale);
+            let gradient = self.gradient(&residual, &weights, &scale, &coefficients);
+            coefficients += self.step(&a, gradient, &coefficients)?;
+            residual = self.blocks.iter().map(|block| block.residual(&coefficients)).collect();
             for ((e, w), s) in residual.iter().zip(&mut weights).zip(&mut scale) {
                 *s = (sum(e, w, |e, w| w * e * e) / sum(w, w, |w, _| w).max(1e-300)).sqrt().max(1e-12);
                 if nu.is_finite() {
@@ -183,18 +243,15 @@ impl System {
                     w.iter_mut().zip(e).for_each(|(w, e)| *w = (nu + 1.0) / (nu + precision * e * e));
                 }
             }
-            let log_likelihood: Vec<f64> =
-                residual.iter().zip(&scale).map(|(e, s)| log_likelihood(e, *s, nu)).collect();
-            let total: f64 = log_likelihood.iter().sum();
+            of_blocks = residual.iter().zip(&scale).map(|(e, s)| log_likelihood(e, *s, nu)).collect();
+            let total: f64 = of_blocks.iter().sum();
             let settled = (total - last).abs() < CONVERGED * rows.max(1) as f64;
             last = total;
-            result = Some((coefficients, log_likelihood, residual));
             if settled {
                 break;
             }
         }
-        let (coefficients, log_likelihood, residual) = result?;
-        Some(Solution { coefficients, scale, log_likelihood, residual, weights })
+        Some(Solution { coefficients, scale, log_likelihood: of_blocks, residual, weights })
     }
 }
 
@@ -215,8 +272,7 @@ impl Score {
         let weights: Vec<f64> = weights.iter().map(|w| w / (scale * scale)).collect();
         let weighted =
             block.columns.iter().map(|(_, x)| x.iter().zip(&weights).map(|(x, w)| x * w).collect()).collect();
-        let n = block.columns.len();
-        let mut a = block.products(&weights).view((0, 0), (n, n)).into_owned();
+        let mut a = block.products(&weights);
         for (i, (index, _)) in block.columns.iter().enumerate() {
             a[(i, i)] += priors.iter().filter(|(of, _)| of == index).map(|(_, precision)| precision).sum::<f64>();
             a[(i, i)] = a[(i, i)] * (1.0 + 1e-9) + 1e-300;
@@ -278,4 +334,49 @@ fn sum(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> f64 {
 
 fn mean_square(values: &[f64]) -> f64 {
     dot(values, values) / values.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// Two blocks that share a coefficient with a prior; one row in ten is far off.
+    fn system(seed: u64) -> System {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+        let block = |own: usize, size: f64| {
+            let columns: Vec<(usize, Vec<f64>)> =
+                [own, own + 1, 4].map(|index| (index, (0..500).map(|_| normal()).collect())).into();
+            let y = (0..500).map(|row| {
+                let far = if row % 10 == 0 { 20.0 } else { 1.0 };
+                columns.iter().map(|(index, x)| (*index as f64 - 1.5) * x[row]).sum::<f64>() + far * size * normal()
+            });
+            Block { y: y.collect(), columns }
+        };
+        let (one, other) = {
+            let mut block = block;
+            (block(0, 0.1), block(2, 2.0))
+        };
+        System { blocks: vec![one, other], unknowns: 5, priors: vec![(4, 0.5)], trust: vec![0.2, 0.2] }
+    }
+
+    /// The solution is where weighted least squares at its own weights would stay, although the matrix is not formed at every iteration.
+    #[test]
+    fn property_the_solution_is_the_least_squares_of_its_weights() {
+        for seed in 0..5 {
+            let system = system(seed);
+            let solution = system.solve(NU).expect("a solution");
+            let again = system.weighted(&solution.weights, &solution.scale).expect("a solution");
+            // Iterations end when they gain less than 1e-4 nats in these 1000 rows, which is 1 % of a standard error, about 0.005 here.
+            assert!((&again - &solution.coefficients).amax() < 1e-3 * 0.1, "{again} {}", solution.coefficients);
+            // Weighted by 0.2 samples a row, 500 rows of the first block determine the coefficients to 0.1/√100, of the second to 2/√100.
+            for (index, value) in solution.coefficients.iter().enumerate() {
+                let sigma = if [0, 1, 4].contains(&index) { 0.01 } else { 0.2 };
+                assert!((value - (index as f64 - 1.5)).abs() < 4.0 * sigma, "{index}: {value}");
+            }
+        }
+    }
 }
