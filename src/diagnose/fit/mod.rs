@@ -12,7 +12,7 @@
 //!   with them
 //! - `extrapolation`: how far a fit can be off in rows that it does not contain
 //! - `cause`: the cause of a term, an effect or the change of an effect
-//! - `regression`: linear regression with a heavy-tailed error
+//! - `regression`: linear regression with a heavy-tailed error; `scanned`: some thousand of its rows, for scans of many shapes
 //! - `uncertainty`: standard errors by a jackknife over blocks of time
 //! - `estimate`: parameters with standard errors
 //! - `torque_scale`: the scale of the torque that is computed from a current
@@ -32,6 +32,7 @@ pub mod pose;
 mod posture;
 pub mod problem;
 pub mod regression;
+pub mod scanned;
 mod stribeck;
 pub mod term;
 pub mod torque_scale;

@@ -69,9 +69,7 @@ impl Block {
         }
         residual
     }
-}
 
-impl Block {
     /// `Σ w z zᵀ` over the rows, where `z` are the columns.
     fn products(&self, weights: &[f64]) -> DMatrix<f64> {
         /// So many rows of some tens of columns stay in the processor's cache.
@@ -193,7 +191,8 @@ impl System {
         gradient
     }
 
-    /// A step from `at` to the least squares of these weights, as far as the matrix is theirs; `None` where the columns do not determine the coefficients.
+    /// Coefficients minus `at` by the normal equations, which reach the least squares in one step where `a` is of the gradient's weights; `None` where
+    /// the columns do not determine them.
     fn step(&self, a: &DMatrix<f64>, gradient: DVector<f64>, at: &DVector<f64>) -> Option<DVector<f64>> {
         let ridge = RIDGE * a.diagonal().component_mul(at);
         Some(Equilibrated::new(a)?.solve(&(gradient - ridge)))

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::diagnose::evidence::pattern_search::with_term;
 use crate::diagnose::fit::pose::needs_narrow_rows;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
-use crate::diagnose::fit::regression::{Block, Score};
+use crate::diagnose::fit::scanned::Scanned;
 use crate::diagnose::fit::term::Term;
 use crate::effects::{Columns, Diagnosable, Motion};
 
@@ -44,36 +44,20 @@ fn line_of(effect: &dyn Diagnosable, motion: &Motion, joint: usize, shape: &[f64
 /// The residual of one joint, for which the gain of an order is evaluated.
 struct Scan<'m> {
     joint: usize,
-    motion: Motion<'m>,
-    score: Score,
+    rows: Scanned<'m>,
     /// Scale of the error.
     scale: f64,
-    /// Independent rows per row of the scan.
-    weight: f64,
     /// `2π/R`.
     resolution: f64,
 }
 
 impl<'m> Scan<'m> {
     fn new(problem: &Problem<'m>, terms: &[&Term], fitted: &Fitted, joint: usize) -> Self {
-        let rows = problem.rows(joint, Part::Train);
         let system = problem.system_of(&[joint], terms, Part::Train, false).system;
-        let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
-        let thin = |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride).copied().collect() };
-        let block = &system.blocks[joint];
-        let columns = block.columns.iter().map(|(index, column)| (*index, thin(column))).collect();
-        let block = Block { y: thin(&block.y), columns };
-        let solution = &fitted.solution;
-        let (residual, weights) = (thin(&solution.residual[joint]), thin(&solution.weights[joint]));
-        let priors = system.priors_per_row(problem.independence[joint] * stride as f64);
-        let score = Score::new(&block, &residual, &weights, solution.scale[joint], &priors);
-        let picked: Vec<usize> = rows.iter().step_by(stride).copied().collect();
         Self {
             joint,
-            motion: problem.motion.at_rows(&picked),
-            score,
-            scale: solution.scale[joint],
-            weight: stride as f64 * problem.independence[joint],
+            rows: Scanned::new(problem, &system, &fitted.solution, joint, SCANNED_ROWS),
+            scale: fitted.solution.scale[joint],
             resolution: TAU / problem.motion.range(joint).max(1e-9),
         }
     }
@@ -86,7 +70,7 @@ impl<'m> Scan<'m> {
         let mut level: Vec<f64> = away
             .flat_map(|away| [order - away, order + away])
             .filter(|order| *order > self.resolution)
-            .map(|order| self.score.gain(&columns(&self.motion, self.joint, order)))
+            .map(|order| self.rows.score.gain(&columns(&self.rows.motion, self.joint, order)))
             .collect();
         if level.is_empty() {
             return f64::INFINITY;
@@ -106,17 +90,19 @@ impl<'m> Scan<'m> {
         }
         let level = beside.level(columns, order);
         // Gains are relative to the error that is left.
-        let gain = self.score.gain(&term.effect.columns(&self.motion, self.joint, &term.shape));
+        let gain = self.rows.score.gain(&term.effect.columns(&self.rows.motion, self.joint, &term.shape));
         let gain = gain * (self.scale / beside.scale).powi(2);
-        self.weight * level < MOST_LEVEL && gain > level * (tried as f64 / CHANCE).ln()
+        self.rows.independence * level < MOST_LEVEL && gain > level * (tried as f64 / CHANCE).ln()
     }
 
     /// The effect's best shape, and the number of all, where its gain is worth a look.
     fn best(&self, effect: &dyn Diagnosable, motion: &Motion) -> Option<(Vec<f64>, usize)> {
         let mut shapes = effect.shapes(motion, self.joint);
-        let gains: Vec<f64> =
-            shapes.iter().map(|shape| self.score.gain(&effect.columns(&self.motion, self.joint, shape))).collect();
-        let raised = gains.iter().filter(|gain| self.weight * **gain > LEAST_GAIN).count();
+        let gains: Vec<f64> = shapes
+            .iter()
+            .map(|shape| self.rows.score.gain(&effect.columns(&self.rows.motion, self.joint, shape)))
+            .collect();
+        let raised = gains.iter().filter(|gain| self.rows.independence * **gain > LEAST_GAIN).count();
         if raised == 0 || (raised > 1 && raised as f64 > MOST_RAISED * gains.len() as f64) {
             return None;
         }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::diagnose::fit::golden::golden_section;
 use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
-use crate::diagnose::fit::regression::{Block, Score};
+use crate::diagnose::fit::scanned::Scanned;
 use crate::diagnose::fit::term::Term;
 use crate::effects::Scope;
 
@@ -122,22 +122,10 @@ impl Search<'_, '_> {
         // Of several axes, one is enough to find the peaks.
         let joint = joints[0];
         let joints = &joints[..1];
-        let rows = self.problem.rows(joint, Part::Train);
         let system = self.problem.system_of(joints, &self.terms, Part::Train, true).system;
         let near = self.problem.fit_near(joints, &self.terms, Part::Train, self.fitted);
         let solution = near.as_ref().map_or(&self.fitted.solution, |near| &near.solution);
-        // A scan only has to find the peaks, and some thousand rows are enough for that.
-        let stride = rows.len().div_ceil(SCANNED_ROWS).max(1);
-        let thin = |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride).copied().collect() };
-        let block = &system.blocks[joint];
-        let columns = block.columns.iter().map(|(index, column)| (*index, thin(column))).collect();
-        let block = Block { y: thin(&block.y), columns };
-        let (residual, weights) = (thin(&solution.residual[joint]), thin(&solution.weights[joint]));
-        // The rows of the scan stand for all rows, which count with their independence.
-        let priors = system.priors_per_row(self.problem.independence[joint] * stride as f64);
-        let score = Score::new(&block, &residual, &weights, solution.scale[joint], &priors);
-        let picked: Vec<usize> = rows.iter().step_by(stride).copied().collect();
-        let motion = self.problem.motion.at_rows(&picked);
+        let Scanned { motion, score, .. } = Scanned::new(self.problem, &system, solution, joint, SCANNED_ROWS);
         let gains: Vec<f64> =
             shapes.par_iter().map(|shape| score.gain(&effect.columns(&motion, joint, shape))).collect();
         let peak =
