@@ -24,7 +24,7 @@ static ABOUT: About = About {
     kind: Kind::Physics,
     scope: Scope::Joint,
     parameters: &[
-        ParameterSpec::new("growth", "ΔF", "N·m", "growth of breakaway after a long rest").between(0.0, 1e7),
+        ParameterSpec::new("growth", "ΔF", "N·m", "growth of breakaway after a long rest").between(0.0, 1e7).as_size(),
         ParameterSpec::new("time_constant", "T", "s", "time at rest over which most of it grows").between(1e-3, 1e7),
         ParameterSpec::new("slip_distance", "D", "rad (joint)", "motion over which sliding takes most of it away")
             .between(1e-6, 10.0)

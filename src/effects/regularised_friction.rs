@@ -43,7 +43,8 @@ static ABOUT: About = About {
         "rad/s",
         "velocity over which friction rises from zero to its law: three quarters of it at v_r",
     )
-    .between(1e-9, 1e4)],
+    .between(1e-9, 1e4)
+    .as_size()],
     signature: "friction that vanishes towards zero velocity, in both directions alike: the joint creeps under load instead of sticking",
     look_alikes: &["presliding", "dwell_stiction", "stribeck", "rotor_inertia", "quadratic_drag"],
     separate_by: "load the joint at rest for seconds: it creeps at a constant speed, where bristles yield once and a machine sticks; give the friction in the model file, or a free law takes part of it",

@@ -160,13 +160,19 @@ fn property_a_known_mass_is_named_only_where_the_model_lacks_it() {
     experiment.model.loads = vec![Load { session: "loaded".to_owned(), mass: 0.5, position: [0.2, 0.0, 0.0] }];
     let loads = experiment.model.loads.clone();
     experiment.truth.alter(|machine| machine.loads = loads);
-    let said = carried_out(&experiment, None, 910_401);
-    assert!(said.effects.is_empty(), "{:?}", said.effects);
-    let recorded = simulate(&experiment, 910_401, &|_, _| {}).expect("a run").measured();
-    experiment.model.loads.clear();
     let options = Options { backlash: false, ..Options::default() };
-    let said = diagnose(&experiment.model, &recorded, &[], &options, &mut |_, _| {}).expect("a diagnosis");
-    assert!(said.effects.iter().any(|one| asked.causes()[0] == one.effect), "{:?}", said.effects);
+    let mut named = 0;
+    for seed in 910_401..910_404 {
+        let said = carried_out(&experiment, None, seed);
+        assert!(said.effects.is_empty(), "{seed}: {:?}", said.effects);
+        let recorded = simulate(&experiment, seed, &|_, _| {}).expect("a run").measured();
+        let mut unknown = experiment.model.clone();
+        unknown.loads.clear();
+        let said = diagnose(&unknown, &recorded, &[], &options, &mut |_, _| {}).expect("a diagnosis");
+        named += usize::from(said.effects.iter().any(|one| asked.causes()[0] == one.effect));
+    }
+    // Motions as narrow as this one named it in 22 of 24 recordings: fewer than two of three have a probability of 2 %.
+    assert!(named >= 2, "{named} of 3");
 }
 
 #[test]

@@ -26,6 +26,8 @@ const KNOWN: f64 = 0.25;
 const LEAST_PART: f64 = 0.1;
 /// Largest factor on the size of a trial.
 const MOST_PARTS: f64 = 3.0;
+/// [standard errors] Half the width of an interval of 95 %.
+const INTERVAL: f64 = 1.96;
 /// [nats, rows taken as independent] Gain of a trial in training below which it is not refined.
 const LEAST_GAIN: f64 = 15.0;
 /// Largest number of starting points that are refined: gap, link share and effect depend on each other, and one start may end in a local maximum.
@@ -57,7 +59,14 @@ impl TurnCandidate {
     }
 
     fn accepted(&self, rules: &TurnRules) -> bool {
-        self.total() > rules.nats && self.log_scale > rules.log_scale.max(self.effect.least_fall())
+        let falls = self.log_scale > rules.log_scale.max(self.effect.least_fall());
+        self.total() > rules.nats && falls && self.is_there()
+    }
+
+    /// Whether the interval of every [size](crate::effects::ParameterSpec::is_size) of the effect excludes zero.
+    fn is_there(&self) -> bool {
+        let mut sizes = self.effect.about().parameters.iter().zip(&self.values).filter(|(spec, _)| spec.is_size);
+        sizes.all(|(_, [value, std_error])| value.abs() > INTERVAL * std_error)
     }
 }
 
