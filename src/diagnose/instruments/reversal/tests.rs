@@ -1,9 +1,12 @@
-//! The simulated gear against closed forms: one reversal from `−u` to `u` without gravity.
+//! The simulated gear against closed forms: one reversal from `−u` to `u` without gravity. What is named of the results.
 
+use super::TurnRules;
 use super::gear::{Altered, Gear, lack};
 use super::path::{Path, Span};
-use crate::effects::{Action, SymmetricFriction};
+use super::search::{TurnCandidate, named};
+use crate::effects::{Action, Effect, SymmetricFriction, find};
 use crate::gearhead::Memory;
+use crate::replay::Gain;
 
 /// [s] Step of the grid.
 const H: f64 = 1e-3;
@@ -63,4 +66,18 @@ fn property_a_gear_without_a_gap_lacks_nothing() {
     // Except for the impulse that reverses the link, which a smooth motion spreads over its kernel.
     let away: f64 = lack.iter().enumerate().filter(|(k, _)| k.abs_diff(1000) > 2).map(|(_, torque)| torque.abs()).sum();
     assert_eq!(away, 0.0);
+}
+
+/// Stiction with this growth [N·m] and its standard error, with more evidence than any name needs.
+fn grown(growth: [f64; 2]) -> TurnCandidate {
+    let effect = find("dwell_stiction").and_then(Effect::at_turns).expect("an effect at reversals");
+    let values = vec![growth, [0.08, 0.056], [1.4e-4, 6.7e-5]];
+    TurnCandidate { effect, joint: 0, values, folds: 400.0, log_scale: 0.5, gain: Gain::default() }
+}
+
+#[test]
+fn property_a_size_that_may_be_zero_has_no_name() {
+    let rules = TurnRules::default();
+    assert!(named(&[grown([0.008, 0.006])], &rules).is_empty());
+    assert_eq!(named(&[grown([0.008, 0.003])], &rules).len(), 1);
 }
