@@ -6,7 +6,8 @@
 //!                           gear along the measured motion ◀─ effect.install ◀─ trials of each effect ◀──┘
 //! ```
 //! A hard gear with a gap is simulated along the measured motion of the rotor, once as fitted and once with an effect installed.
-//! An effect is chosen if the difference explains training rows that were not used for the fit, and named if it gains on held-out data.
+//! An effect is chosen if the difference explains training rows that were not used for the fit and the interval of its size excludes zero, and named
+//! if it gains on held-out data.
 //!
 //! `turn_rows` selects the rows, `path` gives the motion on a fine grid of times, `gear` simulates, `attempt` fits gap, share and effects,
 //! `judge` compares fits, and `search` finds the effects.
