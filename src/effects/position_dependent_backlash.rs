@@ -27,8 +27,7 @@ static ABOUT: About = About {
     scope: Scope::Joint,
     parameters: &[
         ParameterSpec::new("amplitude", "a", "rad (joint)", "amplitude of the total gap, at most the gap itself")
-            .between(0.0, 1.0)
-            .as_size(),
+            .between(0.0, 1.0),
         ParameterSpec::new("order", "n", "1", "periods per turn of the joint").between(0.0, 1000.0),
         ParameterSpec::new("phase", "φ", "rad", "phase at θ = 0").between(-TAU, TAU).or(0.0),
     ],

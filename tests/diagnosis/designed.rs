@@ -171,7 +171,7 @@ fn property_a_known_mass_is_named_only_where_the_model_lacks_it() {
         let said = diagnose(&unknown, &recorded, &[], &options, &mut |_, _| {}).expect("a diagnosis");
         named += usize::from(said.effects.iter().any(|one| asked.causes()[0] == one.effect));
     }
-    // Motions as narrow as this one named it in 22 of 24 recordings: fewer than two of three have a probability of 2 %.
+    // In 22 of 24 recordings, these three among them, half of them twice as wide, it is named: fewer than two of three have a probability of 2 %.
     assert!(named >= 2, "{named} of 3");
 }
 
