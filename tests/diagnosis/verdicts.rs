@@ -163,6 +163,7 @@ fn property_gains_of_a_joints_effects_add_up_to_its_own() {
 }
 
 #[test]
+#[ignore = "long: .ci/long carries it out"]
 fn regress_the_lag_of_a_current_is_told_where_the_catalogue_has_no_name_for_it() {
     // Every channel but the current 6 ms, three samples, early: the current is late.
     let late = |session: &TimeSeries| {
@@ -210,6 +211,7 @@ fn regress_a_diagnosis_does_not_depend_on_the_zero_of_time() {
 }
 
 #[test]
+#[ignore = "long: .ci/long carries it out"]
 fn regress_a_comparison_tells_what_it_cannot_name_and_puts_the_surest_first() {
     let healthy = Data::of(&arm(true), &arm(true), 4500);
     // A wave of 2.3 periods a radian that was not there before, and more viscous friction on joint 2.
