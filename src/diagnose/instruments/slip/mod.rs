@@ -10,7 +10,8 @@
 //! The largest throw of one session sets a time. Every session says which share `p` of its windows has as large a throw as it has then. `n` sessions
 //! coincide by chance with Fisher's `P(χ²(2n) > 2 Σ E)`, `E = −ln p`, times the number of windows and joints that were searched. A throw that shows in
 //! one session only may be a knock from outside: no `E` counts beyond what it takes to find a window, and what the next session says of it.
-//! Sessions that move alike at that time, or begin or end a rest together, have their reversals together and do not count twice.
+//! Sessions that move alike at that time, or begin or end a rest together, have their reversals together and do not count twice. Nor do sessions that
+//! end then, as arms are stopped where a programme ends.
 //!
 //! The gain is that of the throw at this time in the held-out sessions, compared with ordinary windows. Where they show none, the link may have been on
 //! the other flank: the gain is then that of the training sessions which did not set the time. If no separate session is held out, nothing
@@ -210,9 +211,10 @@ impl<'s> Searched<'s> {
         Some((Coincidence { joint, first, time, shares, chance }, all))
     }
 
-    /// Whether a joint moves alike around a time in two sessions, or begins or ends a rest in both, by more than it is `thrown` [rad or m].
+    /// Whether a joint moves alike around a time in two sessions, or begins or ends a rest in both, by more than it is `thrown` [rad or m]; also where a
+    /// session does not tell, because it ends.
     fn alike(&self, joint: usize, pair: [usize; 2], time: f64, thrown: f64) -> bool {
-        let [Some(a), Some(b)] = pair.map(|session| self.path(session, joint, time)) else { return false };
+        let [Some(a), Some(b)] = pair.map(|session| self.path(session, joint, time)) else { return true };
         let squares = |path: &[f64]| path.iter().map(|q| q * q).sum::<f64>();
         let apart: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let together = squares(&apart) < ALIKE * ALIKE * squares(&a).max(squares(&b));

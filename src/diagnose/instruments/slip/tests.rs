@@ -105,6 +105,8 @@ fn property_a_throw_of_one_session_or_of_one_motion_is_no_slip() {
     assert_eq!(found(&[session(1, 8.0), session(1, 8.0), session(1, 6.0)]), [], "the same motion three times");
     let switched_on = [1, 2, 3].map(|draw| session_of(draw, 8.0, 0.02, &|t| t));
     assert_eq!(found(&switched_on), [], "when drives are switched on");
+    let stopped = [1, 2, 3].map(|draw| session_of(draw, 8.0, LENGTH - 0.02, &|t| t));
+    assert_eq!(found(&stopped), [], "when drives are stopped");
     // All begin to move where they are thrown, after a rest, and are as fast as their waves a second later.
     let begins = |t: f64| SLIP + (t - SLIP).max(0.0).powi(2) / (t - SLIP + 1.0).max(1.0);
     let begun = [1, 2, 3].map(|draw| session_of(draw, 8.0, SLIP, &begins));
