@@ -60,6 +60,8 @@ pub struct Problem<'m> {
     withdrawn: Vec<Cause>,
     /// Joints on which a name was withdrawn: its structure is still there, so that the next best name would be its substitute.
     closed: Vec<usize>,
+    /// Causes that were withdrawn on a joint where others stay open: a simpler one explains as much.
+    more_than_needed: Vec<(Cause, usize)>,
     /// Deviations of the nominal model within its stated accuracy; `None` where it is exact.
     pub inertial: Option<Inertial>,
     /// Fold of each row.
@@ -136,6 +138,7 @@ impl<'m> Problem<'m> {
             taken_out: Vec::new(),
             withdrawn: Vec::new(),
             closed: Vec::new(),
+            more_than_needed: Vec::new(),
             inertial: None,
             fold,
         }
@@ -187,8 +190,10 @@ impl<'m> Problem<'m> {
     /// Whether a cause may still be tried on a joint; one of the machine acts on all joints, also on those that are closed.
     pub fn is_open(&self, cause: Cause, joint: usize) -> bool {
         match cause.about().scope {
-            Scope::Machine => self.closed.is_empty() && !self.withdrawn.contains(&cause),
-            Scope::Joint => !self.closed.contains(&joint),
+            Scope::Machine => {
+                self.closed.is_empty() && self.more_than_needed.is_empty() && !self.withdrawn.contains(&cause)
+            }
+            Scope::Joint => !self.closed.contains(&joint) && !self.more_than_needed.contains(&(cause, joint)),
         }
     }
 
@@ -197,6 +202,14 @@ impl<'m> Problem<'m> {
         match term.is_machine() {
             true => self.withdrawn.push(term.effect),
             false => self.closed.push(term.joints[0]),
+        }
+    }
+
+    /// Bars the cause of a term of one joint there, but leaves the joint open: the term is no more than a simpler one, whose structure it is.
+    pub fn bar_for_simpler(&mut self, term: &Term) {
+        match term.is_machine() {
+            true => self.bar(term),
+            false => self.more_than_needed.push((term.effect, term.joints[0])),
         }
     }
 

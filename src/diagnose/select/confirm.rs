@@ -4,6 +4,8 @@
 //! significant gain is withdrawn (where the held-out motion does not show it, the gain by cross-validation counts), the smallest gain first, and the rest is fitted again. Also withdrawn are an effect with a parameter that
 //! a later fit moves out of its range, one on a joint of which the held-out data leave far more than the training data, the weakest of several effects that gain nothing together, one with too little evidence, an effect
 //! that is no larger than its standard error or whose decisive parameter may be zero, one that is improbable, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
+//! Where an effect is withdrawn because its decisive parameter is smaller than its error, as the stiffness of a spring that is a constant torque, the
+//! simpler effect is sought in its place.
 
 use std::f64::consts::TAU;
 
@@ -32,6 +34,8 @@ struct Refused {
     index: usize,
     reason: String,
     rivals: Vec<String>,
+    /// Whether it is no more than the effect that it would be without its decisive parameter.
+    is_simpler: bool,
 }
 
 /// What is named, and what is withdrawn.
@@ -81,14 +85,17 @@ pub fn confirm(
         };
         let weak = || weakest(selection, &judged().collect::<Vec<_>>(), &strength, rules);
         let unsure = || least_sure(problem, selection, &judged().collect::<Vec<_>>(), rules);
-        let alone = |(index, reason)| Refused { index, reason, rivals: Vec::new() };
+        let alone = |(index, reason)| Refused { index, reason, rivals: Vec::new(), is_simpler: false };
         let found =
             outside.or(without_gain).or_else(compensating).or_else(refuted).or_else(weak).map(alone).or_else(unsure);
-        let Some(Refused { index, reason, rivals }) = found else {
+        let Some(Refused { index, reason, rivals, is_simpler }) = found else {
             return Some(Confirmed { gains, strength, withdrawn });
         };
         withdrawn.push(Withdrawn { effect: terms[index].effect.label(), joints: names(problem, terms[index]), reason });
-        problem.bar(terms[index]);
+        match is_simpler {
+            true => problem.bar_for_simpler(terms[index]),
+            false => problem.bar(terms[index]),
+        }
         rivals.iter().for_each(|rival| problem.bar_rival(terms[index], rival));
         remove(selection, index);
         if given == 0 {
@@ -185,12 +192,17 @@ fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize], rules:
         Some((rivals, p))
     };
     let small = judged.iter().filter_map(|index| Some((*index, too_small(size(*index), problem.baseline.len())?)));
-    if let Some((index, size)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        let reason = format!("its size is only {size:.1} standard errors");
-        return Some(Refused { index, reason, rivals: certain(&index).map_or_else(Vec::new, |(rivals, _)| rivals) });
+    if let Some((index, least)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        let reason = format!("its size is only {least:.1} standard errors");
+        let rivals = certain(&index).map_or_else(Vec::new, |(rivals, _)| rivals);
+        return Some(Refused { index, reason, rivals, is_simpler: is_simpler(size(index)) });
     }
     let certain: Vec<(Vec<String>, f64)> = judged.iter().filter_map(certain).collect();
-    unlikely(&certain).map(|(at, reason)| Refused { index: judged[at], reason, rivals: certain[at].0.clone() })
+    let refused = |(at, reason): (usize, String)| {
+        let rivals = certain[at].0.clone();
+        Refused { index: judged[at], reason, rivals, is_simpler: false }
+    };
+    unlikely(&certain).map(refused)
 }
 
 /// Whether one of two effects lists the other as a look-alike.
@@ -206,6 +218,12 @@ const CHANCE: f64 = 0.05;
 /// which it would be another effect reached by [chance](by_chance) on one of `joints`.
 fn too_small([all, least]: [f64; 2], joints: usize) -> Option<f64> {
     (all < 1.0 || by_chance(least, joints) > CHANCE).then_some(all.min(least))
+}
+
+/// Whether an effect is no more than the one that it would be without its decisive parameter: that parameter is smaller than its error, and the effect
+/// as a whole is not.
+fn is_simpler([all, least]: [f64; 2]) -> bool {
+    all >= 1.0 && least < 1.0
 }
 
 /// The least probable of several names, each with the look-alikes among its rivals and its probability, if it has one and is less probable than
@@ -321,6 +339,16 @@ mod tests {
         assert_eq!([too_small([1.4, f64::INFINITY], 6), too_small([5.0, 2.0], 1)], [None, None]);
         // The largest of six: 2 · 6 (1 − Φ(2.638)) = 0.05.
         assert_eq!([too_small([5.0, 2.62], 6), too_small([5.0, 2.65], 6)], [Some(2.62), None]);
+    }
+
+    /// A spring whose stiffness may be zero is a constant torque; one whose stiffness is doubtful may be a spring.
+    #[test]
+    fn property_only_a_parameter_within_its_error_leaves_a_simpler_effect() {
+        let simpler = |all: f64, least: f64| is_simpler([all, least]);
+        assert_eq!(
+            [simpler(20.0, 0.7), simpler(20.0, 1.7), simpler(0.9, 0.7), simpler(20.0, f64::INFINITY)],
+            [true, false, false, false]
+        );
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! A selection takes a limited number of effects ([`Rules::most`]). Where some are withdrawn, their places are free again: effects are sought
 //! on the other joints, and those are confirmed in turn. On a joint where a name was withdrawn its structure is still there, so that the next
-//! best name would be its substitute.
+//! best name would be its substitute; unless what was withdrawn is no more than a [simpler](Problem::bar_for_simpler) effect.
 
 use super::confirm::{Confirmed, confirm};
 use super::selection::{Selection, select_further};
