@@ -55,6 +55,8 @@ pub struct JointMotion {
     pub a: Vec<f64>,
     /// Direction of motion, averaged like all other signals: −1 to 1, 0 at rest.
     pub direction: Vec<f64>,
+    /// 1 where the joint sticks and slips within the kernel while its averages look like those of a turn, else 0.
+    pub sticks: Vec<f64>,
     /// `τ_m` [N·m or N] Measured motor torque.
     pub torque: Vec<f64>,
     /// `τ̇_m` [N·m/s or N/s], averaged more widely than the torque where its noise requires that.
@@ -138,6 +140,7 @@ impl JointMotion {
             v: of(&self.v),
             a: of(&self.a),
             direction: of(&self.direction),
+            sticks: of(&self.sticks),
             torque: of(&self.torque),
             torque_rate: of(&self.torque_rate),
             rigid: of(&self.rigid),

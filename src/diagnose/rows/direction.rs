@@ -6,23 +6,29 @@
 
 use super::kernel::share_before;
 
-/// [1] Share of the expected way back below which a joint does not turn. The averages of a joint that turns give the way within a few percent,
-/// a joint that rests during its turn goes back by three quarters or more of it; one that sticks and slips does not go back at all.
+/// [1] Share of the expected way back below which a joint does not turn. One that turns goes back by about all of it, by less where it rests meanwhile; one
+/// that sticks and slips does not go back at all.
 const TURNS: f64 = 0.25;
 
-/// Mean of `sgn v` over a kernel of half width `w` [s] with the average velocity `v` and acceleration `a`: −1 to 1. It is 0 at rest, with both below the
-/// velocity `rest`, and where the joint sticks and slips. `positions` are those of the kernel, `step` is one count.
-pub fn direction([v, a, w]: [f64; 3], positions: &[f64], rest: f64, step: f64) -> f64 {
+/// Mean of `sgn v` over a kernel of half width `w` [s], for a velocity that changes linearly within it with the average velocity `v` and acceleration `a`:
+/// −1 to 1, and 0 at rest, with both below the velocity `rest` [rad/s or m/s].
+pub fn direction([v, a, w]: [f64; 3], rest: f64) -> f64 {
     let change = a * w;
     if v.abs() < rest && change.abs() < rest {
         0.0
     } else if v.abs() >= change.abs() {
         v.signum()
-    } else if way_back(positions) + step < TURNS * 0.5 * change.abs() * w * (1.0 - (v / change).abs()).powi(2) {
-        0.0
     } else {
         change.signum() * (1.0 - 2.0 * share_before(-v / change))
     }
+}
+
+/// Whether a joint sticks and slips in a kernel whose averages look like those of a turn. `positions` [rad or m] are those of the kernel, `step` is one
+/// count. A way back of less than some counts decides nothing: then the joint is taken to turn.
+pub fn sticks([v, a, w]: [f64; 3], positions: &[f64], step: f64) -> bool {
+    let change = a * w;
+    v.abs() < change.abs()
+        && way_back(positions) + step < TURNS * 0.5 * change.abs() * w * (1.0 - (v / change).abs()).powi(2)
 }
 
 /// The longest way that positions go against the direction in which they go on the whole.
@@ -53,7 +59,7 @@ mod tests {
     /// Samples on either side.
     const REACH: usize = 60;
 
-    /// Direction, and mean of `sgn v` over the kernel, of a motion `q(t)` [rad] with velocity `v(t)`, read in whole counts around the time `t`.
+    /// Direction, 0 where it sticks, and mean of `sgn v` over the kernel, of a motion `q(t)` [rad] with velocity `v(t)`, read in whole counts around the time `t`.
     fn both(t: f64, q: impl Fn(f64) -> f64, v: impl Fn(f64) -> f64) -> [f64; 2] {
         let time: Vec<f64> = (0..=2 * REACH).map(|k| t + DT * (k as f64 - REACH as f64)).collect();
         let kernel = Kernel::new(REACH, DT);
@@ -61,7 +67,8 @@ mod tests {
         let signs: Vec<f64> = time.iter().map(|t| if v(*t) == 0.0 { 0.0 } else { v(*t).signum() }).collect();
         let averages = kernel.averages(&positions, REACH);
         let of_averages = [averages.rate, averages.curvature, kernel.half_width];
-        [direction(of_averages, &positions, REST, COUNT), kernel.averages(&signs, REACH).value]
+        let found = if sticks(of_averages, &positions, COUNT) { 0.0 } else { direction(of_averages, REST) };
+        [found, kernel.averages(&signs, REACH).value]
     }
 
     /// One slip of 30 ms, from rest to rest, anywhere in a kernel of 121 ms. Wherever the averages tell of a turn there is none; of one that is shorter

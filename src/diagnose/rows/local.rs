@@ -18,6 +18,8 @@
 //! References: A. Savitzky, M. J. E. Golay (1964); J. Fan, I. Gijbels (1996), Local Polynomial Modelling and Its Applications, ch. 3 (weights
 //! of uneven designs).
 
+use std::ops::Range;
+
 use nalgebra::{Matrix4, Matrix4x3};
 
 use super::kernel::{Averages, density, density_slope, share_before};
@@ -63,6 +65,11 @@ impl LocalWeights {
     pub fn shift(&mut self, by: usize) {
         self.first += by;
         self.origin += by;
+    }
+
+    /// The samples that have a weight.
+    pub fn samples(&self) -> Range<usize> {
+        self.first..self.first + self.weights.len()
     }
 
     /// Averages of a signal with one value per time.

@@ -3,6 +3,7 @@
 //! Takes the recordings and the nominal model. Gives motion and torque averaged by a kernel, in rows at even distances, with the
 //! zone of each row and the division into training and held-out data.
 //! - `observe`: makes the rows; `kernel`: the smoothing kernel; `local`: its weights at uneven times; `sampling`: even times, uneven ones, pauses
+//! - `direction`: which way a joint moves within a kernel, and whether it sticks and slips
 //! - `resonance`: motion that is too fast for links to follow their rotors
 //! - `division`: training data and held-out data
 //! - `zones`: the rigid zone, in which the links follow the rotors
@@ -13,6 +14,7 @@
 //! - `measured`: where torque was measured, and what of the model shows there
 //! - `inertia`: a typical inertia of each joint
 
+pub mod direction;
 pub mod division;
 pub mod gentlest;
 pub mod inertia;

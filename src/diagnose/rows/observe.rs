@@ -8,7 +8,8 @@
 
 use std::ops::Range;
 
-use super::kernel::{Kernel, share_before};
+use super::direction::{direction, sticks};
+use super::kernel::Kernel;
 use super::resonance;
 use super::sampling::Sampling;
 use crate::drive::Sensing;
@@ -355,7 +356,11 @@ fn append(
             row.q.push(position.value);
             row.v.push(position.rate);
             row.a.push(position.curvature);
-            row.direction.push(direction(position.rate, position.curvature, window.half_width(), *rest));
+            let averages = [position.rate, position.curvature, window.half_width()];
+            let positions = &signals.position[joint][window.samples()];
+            let step = motion.model.joints[joint].encoder_step();
+            row.direction.push(direction(averages, *rest));
+            row.sticks.push(f64::from(u8::from(sticks(averages, positions, step))));
             row.torque.push(torque.value);
             let of_rate = rung.max(of_rates[joint]);
             let rate = match of_rate > rung {
@@ -383,18 +388,6 @@ fn shrink(rates: &mut [f64], noise: &[f64], direction: &[f64]) {
     let signal = mean(&|row| rates[row].powi(2) - noise[row]).max(0.0);
     for (rate, noise) in rates.iter_mut().zip(noise).filter(|(_, noise)| **noise > 0.0) {
         *rate *= signal / (signal + noise);
-    }
-}
-
-/// Mean of `sgn v` over the kernel, for a velocity that changes linearly within it.
-fn direction(v: f64, a: f64, half_width: f64, rest: f64) -> f64 {
-    let change = a * half_width;
-    if v.abs() < rest && change.abs() < rest {
-        0.0
-    } else if v.abs() >= change.abs() {
-        v.signum()
-    } else {
-        change.signum() * (1.0 - 2.0 * share_before(-v / change))
     }
 }
 

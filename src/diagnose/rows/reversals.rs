@@ -21,6 +21,23 @@ pub fn heading(motion: &Motion, joint: usize) -> Vec<i8> {
     motion.joints[joint].v.iter().map(|v| if v.abs() < rest { 0 } else { v.signum() as i8 }).collect()
 }
 
+/// Rows in whose kernel a joint rests, or [sticks](super::direction::sticks) between two slips: friction there is whatever holds it. Where one row shows
+/// that, it is so in the kernels that reach to the middle of that row's.
+pub fn held(motion: &Motion, joint: usize) -> Vec<bool> {
+    let m = &motion.joints[joint];
+    let mut held = vec![false; motion.rows()];
+    let is_held = |row: &usize| m.direction[*row] == 0.0 || m.sticks.get(*row).is_some_and(|sticks| *sticks != 0.0);
+    for row in (0..motion.rows()).filter(is_held) {
+        let near = |other: &usize| {
+            let distance = (motion.time[*other] - motion.time[row]).abs();
+            motion.part[*other] == motion.part[row] && distance <= motion.half_width[*other]
+        };
+        (0..=row).rev().take_while(near).for_each(|other| held[other] = true);
+        (row..motion.rows()).take_while(near).for_each(|other| held[other] = true);
+    }
+    held
+}
+
 /// [s] Time since the last reversal of a joint, negative within [`BEFORE_REVERSAL`] of the next one; NaN elsewhere. A reversal is the first
 /// row in which the joint moves in the other direction, with or without a rest before it.
 pub fn since_reversal(motion: &Motion, joint: usize) -> Vec<f64> {
@@ -92,4 +109,56 @@ pub fn rests(motion: &Motion, joint: usize) -> Vec<f64> {
         }
     }
     rests
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+    use std::path::Path;
+
+    use super::*;
+    use crate::diagnose::rows::observe::{NOISE_SHARE, observe};
+    use crate::effects::drawn::{MODEL, ROBOT};
+    use crate::robot::Model;
+    use crate::timeseries::{Channel, JointSeries, TimeSeries};
+
+    /// [s] Time between the starts of two slips, and duration of each.
+    const PERIOD: f64 = 0.6;
+    const SLIP: f64 = 0.3;
+
+    /// [s] Time since a slip began.
+    fn since(t: f64) -> f64 {
+        t - (t / PERIOD).floor() * PERIOD
+    }
+
+    /// A joint that slips by 20 mrad twice in 1.2 s, always in the same direction, and sticks in between. A row in the middle of whose kernel it sticks is
+    /// held; one in whose kernel it slides, but for less than half of the half width beside it, is not. The encoder is
+    /// fine enough for both: with coarse counts nobody can tell how long it sticks.
+    #[test]
+    fn property_rows_in_which_a_joint_sticks_are_held() {
+        let encoder = "[joints.joint1.encoder]\ncounts_per_turn = 2e6\n";
+        let model = Model::from_texts(&format!("{MODEL}{encoder}"), ROBOT, Path::new("model.toml")).expect("a model");
+        let count = model.joints[0].encoder_step();
+        let time: Vec<f64> = (0..20_000).map(|k| 1e-3 * f64::from(k)).collect();
+        let slipped = |t: f64| 0.5 * (1.0 - (PI * (since(t) / SLIP).min(1.0)).cos());
+        let position = |t: &f64| (0.02 * ((t / PERIOD).floor() + slipped(*t)) / count).round() * count;
+        let current = |t: &f64| 0.5 + since(*t);
+        let channels = [
+            (Channel::Position, time.iter().map(position).collect::<Vec<f64>>().into()),
+            (Channel::Current, time.iter().map(current).collect::<Vec<f64>>().into()),
+        ];
+        let joint = JointSeries { name: "joint1".to_owned(), channels: channels.into() };
+        let session = TimeSeries { name: "one".to_owned(), time, joints: vec![joint] };
+        let motion = observe(&model, &[&session], &[0.25], NOISE_SHARE).expect("enough motion");
+        let held = held(&motion, 0);
+        let mut slides = 0;
+        for (row, held) in held.into_iter().enumerate() {
+            let (t, w) = (since(motion.time[row]), motion.half_width[row]);
+            let sticks = (w - t).max(t + w - SLIP);
+            assert!(held || sticks < w, "{t} of {SLIP}, {w}: {sticks}");
+            assert!(!held || sticks > -0.5 * w, "{t} of {SLIP}, {w}: {sticks}");
+            slides += usize::from(!held);
+        }
+        assert!(slides > 100, "{slides}");
+    }
 }

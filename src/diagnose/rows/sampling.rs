@@ -166,6 +166,14 @@ impl Window<'_> {
         }
     }
 
+    /// The samples of the session that have a weight.
+    pub fn samples(&self) -> Range<usize> {
+        match self {
+            Self::Even(kernel, centre) => centre - kernel.reach..centre + kernel.reach + 1,
+            Self::Uneven(weights) => weights.samples(),
+        }
+    }
+
     /// `w` [s]
     pub fn half_width(&self) -> f64 {
         match self {

@@ -3,7 +3,7 @@
 use super::path::{Path, Windows};
 use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::regression::{Block, NU, Solution, System};
-use crate::diagnose::rows::reversals::{heading, rest};
+use crate::diagnose::rows::reversals::{heading, held, rest};
 use crate::effects::Motion;
 use crate::timeseries::TimeSeries;
 
@@ -11,6 +11,9 @@ use crate::timeseries::TimeSeries;
 const AROUND: [f64; 2] = [0.1, 0.4];
 /// Travel of the rotor after a reversal that belongs to the reversal, in gaps.
 const TRAVEL: f64 = 3.0;
+/// Stribeck velocities of the falling parts, relative to that of the law: the rows of the fit may have been too fast to tell it, and then it is too large. A
+/// breakaway that depends on the rest before it is none of any law of the speed.
+const FALLS: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// The rows of one joint around its reversals.
 pub struct TurnRows<'p, 'm> {
@@ -25,7 +28,7 @@ pub struct TurnRows<'p, 'm> {
     pub(super) windows: Windows,
     /// Residual of the rigid fit in these rows.
     pub residual: Vec<f64>,
-    /// Columns that are always fitted: friction and its Stribeck part.
+    /// Columns that are always fitted: friction, and a part that falls with the speed in any way.
     free: Vec<Vec<f64>>,
 }
 
@@ -40,11 +43,12 @@ impl<'p, 'm> TurnRows<'p, 'm> {
         let law = &m.friction;
         // Within a kernel around a reversal the velocity is not linear: average the friction over the grid of times.
         let dry = |v: f64, level: f64| level * v.signum();
-        let falling = |v: f64| dry(v, (-v.abs() / law.stribeck_velocity).exp());
+        let falling = |v: f64, part: f64| dry(v, (-v.abs() / (part * law.stribeck_velocity)).exp());
         let seen = |value: &dyn Fn(f64) -> f64| -> Vec<f64> {
             windows.averages(&path.v.iter().map(|v| value(*v)).collect::<Vec<f64>>())
         };
-        let free = vec![seen(&|v| dry(v, 1.0)), seen(&falling)];
+        let mut free = vec![seen(&|v| dry(v, 1.0))];
+        free.extend(FALLS.map(|part| seen(&|v| falling(v, part))));
         let friction = seen(&|v| dry(v, law.dry(v)));
         let residual = rows
             .iter()
@@ -74,7 +78,7 @@ impl<'p, 'm> TurnRows<'p, 'm> {
     }
 }
 
-/// Rows of a joint around its reversals: from a short time before until some time and some travel after, without rows at rest.
+/// Rows of a joint around its reversals: from a short time before until some time and some travel after, without rows in which it rests or sticks.
 fn around_turns(motion: &Motion, joint: usize, travel: f64) -> Vec<usize> {
     let m = &motion.joints[joint];
     let (heading, rest) = (heading(motion, joint), rest(motion, joint));
@@ -97,5 +101,7 @@ fn around_turns(motion: &Motion, joint: usize, travel: f64) -> Vec<usize> {
             taken[other] = true;
         }
     }
-    (0..motion.rows()).filter(|row| taken[*row] && m.direction[*row] != 0.0 && m.v[*row].abs() > 0.5 * rest).collect()
+    let held = held(motion, joint);
+    let slides = |row: &usize| m.v[*row].abs() > 0.5 * rest && !held[*row];
+    (0..motion.rows()).filter(|row| taken[*row] && slides(row)).collect()
 }
