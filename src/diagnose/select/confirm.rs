@@ -195,7 +195,12 @@ fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize], rules:
     if let Some((index, least)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
         let reason = format!("its size is only {least:.1} standard errors");
         let rivals = certain(&index).map_or_else(Vec::new, |(rivals, _)| rivals);
-        return Some(Refused { index, reason, rivals, is_simpler: is_simpler(size(index)) });
+        return Some(Refused {
+            index,
+            reason,
+            rivals,
+            is_simpler: is_simpler(size(index), terms[index].coefficients()),
+        });
     }
     let certain: Vec<(Vec<String>, f64)> = judged.iter().filter_map(certain).collect();
     let refused = |(at, reason): (usize, String)| {
@@ -221,9 +226,9 @@ fn too_small([all, least]: [f64; 2], joints: usize) -> Option<f64> {
 }
 
 /// Whether an effect is no more than the one that it would be without its decisive parameter: that parameter is smaller than its error, and the effect
-/// as a whole is not.
-fn is_simpler([all, least]: [f64; 2]) -> bool {
-    all >= 1.0 && least < 1.0
+/// as a whole is not. With a single coefficient nothing would be left of it.
+fn is_simpler([all, least]: [f64; 2], coefficients: usize) -> bool {
+    coefficients > 1 && all >= 1.0 && least < 1.0
 }
 
 /// The least probable of several names, each with the look-alikes among its rivals and its probability, if it has one and is less probable than
@@ -344,7 +349,8 @@ mod tests {
     /// A spring whose stiffness may be zero is a constant torque; one whose stiffness is doubtful may be a spring.
     #[test]
     fn property_only_a_parameter_within_its_error_leaves_a_simpler_effect() {
-        let simpler = |all: f64, least: f64| is_simpler([all, least]);
+        let simpler = |all: f64, least: f64| is_simpler([all, least], 2);
+        assert!(!is_simpler([20.0, 0.7], 1), "a contact whose stiffness is doubtful");
         assert_eq!(
             [simpler(20.0, 0.7), simpler(20.0, 1.7), simpler(0.9, 0.7), simpler(20.0, f64::INFINITY)],
             [true, false, false, false]
