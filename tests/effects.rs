@@ -147,7 +147,7 @@ fn amounts(effect: &dyn Diagnosable) -> (Vec<f64>, Vec<f64>) {
         "link_inertia" => (vec![0.2, 0.1, -0.1, 0.05, 0.05, 0.0, 0.0, 0.05, 0.0, 0.05], vec![2.0]),
         "load_dependent_friction" => (vec![0.15], vec![0.0]),
         // 0.4 kg at r₀ = (0.22, −0.04, 0.02), where the columns have no error: h = m (r₀ − r_c), r_c = (0.12, 0.01, 0) of the last link.
-        "payload" => (vec![0.4, 0.04, -0.02, 0.008], vec![0.22, -0.04, 0.02, 0.3, 0.0]),
+        "payload" => (vec![0.4, 0.04, -0.02, 0.008, 0.003], vec![0.22, -0.04, 0.02, 0.3, 0.0]),
         "position_dependent_friction" => (vec![0.1, 0.15], vec![2.0]),
         "quadratic_drag" => (vec![0.2], Vec::new()),
         // The whole of friction is lacking at rest.

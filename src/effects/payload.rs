@@ -1,11 +1,12 @@
 //! A mass on a link, by default on the last one: a tool or a workpiece that the nominal model does not contain.
 //!
-//! A point mass `m` at `r = (x, y, z)` in the frame of a body. All joints below feel it: by their own acceleration, coupling, Coriolis and
+//! A mass `m` at `r = (x, y, z)` in the frame of a body, with the same moment of inertia `I_c` about every axis through its centre. All joints below feel it: by their own acceleration, coupling, Coriolis and
 //! centrifugal terms, and gravity where present. The torque is linear in the ten parameters of the body, `m`, `h = m r` and
-//! `I = (h·h E − h hᵀ)/m`, and `I` is linear in `m` and `h` near a position `r₀`: `I ≈ Σ_k h_k (2 r₀_k E − e_k r₀ᵀ − r₀ e_kᵀ) − m (r₀·r₀ E − r₀ r₀ᵀ)`, with
+//! `I = (h·h E − h hᵀ)/m + I_c E`, and `I` is linear in `m` and `h` near a position `r₀`: `I ≈ Σ_k h_k (2 r₀_k E − e_k r₀ᵀ − r₀ e_kᵀ) − m (r₀·r₀ E − r₀ r₀ᵀ)`, with
 //! no error at `r = r₀`. So mass and first moments are fitted together, and `r₀` follows them.
-//! Where the motion does not show the position, the mass stays near the centre of mass of its link: `h − m r_c ~ N(0, (m ρ)²)`.
-//! Left out: the size of the payload.
+//! Where the motion does not show the position, the mass stays near the centre of mass of its link: `h − m r_c ~ N(0, (m ρ)²)`; likewise
+//! `I_c ~ N(0, (m κ²)²)`. A point mass would leave the inertia of a load on a wrist to a wrong link.
+//! Left out: moments of inertia that differ by the axis.
 //! Reference: W. Khalil, M. Gautier, P. Lemoine (2007), Identification of the payload inertial parameters of industrial manipulators.
 
 use std::collections::BTreeMap;
@@ -20,7 +21,7 @@ use crate::units::JointKind;
 static ABOUT: About = About {
     name: "payload",
     summary: "A link, by default the last one, carries a mass that the model does not contain.",
-    equation: "τ = m · Y(q, q̇, q̈, r), a point mass at r = (x, y, z) of the body",
+    equation: "τ = m · Y(q, q̇, q̈, r) + I_c · Y(q, q̇, q̈), a mass at r = (x, y, z) of the body",
     kind: Kind::Physics,
     scope: Scope::Machine,
     parameters: &[
@@ -30,6 +31,9 @@ static ABOUT: About = About {
         position("x"),
         position("y"),
         position("z"),
+        ParameterSpec::new("inertia", "I_c", "kg·m²", "moment of inertia about every axis through its centre")
+            .between(-1e5, 1e5)
+            .or(0.0),
         ParameterSpec::new("link", "i", "1", "number of the joint whose link carries it, counted from 1; 0: the last")
             .between(0.0, 128.0)
             .or(0.0),
@@ -49,13 +53,17 @@ pub struct Payload;
 
 /// `ρ` [m] How far from the centre of mass of its link a load is expected: a gripper with a workpiece reaches that far.
 const EXPECTED_WITHIN: f64 = 0.3;
+/// `κ` [m] Radius of gyration that is expected: a cube of 0.25 m.
+const EXPECTED_GYRATION: f64 = 0.1;
 
 /// Parameters of a body.
 const NUMBERS: usize = 10;
+/// Coefficients of a load: mass, first moments, moment of inertia.
+const UNKNOWNS: usize = 5;
 
-/// A point mass.
-fn point(mass: f64, position: Vector3<f64>) -> Inertia {
-    Inertia { mass, com: position, tensor: Matrix3::zeros() }
+/// A mass with a moment of inertia about its centre.
+fn load(mass: f64, position: Vector3<f64>, inertia: f64) -> Inertia {
+    Inertia { mass, com: position, tensor: Matrix3::identity() * inertia }
 }
 
 /// Index of the body that a parameter `link` means.
@@ -107,8 +115,8 @@ impl Place {
     }
 }
 
-/// Changes of a body's ten parameters per unit of the mass at the point `centre` and of the first moments beside it.
-fn changes(centre: &Vector3<f64>, position: &Vector3<f64>) -> [[f64; NUMBERS]; 4] {
+/// Changes of a body's ten parameters per unit of the mass at the point `centre`, of the first moments beside it, and of the moment of inertia.
+fn changes(centre: &Vector3<f64>, position: &Vector3<f64>) -> [[f64; NUMBERS]; UNKNOWNS] {
     let listed = |m: f64, h: Vector3<f64>, i: Matrix3<f64>| {
         [m, h.x, h.y, h.z, i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(1, 1)], i[(1, 2)], i[(2, 2)]]
     };
@@ -120,7 +128,8 @@ fn changes(centre: &Vector3<f64>, position: &Vector3<f64>) -> [[f64; NUMBERS]; 4
     let of_mass =
         (0..3).fold(-(Matrix3::identity() * r.norm_squared() - r * r.transpose()), |sum, k| sum + slope(k) * centre[k]);
     let moment = |k: usize| listed(0.0, Vector3::ith(k, 1.0), slope(k));
-    [listed(1.0, *centre, of_mass), moment(0), moment(1), moment(2)]
+    let of_inertia = listed(0.0, Vector3::zeros(), Matrix3::identity());
+    [listed(1.0, *centre, of_mass), moment(0), moment(1), moment(2), of_inertia]
 }
 
 impl Effect for Payload {
@@ -134,7 +143,7 @@ impl Effect for Payload {
         let index = body_of(&model.robot, given.get("link"));
         if let Some(body) = model.robot.bodies.get_mut(index) {
             // A load that is taken off elsewhere than where the model has it leaves second moments that no body has.
-            body.inertia = body.inertia.joined(&point(given.get("mass"), position)).physical();
+            body.inertia = body.inertia.joined(&load(given.get("mass"), position, given.get("inertia"))).physical();
             if let Some(fault) = body.inertia.fault() {
                 let expected = format!("a mass with which {} can exist as a body, not one with {fault}", body.name);
                 let place = crate::error::Place::File;
@@ -186,8 +195,9 @@ impl Diagnosable for Payload {
         if shape.len() == 1 {
             return Vec::new();
         }
-        let precision = Place::of(shape).spread.max(1e-9).powi(-2);
-        (1..4).map(|k| (k, precision)).collect()
+        let moment = Place::of(shape).spread.max(1e-9);
+        let inertia = moment / EXPECTED_WITHIN * EXPECTED_GYRATION * EXPECTED_GYRATION;
+        (1..UNKNOWNS).map(|k| (k, if k < 4 { moment } else { inertia }.powi(-2))).collect()
     }
 
     fn improved(&self, motion: &Motion, shape: &[f64], coefficients: &[f64]) -> Option<Vec<f64>> {
@@ -206,23 +216,23 @@ impl Diagnosable for Payload {
     fn columns_of_all(&self, motion: &Motion, shape: &[f64]) -> Option<Vec<Vec<Vec<f64>>>> {
         let robot = &motion.model.robot;
         if let Some(position) = on_line(motion, shape) {
-            let change = DMatrix::from_column_slice(NUMBERS, 1, &point(1.0, position).parameters());
+            let change = DMatrix::from_column_slice(NUMBERS, 1, &load(1.0, position, 0.0).parameters());
             return Some(regressed_of_body(motion, robot.bodies.len() - 1, &change));
         }
         let place = Place::of(shape);
         let body = body_of(robot, place.link);
         let changes = changes(&robot.bodies[body].inertia.com, &place.position);
-        Some(regressed_of_body(motion, body, &DMatrix::from_column_slice(NUMBERS, 4, changes.as_flattened())))
+        Some(regressed_of_body(motion, body, &DMatrix::from_column_slice(NUMBERS, UNKNOWNS, changes.as_flattened())))
     }
 
     fn parameters(&self, motion: &Motion, _joint: usize, shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
         if let Some(position) = on_line(motion, shape) {
-            return vec![coefficients[0], position.x, position.y, position.z, 0.0];
+            return vec![coefficients[0], position.x, position.y, position.z, 0.0, 0.0];
         }
         let place = Place::of(shape);
         let centre = motion.model.robot.bodies[body_of(&motion.model.robot, place.link)].inertia.com;
-        let [mass, x, y, z] = coefficients.first_chunk::<4>().copied().unwrap_or_default();
+        let [mass, x, y, z, inertia] = coefficients.first_chunk::<UNKNOWNS>().copied().unwrap_or_default();
         let position = centre + Vector3::new(x, y, z) / if mass == 0.0 { 1.0 } else { mass };
-        vec![mass, position.x, position.y, position.z, place.link]
+        vec![mass, position.x, position.y, position.z, inertia, place.link]
     }
 }

@@ -171,3 +171,22 @@ fn recover_a_load_as_heavy_as_the_last_link_beside_a_rough_model() {
     // Three standard errors, which contain what the link itself may deviate by.
     assert!((measured.value - mass).abs() < 3.0 * measured.std_error, "{measured:?}");
 }
+
+/// A load is no point: one of 0.2 m has an inertia that the wrists feel. Taken for a point, it leaves that to a wrong last link.
+#[test]
+fn recover_the_inertia_of_a_load_beside_a_rough_model() {
+    let machine = symmetric();
+    let mass = 2.0 * machine.robot.bodies[5].inertia.mass;
+    // A cube of 0.2 m: m · 0.2²/6.
+    let inertia = mass * 0.2 * 0.2 / 6.0;
+    let load = effect("payload", None, &[("mass", mass), ("x", 0.09), ("z", 0.022), ("inertia", inertia)]);
+    let found = diagnosed_with(rough::off(&machine, 53, 1.0), &[load], 53);
+    assert_eq!(first(&found).0, "payload");
+    for (name, planted, least) in [("mass", mass, 0.2), ("inertia", inertia, 1.0)] {
+        let measured = &found.effects[0].parameters[name];
+        // Three standard errors, which contain what the link itself may deviate by.
+        assert!((measured.value - planted).abs() < 3.0 * measured.std_error, "{name} {planted} {measured:?}");
+        // The mass is known to a fifth; the inertia is told from none, of which 1.5 times its value was expected beforehand.
+        assert!(measured.std_error < least * planted, "{name} {planted} {measured:?}");
+    }
+}
