@@ -101,13 +101,20 @@ impl Problem<'_> {
             return;
         }
         inertial.altered = !altered.is_empty();
-        inertial.columns = torques(&self.motion, &inertial.coulomb, &deviations, &inertial.directions);
+        inertial.columns = torques(&self.motion, &inertial.coulomb, &deviations, &inertial.directions, &inertial.links);
         inertial.views.fill(None);
         for torque in &altered {
             for (column, torque) in inertial.columns.iter_mut().flatten().zip(torque.iter().flatten()) {
                 column.iter_mut().zip(torque).for_each(|(sum, x)| *sum += x);
             }
         }
+    }
+
+    /// From now on torque constants scale the torque of the links as they deviate in this fit.
+    pub fn scale_links(&mut self, fitted: &Fitted) {
+        let Some(inertial) = self.inertial.as_mut().filter(|_| fitted.inertial != Treated::Fixed) else { return };
+        let z = inertial.estimate(fitted.inertial, &fitted.solution.coefficients);
+        inertial.scale_links(&self.motion, &z);
     }
 
     /// From now on the deviations have the values of this fit.

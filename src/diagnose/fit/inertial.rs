@@ -2,7 +2,7 @@
 //!
 //! `τ = Y(q, q̇, q̈) (π̄ + D u) + J_r (1 + s_J u) a − s_K u τ_rigid + …`, every `u ~ N(0, 1)`. `Y` is the regressor of the bodies' ten parameters `π`
 //! and `D` their change by one standard deviation of each nominal value ([`Accuracy`]); `J_r` the rotor on the joint side. A torque constant
-//! larger by `s_K u` makes the torque computed from a current too small. Unknown gaps and wind-ups move the [posture](super::posture).
+//! larger by `s_K u` makes the torque computed from a current too small: that of the links as they deviate in the last fit. Unknown gaps and wind-ups move the [posture](super::posture).
 //! What the motion shows of `u` are the directions `z = Vᵀ u` with the largest torque: `V` are eigenvectors of the Gram matrix of the
 //! torques, each divided by the RMS torque of its joint. Their prior is `N(0, 1)` again; all other directions are left out.
 //!
@@ -34,6 +34,8 @@ pub struct Inertial {
     pub columns: Vec<Vec<Vec<f64>>>,
     /// `F_C` [N·m or N] Rough Coulomb friction of each joint, which decides on flanks.
     pub coulomb: Vec<f64>,
+    /// `links[joint][row]` [N·m or N] What deviating links added to the rigid torque in the last fit: torque constants scale both.
+    pub links: Vec<Vec<f64>>,
     /// Whether the columns contain what deviations do to the torque of effects.
     pub altered: bool,
     /// What each joint can still decide; `None` before the first fit.
@@ -97,18 +99,21 @@ impl Inertial {
         let few = motion.at_rows(&rows);
         let count = deviations.ncols() + 2 * motion.joints.len() + Posture::count(motion.joints.len());
         let unit = DMatrix::identity(count, count);
-        let eigen = gram(&few, &torques(&few, &coulomb, &deviations, &unit)).symmetric_eigen();
+        let none = |motion: &Motion| vec![vec![0.0; motion.rows()]; motion.joints.len()];
+        let eigen = gram(&few, &torques(&few, &coulomb, &deviations, &unit, &none(&few))).symmetric_eigen();
         let shown: Vec<usize> =
             (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > LEAST_TORQUE * LEAST_TORQUE).collect();
         if shown.is_empty() {
             return None;
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
-        let columns = self::torques(motion, &coulomb, &deviations, &directions);
+        let links = none(motion);
+        let columns = self::torques(motion, &coulomb, &deviations, &directions, &links);
         Some(Self {
             directions,
             columns,
             coulomb,
+            links,
             views: vec![None; motion.joints.len()],
             last: None,
             fixed: false,
@@ -140,6 +145,24 @@ impl Inertial {
     /// Torque of deviations on a joint.
     pub fn torque_of(&self, joint: usize, z: &DVector<f64>) -> Vec<f64> {
         combined(&self.columns[joint], z)
+    }
+
+    /// Scales the torque of the links by the torque constants as they deviate with `z`, whose products the columns do not contain.
+    pub fn scale_links(&mut self, motion: &Motion, z: &DVector<f64>) {
+        let share = motion.model.accuracy.torque_constants;
+        for (joint, m) in motion.joints.iter().enumerate().filter(|(_, m)| m.has_current) {
+            let constant: Vec<f64> = self.directions.row(self.constant_at(joint)).iter().map(|v| share * v).collect();
+            let scale: f64 = constant.iter().zip(z).map(|(constant, z)| constant * z).sum();
+            let torque = self.torque_of(joint, z);
+            let rigid = m.rigid.iter().zip(&self.links[joint]).map(|(rigid, links)| rigid + links);
+            let links: Vec<f64> = torque.iter().zip(rigid).map(|(torque, rigid)| torque + scale * rigid).collect();
+            for (column, constant) in self.columns[joint].iter_mut().zip(constant).filter(|(_, k)| *k != 0.0) {
+                let changes = links.iter().zip(&self.links[joint]);
+                column.iter_mut().zip(changes).for_each(|(x, (after, before))| *x -= constant * (after - before));
+            }
+            self.links[joint] = links;
+        }
+        self.views.fill(None);
     }
 
     /// `z` of the coefficients of a fit; for the fit of one joint, what its rows and those of the other joints say together.
@@ -182,12 +205,13 @@ fn gram(motion: &Motion, torques: &[Vec<Vec<f64>>]) -> DMatrix<f64> {
     gram
 }
 
-/// Torque of each direction on each joint.
+/// Torque of each direction on each joint; torque constants scale the rigid torque with that of deviating `links`.
 pub fn torques(
     motion: &Motion,
     coulomb: &[f64],
     deviations: &DMatrix<f64>,
     directions: &DMatrix<f64>,
+    links: &[Vec<f64>],
 ) -> Vec<Vec<Vec<f64>>> {
     let (of_bodies, dof) = (deviations.ncols(), motion.joints.len());
     let accuracy = &motion.model.accuracy;
@@ -201,9 +225,83 @@ pub fn torques(
             posture.add_to(torque, joint, direction.rows(of_bodies + 2 * dof, Posture::count(dof)));
             let (rotor, scale) = (rotor * direction[of_bodies + joint], scale * direction[of_bodies + dof + joint]);
             if rotor != 0.0 || scale != 0.0 {
-                torque.iter_mut().enumerate().for_each(|(row, x)| *x += rotor * m.a[row] + scale * m.rigid[row]);
+                torque
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(row, x)| *x += rotor * m.a[row] + scale * (m.rigid[row] + links[joint][row]));
             }
         }
     });
     torques
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::effects::JointMotion;
+    use crate::effects::drawn::{MODEL, ROBOT};
+    use crate::robot::Model;
+
+    /// A link with its centre on a level axis is balanced in the nominal model. Off by `c` it weighs `m g c cos q`, of which a current shows
+    /// `(1 − s u)` where the torque constant is larger by `s u`.
+    #[test]
+    fn analytic_a_torque_constant_scales_the_weight_of_a_link_that_is_off() {
+        let accuracy = "[accuracy]\nmasses = 0\ncentres = 0.02\ntorque_constants = 0.05\nrotor_inertias = 0\n\
+            inertias = 0\n";
+        let text = MODEL.replace("[accuracy]\nmasses = 0\ncentres = 0\ninertias = 0\n", accuracy);
+        let robot = ROBOT.replace("xyz=\"0 0 1\"", "xyz=\"0 -1 0\"");
+        let model = Model::from_texts(&text, &robot, Path::new("model.toml")).expect("a model");
+        let times: Vec<f64> = (0..400).map(|row| 0.01 * f64::from(row)).collect();
+        let of = |value: &dyn Fn(f64) -> f64| -> Vec<f64> { times.iter().map(|t| value(*t)).collect() };
+        // Two waves: with one, the torque of inertia would be that of a weight beside the axis.
+        let q = of(&|t| t.sin() + 0.3 * (2.7 * t).sin());
+        let a = of(&|t| -t.sin() - 0.3 * 2.7 * 2.7 * (2.7 * t).sin());
+        let rigid: Vec<f64> = a.iter().map(|a| 0.2 * a).collect();
+        let m = JointMotion {
+            has_current: true,
+            v: of(&|t| t.cos() + 0.81 * (2.7 * t).cos()),
+            torque: rigid.clone(),
+            link_torque: rigid.clone(),
+            direction: of(&|_| 1.0),
+            link_inertia: vec![0.2; times.len()],
+            torque_rate: vec![0.0; times.len()],
+            q,
+            a,
+            rigid,
+            ..JointMotion::default()
+        };
+        let rows = times.len();
+        let motion = Motion {
+            model: &model,
+            sessions: 1,
+            session: vec![0; rows],
+            part: vec![0; rows],
+            start: vec![0.0],
+            interval: 0.01,
+            time: times,
+            half_width: vec![0.01; rows],
+            joints: vec![m],
+        };
+        let mut inertial = Inertial::new(&motion, vec![0.0]).expect("deviations that show");
+        // Three standard deviations of the centre along x, one of the torque constant.
+        let (c, scale) = (3.0 * 0.02, 0.05);
+        let mut u = DVector::zeros(inertial.directions.nrows());
+        (u[1], u[inertial.constant_at(0)]) = (3.0, 1.0);
+        let z = inertial.directions.tr_mul(&u);
+        let weight: Vec<f64> = motion.joints[0].q.iter().map(|q| 9.81 * c * q.cos()).collect();
+        let error = |inertial: &Inertial| {
+            let shown = inertial.torque_of(0, &z);
+            let expected = weight.iter().zip(&motion.joints[0].rigid).map(|(w, rigid)| w - scale * (rigid + w));
+            shown.iter().zip(expected).map(|(shown, expected)| (shown - expected).abs()).fold(0.0, f64::max)
+        };
+        // The product of both is missing: 5 % of the weight.
+        assert!((error(&inertial) / (scale * weight[0]) - 1.0).abs() < 1e-2, "{}", error(&inertial));
+        for _ in 0..2 {
+            inertial.scale_links(&motion, &z);
+            // Rounding, and what the standard gravity of the model differs from 9.81 by, if it does: a part in 1e4.
+            assert!(error(&inertial) < 1e-4 * weight[0], "{}", error(&inertial));
+        }
+    }
 }

@@ -124,7 +124,7 @@ pub fn terms_of(taken: &[Taken]) -> Vec<&Term> {
 pub fn select(problem: &mut Problem, rules: &Rules, progress: &mut dyn FnMut(&str, f64)) -> Option<Selection> {
     let mut taken: Vec<Taken> = Vec::new();
     let mut first_round = Vec::new();
-    let mut fitted = problem.settle(&[])?;
+    let mut fitted = resettle(problem, &mut taken)?;
     let mut nominal = Nominal::new(problem)?;
     // Add effects, then exchange earlier ones that a later effect made worse than a rival; repeat if that changed anything.
     for pass in 0..PASSES {
@@ -263,18 +263,17 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], explai
     false
 }
 
-/// Fits the baseline again with the terms, whose columns may depend on the baseline's friction.
+/// Fits the baseline again with the terms, whose columns may depend on the baseline's friction, as those of the deviations do on each other.
 pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
-    let mut fitted = None;
     for _ in 0..2 {
-        let terms = terms_of(taken);
-        fitted = Some(problem.settle(&terms)?);
+        let fitted = problem.settle(&terms_of(taken))?;
+        problem.scale_links(&fitted);
         for term in taken.iter_mut().flat_map(|taken| &mut taken.terms) {
             *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
         }
     }
     let terms = terms_of(taken);
-    problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU).or(fitted)
+    problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU)
 }
 
 /// Evidence of one effect beside all others, beyond the inaccuracy of the laws.
