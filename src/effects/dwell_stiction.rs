@@ -70,6 +70,8 @@ const DISTANCES: [f64; 3] = [2.0, 6.0, 18.0];
 /// over 3 to 10 gaps
 /// (tuning seeds 20001, 20006, 20015, 20017, 20022), and machines with hidden growth no more often.
 const FARTHEST: [f64; 2] = [2.0, 24.0];
+/// [s] Time at rest that is shorter than the interval between two samples: growth is complete after any rest.
+const AT_ONCE: f64 = 1e-3;
 /// Growth that is tried, relative to Coulomb friction.
 const TRIED: f64 = 0.3;
 /// Least number of rests.
@@ -108,6 +110,19 @@ impl AtTurns for DwellStiction {
             .collect()
     }
 
+    /// The same growth after any rest: a breakaway beyond the law of the speed.
+    fn without_claim(&self, seen: &Turns, values: &[f64]) -> Vec<Trial> {
+        let count = seen.motion.model.joints[seen.joint].encoder_step();
+        let distances = DISTANCES.into_iter().map(|counts| counts * count);
+        distances
+            .map(|distance| Trial {
+                values: vec![values[0], AT_ONCE, distance],
+                scales: vec![values[0], 0.0, distance],
+                proportional: true,
+            })
+            .collect()
+    }
+
     fn visible(&self, seen: &Turns, values: &[f64]) -> bool {
         let count = seen.motion.model.joints[seen.joint].encoder_step();
         let near = values[2] < (FARTHEST[0] * seen.gap).max(FARTHEST[1] * count);
@@ -128,12 +143,14 @@ mod tests {
     use super::*;
     use crate::effects::{JointMotion, Motion};
 
-    #[test]
-    fn property_growth_that_a_short_rest_completes_is_no_growth() {
+    fn model() -> Model {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/elbow/model.toml");
-        let model = Model::load(&file).expect("a robot of the catalogue");
-        let motion = Motion {
-            model: &model,
+        Model::load(&file).expect("a robot of the catalogue")
+    }
+
+    fn still(model: &Model) -> Motion<'_> {
+        Motion {
+            model,
             sessions: 1,
             session: Vec::new(),
             part: Vec::new(),
@@ -142,7 +159,13 @@ mod tests {
             time: Vec::new(),
             half_width: Vec::new(),
             joints: vec![JointMotion::default(); model.joints.len()],
-        };
+        }
+    }
+
+    #[test]
+    fn property_growth_that_a_short_rest_completes_is_no_growth() {
+        let model = model();
+        let motion = still(&model);
         let seen =
             Turns { motion: &motion, joint: 0, gap: 1e-3, rests: (1..=11).map(|k| 0.1 * f64::from(k)).collect() };
         assert_eq!(short_and_long(&seen.rests), [0.2, 1.0]);
@@ -150,5 +173,20 @@ mod tests {
         // 1 − e^{−0.2/T} is 0.9 at T = 0.087 s.
         let shows = |time: f64| DwellStiction.visible(&seen, &[1.0, time, 1e-4]);
         assert!(shows(1.0) && shows(0.09) && !shows(0.08));
+    }
+
+    /// What is left is a breakaway that no rest is too short for, and which time does not make larger.
+    #[test]
+    fn property_without_its_claim_it_does_not_depend_on_the_rest() {
+        let model = model();
+        let motion = still(&model);
+        let seen = Turns { motion: &motion, joint: 0, gap: 0.0, rests: Vec::new() };
+        let trials = DwellStiction.without_claim(&seen, &[0.2, 0.5, 1e-4]);
+        assert_eq!(trials.len(), DISTANCES.len());
+        for Trial { values, scales, .. } in trials {
+            // A rest of 10 ms, which few recordings resolve.
+            assert!(values[0] == 0.2 && 1.0 - (-0.01 / values[1]).exp() > 0.999, "{values:?}");
+            assert!(scales[0] > 0.0 && scales[1] == 0.0 && scales[2] > 0.0, "{scales:?}");
+        }
     }
 }

@@ -21,7 +21,7 @@ pub struct Turns<'a> {
 pub struct Trial {
     /// In the order of [`About::parameters`](super::About::parameters); parameters with a default may be missing at the end, and are then not fitted.
     pub values: Vec<f64>,
-    /// Possible error of each value.
+    /// Possible error of each value; zero keeps the value.
     pub scales: Vec<f64>,
     /// Whether its torque is proportional to the first parameter.
     pub proportional: bool,
@@ -36,6 +36,11 @@ pub trait AtTurns: Effect {
 
     /// Starting parameters over the whole plausible range.
     fn trials(&self, seen: &Turns) -> Vec<Trial>;
+
+    /// Starting parameters of the same effect without the dependence that its name claims. What they explain as well as `values` is no evidence for it.
+    fn without_claim(&self, _seen: &Turns, _values: &[f64]) -> Vec<Trial> {
+        Vec::new()
+    }
 
     /// [nats] Evidence that it needs beyond that of other effects, if it can fit any soft behaviour at a reversal.
     fn reserve(&self) -> f64 {

@@ -31,7 +31,7 @@ pub struct Planted {
     pub effect: &'static dyn AtTurns,
     /// Its parameter values.
     pub values: Vec<f64>,
-    /// Possible error of each parameter.
+    /// Possible error of each parameter; zero for one that keeps its value.
     pub scales: Vec<f64>,
 }
 
@@ -164,6 +164,10 @@ impl TurnRows<'_, '_> {
         let (values, scales) = (setting.values(), setting.scales(self.count()));
         let mut columns = Vec::new();
         for (index, scale) in scales.iter().enumerate() {
+            if *scale == 0.0 {
+                columns.push(vec![0.0; lack.len()]);
+                continue;
+            }
             let moved = |by: f64| {
                 let mut moved = values.clone();
                 moved[index] += by;

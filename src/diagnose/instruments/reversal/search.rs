@@ -10,7 +10,7 @@ use crate::diagnose::fit::problem::{Part, Problem};
 use crate::diagnose::fit::regression::Solution;
 use crate::diagnose::residuals::gains;
 use crate::diagnose::rows::reversals::rests;
-use crate::effects::{AtTurns, Turns};
+use crate::effects::{AtTurns, Trial, Turns};
 use crate::replay::Gain;
 use crate::robot::TorqueAt;
 use crate::timeseries::TimeSeries;
@@ -97,20 +97,23 @@ fn of_joint(problem: &Problem, joint: usize, sessions: &[&TimeSeries], residual:
         return Vec::new();
     }
     let Some(nominal) = nominal(&channel, gap, count) else { return Vec::new() };
-    let Some((before, without)) = channel.predict(&nominal) else { return Vec::new() };
     let turns =
         Turns { motion: &problem.motion, joint, gap: nominal.setting.gap, rests: rests(&problem.motion, joint) };
+    let Some(nominal) = Predicted::of(&channel, nominal) else { return Vec::new() };
     let effects: Vec<&'static dyn AtTurns> =
         problem.catalogue.at_turns().filter(|effect| effect.applies(&turns)).collect();
     let of_effect = |effect: &&'static dyn AtTurns| {
-        let (starts, tried) = best_trials(&channel, &nominal, *effect, &turns);
+        let (starts, tried) = best_trials(&channel, &nominal.fit, *effect, &turns);
         let fits = starts.iter().filter_map(|setting| channel.fitted(setting));
         let fit = fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
-        let visible = effect.visible(&turns, &fit.setting.planted.first()?.values);
-        if !visible {
+        let values = &fit.setting.planted.first()?.values;
+        if !effect.visible(&turns, values) {
             return None;
         }
-        judged(&channel, &nominal, &before, &without, &fit, tried)
+        let plain = without_claim(&channel, &fit, effect.without_claim(&turns, values));
+        let before =
+            plain.as_ref().filter(|plain| plain.likelihood.folds > nominal.likelihood.folds).unwrap_or(&nominal);
+        judged(&channel, before, &Predicted::of(&channel, fit)?, tried)
     };
     side_by_side(&effects, held(problem), of_effect).into_iter().flatten().collect()
 }
@@ -177,19 +180,35 @@ fn best_trials(
     (starts.map(|(_, setting)| setting).collect(), tried)
 }
 
-fn judged(
-    channel: &TurnRows,
-    nominal: &TurnFit,
-    before: &TurnLikelihood,
-    without: &Solution,
-    fit: &TurnFit,
-    tried: usize,
-) -> Option<TurnCandidate> {
-    let (after, solution) = channel.predict(fit)?;
-    let planted = fit.setting.planted.first()?;
+/// A fit and its predictions.
+struct Predicted {
+    fit: TurnFit,
+    likelihood: TurnLikelihood,
+    solution: Solution,
+}
+
+impl Predicted {
+    fn of(channel: &TurnRows, fit: TurnFit) -> Option<Self> {
+        let (likelihood, solution) = channel.predict(&fit)?;
+        Some(Self { fit, likelihood, solution })
+    }
+}
+
+/// The best fit of an effect [without its claim](AtTurns::without_claim), in the gear of a fit with it.
+fn without_claim(channel: &TurnRows, fit: &TurnFit, trials: Vec<Trial>) -> Option<Predicted> {
+    let effect = fit.setting.planted.first()?.effect;
+    let fits = trials.into_iter().filter_map(|trial| {
+        channel.fitted(&Setting { planted: vec![Planted::new(effect, trial)], ..fit.setting.clone() })
+    });
+    Predicted::of(channel, fits.max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?)
+}
+
+/// What speaks for an effect, `after` it was installed, against a fit `before`.
+fn judged(channel: &TurnRows, before: &Predicted, after: &Predicted, tried: usize) -> Option<TurnCandidate> {
+    let planted = after.fit.setting.planted.first()?;
     // Take the number of independent rows from the richer model: an effect that is left out makes correlated errors.
-    let independence = after.independence;
-    let variances = channel.variances(fit, &solution, independence)?;
+    let independence = after.likelihood.independence;
+    let variances = channel.variances(&after.fit, &after.solution, independence)?;
     let values = planted
         .values
         .iter()
@@ -197,17 +216,17 @@ fn judged(
         .enumerate()
         .map(|(k, (value, scale))| [*value, variances[2 + k].max(0.0).sqrt().hypot(TurnRules::SYSTEMATIC * scale)]);
     let held_out = channel.part(Part::HeldOut);
-    let errors = |fit: &TurnFit, solution: &Solution| {
-        channel.system(&held_out, &fit.lack, &fit.columns).blocks[0].residual(&solution.coefficients)
+    let errors = |one: &Predicted| {
+        channel.system(&held_out, &one.fit.lack, &one.fit.columns).blocks[0].residual(&one.solution.coefficients)
     };
     let rows: Vec<usize> = held_out.iter().map(|index| channel.rows[*index]).collect();
-    let gain = gains::of_rows(&channel.problem.motion, &rows, [&errors(nominal, without), &errors(fit, &solution)]);
+    let gain = gains::of_rows(&channel.problem.motion, &rows, [&errors(before), &errors(after)]);
     Some(TurnCandidate {
         effect: planted.effect,
         joint: channel.joint,
         values: values.collect(),
-        folds: independence * (after.folds - before.folds) - (tried as f64).ln(),
-        log_scale: (before.scale / after.scale).ln(),
+        folds: independence * (after.likelihood.folds - before.likelihood.folds) - (tried as f64).ln(),
+        log_scale: (before.likelihood.scale / after.likelihood.scale).ln(),
         gain,
     })
 }
