@@ -37,6 +37,11 @@ pub fn records(
             "its parameters would lie outside their ranges".to_owned()
         } else if !rules.support(total, log_scale) {
             format!("evidence {total:.1} nats, {:.1} % of the error: too little for a name", 100.0 * log_scale)
+        } else if selection.taken.is_empty() && withdrawn.is_empty() {
+            let least = 100.0 * rules.torque_of(candidate.effect().about());
+            format!(
+                "evidence {total:.0} nats alone, but less than {least} % of the torque, or superfluous beside such an effect"
+            )
         } else {
             format!("evidence {total:.0} nats alone, superfluous beside what was taken before it")
         };
