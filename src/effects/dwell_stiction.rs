@@ -70,7 +70,7 @@ const DISTANCES: [f64; 3] = [2.0, 6.0, 18.0];
 /// over 3 to 10 gaps
 /// (tuning seeds 20001, 20006, 20015, 20017, 20022), and machines with hidden growth no more often.
 const FARTHEST: [f64; 2] = [2.0, 24.0];
-/// [s] Time at rest that is shorter than the interval between two samples: growth is complete after any rest.
+/// [s] Time constant that is short beside any rest that a recording resolves: growth is complete at once.
 const AT_ONCE: f64 = 1e-3;
 /// Growth that is tried, relative to Coulomb friction.
 const TRIED: f64 = 0.3;

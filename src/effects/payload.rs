@@ -1,9 +1,10 @@
 //! A mass on a link, by default on the last one: a tool or a workpiece that the nominal model does not contain.
 //!
-//! A mass `m` at `r = (x, y, z)` in the frame of a body, with the same moment of inertia `I_c` about every axis through its centre. All joints below feel it: by their own acceleration, coupling, Coriolis and
-//! centrifugal terms, and gravity where present. The torque is linear in the ten parameters of the body, `m`, `h = m r` and
-//! `I = (h·h E − h hᵀ)/m + I_c E`, and `I` is linear in `m` and `h` near a position `r₀`: `I ≈ Σ_k h_k (2 r₀_k E − e_k r₀ᵀ − r₀ e_kᵀ) − m (r₀·r₀ E − r₀ r₀ᵀ)`, with
-//! no error at `r = r₀`. So mass and first moments are fitted together, and `r₀` follows them.
+//! A mass `m` at `r = (x, y, z)` in the frame of a body, with the same moment of inertia `I_c` about every axis through its centre. All joints
+//! below feel it: by their own acceleration, coupling, Coriolis and centrifugal terms, and gravity where present. The torque is linear in the
+//! ten parameters of the body, `m`, `h = m r` and `I = (h·h E − h hᵀ)/m + I_c E`, and the first part of `I` is linear in `m` and `h` near a
+//! position `r₀`: `Σ_k h_k (2 r₀_k E − e_k r₀ᵀ − r₀ e_kᵀ) − m (r₀·r₀ E − r₀ r₀ᵀ)`, with no error at `r = r₀`. So mass, first moments and `I_c` are
+//! fitted together, and `r₀` follows them.
 //! Where the motion does not show the position, the mass stays near the centre of mass of its link: `h − m r_c ~ N(0, (m ρ)²)`; likewise
 //! `I_c ~ N(0, (m κ²)²)`. A point mass would leave the inertia of a load on a wrist to a wrong link.
 //! Left out: moments of inertia that differ by the axis.

@@ -37,7 +37,7 @@ pub trait AtTurns: Effect {
     /// Starting parameters over the whole plausible range.
     fn trials(&self, seen: &Turns) -> Vec<Trial>;
 
-    /// Starting parameters of the same effect without the dependence that its name claims. What they explain as well as `values` is no evidence for it.
+    /// Starting parameters of the same effect without the dependence that its name claims. What it explains with them is no evidence for the name.
     fn without_claim(&self, _seen: &Turns, _values: &[f64]) -> Vec<Trial> {
         Vec::new()
     }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   torque_constant_error e     F/(1 + e): friction, computed from the current with the nominal constant, changes by −e/(1 + e)
-//!   payload m at d              I ≤ |m| d²: what differs by the axis of the load's own inertia adds to that of each wrist
+//!   payload m at d              I ≤ |m| d²: what is left of the load's own inertia adds to that of each wrist
 //! ```
 //! The column of a wrong torque constant contains the rigid body's torque, since both recordings share their friction. A body that is mounted at the
 //! origin of its link has a radius of gyration of at most the distance `d` of its centre.

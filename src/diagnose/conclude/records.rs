@@ -38,7 +38,7 @@ pub fn records(
         } else if !rules.support(total, log_scale) {
             format!("evidence {total:.1} nats, {:.1} % of the error: too little for a name", 100.0 * log_scale)
         } else if selection.taken.is_empty() && withdrawn.is_empty() {
-            let least = 100.0 * rules.torque_of(candidate.effect().about());
+            let least = 100.0 * rules.least_torque;
             format!(
                 "evidence {total:.0} nats alone, but less than {least} % of the torque, or superfluous beside such an effect"
             )

@@ -265,15 +265,16 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], explai
 
 /// Fits the baseline again with the terms, whose columns may depend on the baseline's friction, as those of the deviations do on each other.
 pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
+    let mut last = None;
     for _ in 0..2 {
-        let fitted = problem.settle(&terms_of(taken))?;
-        problem.scale_links(&fitted);
+        let fitted = last.insert(problem.settle(&terms_of(taken))?);
+        problem.scale_links(fitted);
         for term in taken.iter_mut().flat_map(|taken| &mut taken.terms) {
             *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
         }
     }
     let terms = terms_of(taken);
-    problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU)
+    problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU).or(last)
 }
 
 /// Evidence of one effect beside all others, beyond the inaccuracy of the laws.

@@ -186,7 +186,7 @@ fn recover_the_inertia_of_a_load_beside_a_rough_model() {
         let measured = &found.effects[0].parameters[name];
         // Three standard errors, which contain what the link itself may deviate by.
         assert!((measured.value - planted).abs() < 3.0 * measured.std_error, "{name} {planted} {measured:?}");
-        // The mass is known to a fifth; the inertia is told from none, of which 1.5 times its value was expected beforehand.
+        // The mass is known to a fifth. The inertia is known to its value, where 1.5 times that was expected beforehand: the data say something of it.
         assert!(measured.std_error < least * planted, "{name} {planted} {measured:?}");
     }
 }

@@ -5,7 +5,8 @@
 //!                                                       ▲                                                │
 //!                           gear along the measured motion ◀─ effect.install ◀─ trials of each effect ◀──┘
 //! ```
-//! A hard gear with a gap is simulated along the measured motion of the rotor, once as fitted and once with an effect installed.
+//! A hard gear with a gap is simulated along the measured motion of the rotor, once as fitted and once with an effect installed. Where the name of
+//! an effect claims a dependence, the gear as fitted also has the effect without it, if that explains more.
 //! An effect is chosen if the difference explains training rows that were not used for the fit and the interval of its size excludes zero, and named
 //! if it gains on held-out data.
 //!
