@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 use super::kernel::{Gains, kernel_gain};
 use crate::dynamics::Dynamics;
 use crate::gearhead::{Exponential, Friction, FrictionLaw};
-use crate::robot::{Body, Model, Robot, TorqueAt};
+use crate::robot::{Accuracy, Body, Model, Robot, TorqueAt};
 
 /// `ω/ω_r` [1] Largest frequency of a ripple in the rotor's torque that rows describe, over the resonance of the link on its gear. Rows take the link's
 /// acceleration from the rotor, and the link's is `1/(1 − (ω/ω_r)²)` times that: 1.19 at this frequency.
@@ -200,6 +200,18 @@ impl Motion<'_> {
                 let friction = m.friction.dry(m.v[row]) * m.direction[row] + m.friction.viscous * m.v[row];
                 m.torque[row] - model.reflected_inertia() * m.a[row] - friction
             }
+        }
+    }
+
+    /// `s_K` [1] How well the scale of a joint's torque is known, one standard deviation. Drives compute the torque that they report from their
+    /// current: it is as well known as a usual torque constant, or better where the model says so, however little the model knows of the motor. A
+    /// sensor behind the gear is exact.
+    pub fn scale_accuracy(&self, joint: usize) -> f64 {
+        let stated = self.model.accuracy.torque_constants;
+        match (self.model.joints[joint].torque_at, self.joints[joint].has_current) {
+            (TorqueAt::Link, _) => 0.0,
+            (TorqueAt::Motor, true) => stated,
+            (TorqueAt::Motor, false) => stated.min(Accuracy::default().torque_constants),
         }
     }
 

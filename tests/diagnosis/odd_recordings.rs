@@ -41,14 +41,14 @@ fn session(name: &str, interval: f64, channels: [(Channel, Vec<f64>); 2]) -> Tim
     TimeSeries { name: name.to_owned(), time, joints: vec![joint] }
 }
 
-/// A sine with the torque of 0.08 kg m² (the model has 0.05), Coulomb and viscous friction, and noise.
+/// A sine with the torque of 0.1 kg m² (the model has 0.05, to about 10 %), Coulomb and viscous friction, and noise.
 fn ordinary(name: &str, rng: &mut ChaCha8Rng, samples: usize) -> TimeSeries {
     let (interval, omega) = (0.002, rng.random_range(1.0..3.0));
     let t = |k: usize| k as f64 * interval;
     let position = (0..samples).map(|k| (omega * t(k)).sin()).collect();
     let torque = (0..samples).map(|k| {
         let (v, a) = (omega * (omega * t(k)).cos(), -omega * omega * (omega * t(k)).sin());
-        0.08 * a + 0.3 * v.signum() + 0.4 * v + 0.02 * rng.random_range(-1.0..1.0)
+        0.1 * a + 0.3 * v.signum() + 0.4 * v + 0.02 * rng.random_range(-1.0..1.0)
     });
     session(name, interval, [(Channel::Position, position), (Channel::Torque, torque.collect())])
 }

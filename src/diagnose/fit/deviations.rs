@@ -8,7 +8,7 @@ use super::pose::rough_coulomb;
 use super::problem::{Fitted, Part, Problem};
 use super::term::Term;
 use super::view::{Information, View, combined};
-use crate::effects::{JointMotion, Kind, Motion};
+use crate::effects::{Kind, Motion};
 use crate::robot::Model;
 
 /// [1] Precision of what has no prior, as a share of what all rows say of it: half of the digits.
@@ -140,12 +140,15 @@ impl Problem<'_> {
         }
     }
 
-    /// The nominal model with the deviations that are held; and the true torque of
-    /// each joint relative to that of the nominal model.
+    /// The nominal model with the deviations that are held; and the true torque of each joint relative to that of the nominal model. A recorded
+    /// torque remains the unit of its joint: it drives a simulation as it is, and no torque constant of the model has a part in it.
     pub fn deviating_model(&self) -> (Model, Vec<f64>) {
         let (model, dof) = (self.motion.model, self.baseline.len());
         let held = self.inertial.as_ref().and_then(|inertial| Some((inertial, inertial.values(&inertial.held()?.z))));
-        let Some((inertial, u)) = held else { return (model.clone(), vec![1.0; dof]) };
+        let Some((inertial, mut u)) = held else { return (model.clone(), vec![1.0; dof]) };
+        for joint in (0..dof).filter(|joint| !self.motion.joints[*joint].has_current) {
+            u[inertial.constant_at(joint)] = 0.0;
+        }
         let factor = |joint: usize| model.accuracy.torque_factor(u[inertial.constant_at(joint)]);
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
     }
@@ -200,13 +203,13 @@ impl Problem<'_> {
 
 /// What the torque constants in each direction do to the torque of an effect of the machine.
 fn rescaled(motion: &Motion, inertial: &Inertial, term: &Term, coefficients: &[f64]) -> Vec<Vec<Vec<f64>>> {
-    let accuracy = &motion.model.accuracy;
-    let of_joint = |(joint, m): (usize, &JointMotion)| -> Vec<Vec<f64>> {
-        let place = term.joints.iter().position(|own| *own == joint).filter(|_| m.has_current);
+    let of_joint = |joint: usize| -> Vec<Vec<f64>> {
+        let place = term.joints.iter().position(|own| *own == joint);
         let torque =
             place.map_or_else(|| vec![0.0; motion.rows()], |place| combined(&term.columns[place], coefficients));
-        let scale = |u: &f64| torque.iter().map(|torque| -accuracy.torque_constants * u * torque).collect();
+        let share = motion.scale_accuracy(joint);
+        let scale = |u: &f64| torque.iter().map(|torque| -share * u * torque).collect();
         inertial.directions.row(inertial.constant_at(joint)).iter().map(scale).collect()
     };
-    motion.joints.iter().enumerate().map(of_joint).collect()
+    (0..motion.joints.len()).map(of_joint).collect()
 }

@@ -150,8 +150,8 @@ impl Inertial {
 
     /// Scales the torque of the links by the torque constants as they deviate with `z`, whose products the columns do not contain.
     pub fn scale_links(&mut self, motion: &Motion, z: &DVector<f64>) {
-        let share = motion.model.accuracy.torque_constants;
-        for (joint, m) in motion.joints.iter().enumerate().filter(|(_, m)| m.has_current) {
+        let shares = (0..motion.joints.len()).map(|joint| motion.scale_accuracy(joint));
+        for ((joint, m), share) in motion.joints.iter().enumerate().zip(shares).filter(|(_, share)| *share > 0.0) {
             let constant: Vec<f64> = self.directions.row(self.constant_at(joint)).iter().map(|v| share * v).collect();
             let scale: f64 = constant.iter().zip(z).map(|(constant, z)| constant * z).sum();
             let torque = self.torque_of(joint, z);
@@ -221,7 +221,7 @@ pub fn torques(
     torques.par_iter_mut().enumerate().for_each(|(joint, torques)| {
         let m = &motion.joints[joint];
         let rotor = accuracy.rotor_inertias * motion.model.joints[joint].reflected_inertia();
-        let scale = if m.has_current { -accuracy.torque_constants } else { 0.0 };
+        let scale = -motion.scale_accuracy(joint);
         for (torque, direction) in torques.iter_mut().zip(directions.column_iter()) {
             posture.add_to(torque, joint, direction.rows(of_bodies + 2 * dof, Posture::count(dof)));
             let (rotor, scale) = (rotor * direction[of_bodies + joint], scale * direction[of_bodies + dof + joint]);
