@@ -126,6 +126,7 @@ fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidat
     let of_candidate = |candidate: &Candidate| Candidate {
         terms: candidate.terms.iter().map(outline).collect(),
         evidence: candidate.evidence.clone(),
+        choice: candidate.choice.clone(),
         sensible: candidate.sensible,
     };
     candidates.map(of_candidate).collect()

@@ -41,6 +41,7 @@ impl Prediction {
             evidence[joint] = Evidence {
                 nats: self.independence[joint] * self.gained_elsewhere(before, joint),
                 log_scale: (before.scale[joint] / self.scale[joint]).ln(),
+                error: self.scale[joint],
             };
         }
         evidence
@@ -67,11 +68,18 @@ impl Prediction {
 pub struct Evidence {
     /// [nats] Gain of log-likelihood by cross-validation, reduced for the choice among shapes.
     pub nats: f64,
-    /// [1] Logarithm of the error scale without the term, divided by that with it.
+    /// [1] Logarithm of the error scale without the term, divided by that with it, at the same deviations of the nominal model.
     pub log_scale: f64,
+    /// [N·m or N] Error scale with the term. Other terms leave other deviations: errors compare with each other, falls do not.
+    pub error: f64,
 }
 
 impl Evidence {
+    /// [1] Logarithm by which the error is larger than with other terms on the same joint.
+    pub fn worse_than(&self, other: &Self) -> f64 {
+        (self.error / other.error).ln()
+    }
+
     /// Whether it supports an effect on one joint.
     pub fn is_enough(&self, rules: &Rules) -> bool {
         rules.support(self.nats, self.log_scale)

@@ -1,5 +1,6 @@
 //! Candidates: each effect of the catalogue where it can act, with its best shape and its evidence.
 
+use super::certainty::FAR;
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
 use crate::diagnose::fit::cause::Cause;
@@ -33,6 +34,8 @@ pub struct Candidate {
     pub terms: Vec<Term>,
     /// Evidence on each joint of the model.
     pub evidence: Vec<Evidence>,
+    /// [nats] What the choice among shapes cost each joint, in its evidence.
+    pub choice: Vec<f64>,
     /// Whether its parameters lie in their ranges.
     pub sensible: bool,
 }
@@ -66,6 +69,12 @@ impl Candidate {
     /// Whether the rules accept it.
     pub fn is_accepted(&self, rules: &Rules) -> bool {
         self.sensible && rules.support(self.total(), self.log_scale())
+    }
+
+    /// [1] Largest logarithm by which its error exceeds that of another candidate on a joint on which one of them acts.
+    fn worse_than(&self, other: &Self) -> f64 {
+        let joints = self.joints().into_iter().chain(other.joints());
+        joints.map(|joint| self.evidence[joint].worse_than(&other.evidence[joint])).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Largest fall of the error's logarithm on a joint.
@@ -140,7 +149,10 @@ impl Search<'_, '_> {
     fn best(&self, effect: Cause, joints: &[usize]) -> Option<(Term, f64, usize)> {
         let motion = &self.problem.motion;
         let mut shapes = effect.shapes(motion, joints[0]);
-        shapes.retain(|shape| !self.problem.is_taken_out(&*effect, joints[0], shape));
+        let is_taken = |shape: &Vec<f64>| {
+            self.terms.iter().any(|term| term.effect == effect && term.joints == joints && term.shape == *shape)
+        };
+        shapes.retain(|shape| !self.problem.is_taken_out(&*effect, joints[0], shape) && !is_taken(shape));
         let count = shapes.len();
         let all = shapes.clone();
         let mut best: Option<(Term, f64)> = None;
@@ -270,6 +282,7 @@ fn gather(search: &Search, found: Vec<Candidate>) -> Vec<Candidate> {
                 if other.sensible && enough(&other.evidence[first]) {
                     other.terms.extend(candidate.terms);
                     other.evidence[joint] = candidate.evidence[joint];
+                    other.choice[joint] = candidate.choice[joint];
                 } else {
                     *other = candidate;
                 }
@@ -289,15 +302,20 @@ fn gather(search: &Search, found: Vec<Candidate>) -> Vec<Candidate> {
     }
     gathered.par_iter_mut().filter(|candidate| candidate.terms.len() > 1).for_each(|one| together(search, one));
     strongest_first(&mut gathered);
-    // The deviations that the other joints show are an estimate, so the candidate that would be taken is fitted with all joints.
+    // The deviations that the other joints show are an estimate, so what could be taken, and what it is compared with, is fitted with all joints.
     let mut fitted: Vec<Cause> = Vec::new();
-    while let Some(best) = choose(&gathered, rules).filter(|best| best.is_of_one_joint()).map(Candidate::effect) {
-        if fitted.contains(&best) {
+    loop {
+        let accepted = || gathered.iter().filter(|one| one.is_accepted(rules));
+        let least = FAR * accepted().map(Candidate::total).fold(0.0, f64::max);
+        let compares =
+            |one: &&Candidate| one.is_of_one_joint() && one.total() > least && !fitted.contains(&one.effect());
+        let next: Vec<Cause> = accepted().filter(compares).map(Candidate::effect).collect();
+        if next.is_empty() {
             break;
         }
-        fitted.push(best);
-        gathered.par_iter_mut().filter(|candidate| candidate.effect() == best).for_each(|one| together(search, one));
+        gathered.par_iter_mut().filter(|one| next.contains(&one.effect())).for_each(|one| together(search, one));
         strongest_first(&mut gathered);
+        fitted.extend(next);
     }
     gathered
 }
@@ -308,18 +326,17 @@ fn gather(search: &Search, found: Vec<Candidate>) -> Vec<Candidate> {
 pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate> {
     let strongest = found.iter().find(|candidate| candidate.is_accepted(rules))?;
     let least = strongest.total() - rules.tied(strongest.total());
-    let as_good = |other: &&Candidate| other.total() > least && other.log_scale() > strongest.log_scale() - MODEL_ERROR;
+    let as_good = |other: &&Candidate| other.total() > least && other.worse_than(strongest) < MODEL_ERROR;
     let accepted = || found.iter().filter(|other| other.is_accepted(rules));
     let chosen = accepted().filter(as_good).min_by_key(|other| other.complexity())?;
     let likelier = chosen.effect().yields_to();
-    let no_worse = |other: &&Candidate| {
-        likelier.contains(&other.effect().name()) && other.log_scale() > chosen.log_scale() - MODEL_ERROR
-    };
+    let no_worse =
+        |other: &&Candidate| likelier.contains(&other.effect().name()) && other.worse_than(chosen) < MODEL_ERROR;
     Some(accepted().find(no_worse).unwrap_or(chosen))
 }
 
 /// The evidence for an effect of joints, fitted with all joints at once. Each joint alone counts the same deviations of the nominal model
-/// as explained. The evidence that each joint lost for the choice of its shapes remains lost.
+/// as explained, and takes those that the other joints show as they were before.
 fn together(search: &Search, candidate: &mut Candidate) {
     let problem = search.problem;
     let mut terms = search.terms.clone();
@@ -335,10 +352,8 @@ fn together(search: &Search, candidate: &mut Candidate) {
         let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
         joint[term.joints[0]].nats += at_rest(problem, term, own);
     }
-    for (alone, together) in candidate.evidence.iter_mut().zip(joint) {
-        alone.nats = alone.nats.min(together.nats);
-        alone.log_scale = together.log_scale;
-    }
+    joint.iter_mut().zip(&candidate.choice).for_each(|(evidence, cost)| evidence.nats -= cost);
+    candidate.evidence = joint;
 }
 
 /// Predictions without a candidate: of all joints, and where deviations of the model are fitted, of the joints that each candidate is fitted to.
@@ -390,7 +405,9 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
 fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate> {
     let (term, training_gain, shapes) = search.best(effect, joints)?;
     let dof = search.problem.baseline.len();
-    let mut evidence = vec![Evidence::default(); dof];
+    let without = |joint| Evidence { error: search.fitted.solution.scale[joint], ..Evidence::default() };
+    let mut evidence: Vec<Evidence> = (0..dof).map(without).collect();
+    let mut choice = vec![0.0; dof];
     let mut terms = search.terms.clone();
     terms.push(&term);
     let fitted = search.with(&term)?;
@@ -401,12 +418,14 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
     if training_gain > LEAST_GAIN {
         let after = prediction(search.problem, &terms, &fitted)?;
         let pair = [search.before(joints), &after];
-        evidence = weighed(search.problem, &search.terms, &fitted, pair, search.inaccuracy(effect))?;
+        let own = weighed(search.problem, &search.terms, &fitted, pair, search.inaccuracy(effect))?;
+        fitted.joints.iter().for_each(|joint| evidence[*joint] = own[*joint]);
         count_lines(search.problem, &terms, &fitted, terms.len() - 1..terms.len(), &mut evidence);
-        evidence[joints[0]].nats -= (shapes as f64).ln();
+        choice[joints[0]] = (shapes as f64).ln();
+        evidence[joints[0]].nats -= choice[joints[0]];
         evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);
     }
-    Some(Candidate { terms: vec![term], evidence, sensible })
+    Some(Candidate { terms: vec![term], evidence, choice, sensible })
 }
 
 /// [nats] Evidence for an effect on one joint from the current before the first motion.

@@ -47,7 +47,7 @@ pub fn by_chance(z: f64, tries: usize) -> f64 {
 const CLOSE: f64 = 0.85;
 
 /// Share of the evidence below which a rival is rejected even if its error is as small.
-const FAR: f64 = 0.3;
+pub const FAR: f64 = 0.3;
 
 /// Effects with nearly as much evidence, and the probability that the chosen effect is the right one.
 fn rivals(taken: &Taken, rules: &Rules) -> (Vec<String>, f64) {
@@ -56,7 +56,7 @@ fn rivals(taken: &Taken, rules: &Rules) -> (Vec<String>, f64) {
     let own: usize = taken.terms.iter().map(Term::complexity).sum();
     // An inaccurate law costs evidence in proportion to the number of rows; the error that it leaves does not depend on that number.
     let worse = |rival: &Candidate| {
-        let on = |joint: &usize| taken.evidence[*joint].log_scale - rival.evidence[*joint].log_scale;
+        let on = |joint: &usize| rival.evidence[*joint].worse_than(&taken.evidence[*joint]);
         joints.iter().map(on).fold(f64::NEG_INFINITY, f64::max)
     };
     // Many rows show a line of a thousandth of the torque beyond doubt; it is there or not, whatever else explains the torque.
@@ -107,9 +107,9 @@ mod tests {
         let effect = find(name).and_then(Effect::diagnosable).expect("a diagnosable effect of the catalogue").into();
         let columns = vec![vec![Vec::new()]];
         let term = Term { effect, joints: vec![joint], shape: Vec::new(), free_shapes: 0, columns };
-        let mut evidence = vec![Evidence::default(); 2];
-        evidence[joint] = Evidence { nats, log_scale };
-        Candidate { terms: vec![term], evidence, sensible: true }
+        let mut evidence = vec![Evidence { error: 1.0, ..Evidence::default() }; 2];
+        evidence[joint] = Evidence { nats, log_scale, error: (-log_scale).exp() };
+        Candidate { terms: vec![term], evidence, choice: vec![0.0; 2], sensible: true }
     }
 
     /// A spring that halves the error has little evidence beside deviations that imitate it. A ripple of one percent of the error with three times the

@@ -59,7 +59,7 @@ fn led_by(problem: &mut Problem, own: &[Taken], lead: Taken, rules: &Rules, join
     let first = terms_of(own).len();
     for (index, term) in both.zip(first..) {
         all[index].evidence = evidence_beside(problem, &all, index, all[index].inaccuracy(&rules))?;
-        let Evidence { nats, log_scale } = all[index].evidence[joint];
+        let Evidence { nats, log_scale, .. } = all[index].evidence[joint];
         let at = fitted.term_at[term];
         let own = all[index].terms[0].coefficients();
         let coefficients = &fitted.solution.coefficients.as_slice()[at..at + own];
