@@ -108,7 +108,14 @@ fn planted_in_a_planar_arm() {
     mostly_told(table(&[machines::planar(&Order::one("base_tilt", 1.0, SEED + 30))]));
 }
 
-const CHECKS: [(&str, fn()); 12] = [
+/// Inertia of any size is no sign, unit or exchange.
+fn planted_beside_unknown_rotors() {
+    let mut set = machines::planar(&Order::nothing(SEED + 43));
+    set.model.joints.iter_mut().for_each(|joint| joint.rotor_inertia = None);
+    mostly_told(table(&[set]));
+}
+
+const CHECKS: [(&str, fn()); 13] = [
     ("property_a_filtered_velocity_is_no_mistake", a_filtered_velocity_is_no_mistake),
     ("property_a_mistake_in_a_held_out_session_ends_a_diagnosis", a_mistake_in_a_held_out_session_ends_a_diagnosis),
     ("property_the_held_out_end_of_a_session_is_not_searched", the_held_out_end_of_a_session_is_not_searched),
@@ -117,6 +124,7 @@ const CHECKS: [(&str, fn()); 12] = [
     ("regress_a_delay_is_no_gear_ratio", a_delay_is_no_gear_ratio),
     ("regress_a_centre_of_mass_beside_the_axis_is_no_mistake", a_centre_of_mass_beside_the_axis_is_no_mistake),
     ("recover_mistakes_planted_in_a_planar_arm", planted_in_a_planar_arm),
+    ("recover_mistakes_planted_beside_unknown_rotors", planted_beside_unknown_rotors),
     (
         "regress_a_turned_current_ends_a_diagnosis_with_3_and_no_effect",
         binary::a_turned_current_ends_a_diagnosis_with_3_and_no_effect,
