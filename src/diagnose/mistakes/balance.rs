@@ -8,8 +8,7 @@
 //! links for the motor's full acceleration. In a gap, on a soft gear or with an eccentric encoder the motor accelerates and its link does not, so `κ`
 //! may be as small as 0; the slow acceleration is common to both. `G`: weight. `G₁ G₂`: weight with gravity perpendicular to its nominal direction,
 //! for a tilted base. `P_k`: 1 kg at six points around the last body's centre of mass, for a payload. `J`: a rotor that the model does not state; in
-//! `I` otherwise. On a wrist it is most of the torque. Then friction with a falling part, a spring
-//! and an offset.
+//! `I` otherwise. On a wrist it is most of the torque. Then friction with a falling part, a spring and an offset.
 //!
 //! Every coefficient has physical bounds: friction takes energy out of the motion (`F_C, F_V, F_S ≥ 0`), a spring pulls back, and
 //! masses are positive and known within a factor. Under these bounds the residual, as a share of the torque's square, is small
