@@ -1,6 +1,5 @@
 //! Candidates: each effect of the catalogue where it can act, with its best shape and its evidence.
 
-use super::certainty::FAR;
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
 use crate::diagnose::fit::cause::Cause;
@@ -14,6 +13,8 @@ use crate::diagnose::fit::scanned::Scanned;
 use crate::diagnose::fit::term::Term;
 use crate::effects::Scope;
 
+/// [1] Share of the evidence below which a rival is rejected even if its error is as small.
+pub const FAR: f64 = 0.3;
 /// Number of shapes that are fitted in full after a scan.
 const SHORTLIST: usize = 3;
 /// Above this many shapes, pre-select by the score test.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::candidates::Candidate;
+use super::candidates::{Candidate, FAR};
 use super::selection::{Selection, Taken};
 use crate::diagnose::evidence::probability::beside_rivals;
 use crate::diagnose::fit::term::Term;
@@ -45,9 +45,6 @@ pub fn by_chance(z: f64, tries: usize) -> f64 {
 
 /// Share of the evidence above which a rival cannot be rejected.
 const CLOSE: f64 = 0.85;
-
-/// Share of the evidence below which a rival is rejected even if its error is as small.
-pub const FAR: f64 = 0.3;
 
 /// Effects with nearly as much evidence, and the probability that the chosen effect is the right one.
 fn rivals(taken: &Taken, rules: &Rules) -> (Vec<String>, f64) {
