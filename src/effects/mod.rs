@@ -36,6 +36,7 @@ mod payload;
 mod periodic_disturbance;
 mod position_dependent_backlash;
 mod position_dependent_friction;
+mod possible;
 mod presliding;
 mod quadratic_drag;
 mod regularised_friction;

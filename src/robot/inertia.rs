@@ -14,6 +14,9 @@ const SLACK: f64 = 1e-6;
 /// About ten operations before the file is written, and as many after it is read, add 1e-16 each.
 const ROUNDING: f64 = 1e-14;
 
+/// Parameters of a body.
+const NUMBERS: usize = 10;
+
 impl Inertia {
     /// No mass.
     pub fn zero() -> Self {
@@ -45,28 +48,34 @@ impl Inertia {
 
     /// The ten numbers in which the equations of motion are linear: `m`, `m c` and the tensor about the frame's origin,
     /// `[m, m c_x, m c_y, m c_z, I_xx, I_xy, I_xz, I_yy, I_yz, I_zz]`.
-    pub fn parameters(&self) -> [f64; 10] {
+    pub fn parameters(&self) -> [f64; NUMBERS] {
         let h = self.com * self.mass;
         let i = self.tensor_about(&Vector3::zeros());
         [self.mass, h.x, h.y, h.z, i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(1, 1)], i[(1, 2)], i[(2, 2)]]
     }
 
-    /// The body of these ten [parameters](Self::parameters), or the nearest one that a rigid body can have.
-    ///
-    /// The pseudo-inertia `[[Σ, h], [hᵀ, m]]`, `Σ = ½ tr(I) E − I`, of a body is positive definite. Eigenvalues below 1e-7 of their
-    /// sum are raised to it, which is the nearest such matrix in the Frobenius norm.
-    /// Reference: P. Wensing, S. Kim, J.-J. Slotine (2018), Linear matrix inequalities for physically consistent inertial parameter
-    /// identification.
-    pub fn nearest(parameters: &[f64; 10]) -> Self {
+    /// The pseudo-inertia `[[Σ, h], [hᵀ, m]]`, `Σ = ½ tr(I) E − I`, of ten [parameters](Self::parameters), in which it is linear.
+    /// It is positive semidefinite for every body, and for nothing else.
+    pub fn pseudo(parameters: &[f64; NUMBERS]) -> Matrix4<f64> {
         let [m, hx, hy, hz, xx, xy, xz, yy, yz, zz] = *parameters;
         let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-        let sigma = Matrix3::identity() * (0.5 * tensor.trace()) - tensor;
         let mut pseudo = Matrix4::zeros();
-        pseudo.fixed_view_mut::<3, 3>(0, 0).copy_from(&sigma);
+        pseudo.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() * (0.5 * tensor.trace()) - tensor));
         for (k, h) in [hx, hy, hz].into_iter().enumerate() {
             (pseudo[(k, 3)], pseudo[(3, k)]) = (h, h);
         }
         pseudo[(3, 3)] = m;
+        pseudo
+    }
+
+    /// The body of these ten [parameters](Self::parameters), or the nearest one that a rigid body can have.
+    ///
+    /// Eigenvalues of the [pseudo-inertia](Self::pseudo) below 1e-7 of their sum are raised to it, which is the nearest such matrix in the
+    /// Frobenius norm.
+    /// Reference: P. Wensing, S. Kim, J.-J. Slotine (2018), Linear matrix inequalities for physically consistent inertial parameter
+    /// identification.
+    pub fn nearest(parameters: &[f64; NUMBERS]) -> Self {
+        let mut pseudo = Self::pseudo(parameters);
         let mut eigen = pseudo.symmetric_eigen();
         let least = LEAST_PSEUDO * eigen.eigenvalues.iter().map(|value| value.abs()).sum::<f64>();
         if eigen.eigenvalues.iter().any(|value| *value < least) {
