@@ -173,12 +173,12 @@ fn not_judged(diagnosis: &Diagnosis) -> Vec<&str> {
 /// One effect in a sentence.
 fn sentence(found: &FoundEffect) -> String {
     format!(
-        "{} on {} ({}), {:.0} % sure; it lowers the error on data held out by {:.0} % ({}).",
+        "{} on {} ({}), {:.0} % sure; it lowers the error on data held out by {} ({}).",
         found.effect,
         found.joints.join(", "),
         parameters(found),
         100.0 * found.probability,
-        found.gain.gain_percent,
+        number::part(found.gain.gain_percent),
         found.gain.gain_of
     )
 }
@@ -279,7 +279,7 @@ fn rows(found: &FoundEffect, table: &mut Table) {
         found.effect.clone(),
         found.joints.join(", "),
         format!("{:.2}", found.probability),
-        format!("{:.0} %", found.gain.gain_percent),
+        number::part(found.gain.gain_percent),
     ];
     for (name, value) in &found.parameters {
         // Only the first row of an effect has its name.

@@ -1,7 +1,7 @@
 //! The gain of the extended model, joint by joint: in torque along the measured motion, and in simulation.
 
 use super::display::shown;
-use super::number::significant;
+use super::number::{part, significant};
 use super::table::Table;
 use crate::diagnose::{Diagnosis, FitError, ReplayError, Split};
 use crate::replay::Gain;
@@ -48,7 +48,7 @@ fn in_simulation(error: &ReplayError) -> String {
 fn change(gain: Gain) -> String {
     let [_, high] = gain.interval_percent;
     if gain.shown {
-        format!("{:.0} % less", gain.gain_percent)
+        format!("{} less", part(gain.gain_percent))
     } else if high < 0.0 {
         format!("{:.0} % more", -gain.gain_percent)
     } else {
@@ -60,7 +60,7 @@ fn change(gain: Gain) -> String {
 pub fn gain(gain: Gain) -> String {
     let [low, high] = gain.interval_percent;
     if gain.shown {
-        format!("{:.0} % ({low:.0} to {high:.0})", gain.gain_percent)
+        format!("{} ({low:.0} to {high:.0})", part(gain.gain_percent))
     } else if high < -0.5 {
         format!("worse by {:.0} % ({:.0} to {:.0})", -gain.gain_percent, -high, -low)
     } else {

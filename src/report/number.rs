@@ -60,6 +60,15 @@ pub fn percent(value: f64) -> String {
     format!("{value:+.decimals$} %")
 }
 
+/// A percentage of a whole: without decimals, except where that would round it up to the whole.
+pub fn part(percent: f64) -> String {
+    match percent {
+        99.5..99.95 => format!("{percent:.1} %"),
+        99.95..100.0 => "more than 99.9 %".to_owned(),
+        _ => format!("{percent:.0} %"),
+    }
+}
+
 /// Decimal exponent of the first digit after rounding to `digits` digits.
 fn order(value: f64, digits: i32) -> i32 {
     let magnitude = exponent(value);
@@ -88,6 +97,12 @@ mod tests {
         assert_eq!(with_error(-240.67, 1.3), ("-240.7".into(), "1.3".into()));
         assert_eq!(with_error(-0.001, 0.5).0, "0.00");
         assert_eq!(interval([0.270_1, 0.274_9]), "0.2701 … 0.2749");
+    }
+
+    #[test]
+    fn property_a_part_is_not_rounded_up_to_the_whole() {
+        let printed = [-3.4, 42.4, 99.4, 99.62, 99.97, 100.0].map(part);
+        assert_eq!(printed, ["-3 %", "42 %", "99 %", "99.6 %", "more than 99.9 %", "100 %"]);
     }
 
     #[test]

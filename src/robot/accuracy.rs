@@ -166,9 +166,10 @@ impl Model {
 }
 
 impl Accuracy {
-    /// True torque per torque computed with the nominal constant, for a constant that is off by `u` standard deviations.
+    /// `1/(1 − s_K u)` True torque per torque computed with the nominal constant, where a current shows `1 − s_K u` of the torque that was expected. For an
+    /// accuracy of a few per cent `u` are standard deviations of the constant; a guessed constant of accuracy 1 may be half or several times the true one.
     pub fn torque_factor(&self, u: f64) -> f64 {
-        (1.0 + self.torque_constants * u).max(LEAST_FACTOR)
+        (1.0 - self.torque_constants * u).clamp(LEAST_FACTOR, LEAST_FACTOR.recip()).recip()
     }
 }
 
@@ -183,6 +184,15 @@ mod tests {
 
     fn body(mass: f64, com: [f64; 3], moments: [f64; 3]) -> Inertia {
         Inertia { mass, com: com.into(), tensor: Matrix3::from_diagonal(&moments.into()) }
+    }
+
+    #[test]
+    fn analytic_half_of_the_expected_current_is_twice_the_constant() {
+        let guessed = Accuracy { torque_constants: 1.0, ..Accuracy::default() };
+        // Twice the constant needs half of the expected current, half of it twice as much.
+        for (shown, factor) in [(0.5, 2.0), (2.0, 0.5), (1.0, 1.0), (-3.0, 10.0), (40.0, 0.1)] {
+            assert!((guessed.torque_factor(1.0 - shown) - factor).abs() < 1e-12, "{shown} of the current");
+        }
     }
 
     /// The columns are the derivatives of the ten numbers, times one standard deviation.

@@ -3,7 +3,7 @@
 //! A fit takes torque constants at their nominal values, so that every fitted torque is one of the nominal model. The true torque is
 //!
 //! ```text
-//!   τ = f τ̄,  f = 1 + s_K u,  u = V_K z          σ_f² = var(s_K V_K z) + s_K² (1 − |V_K|²)
+//!   τ = f τ̄,  f = 1/(1 − s_K u),  u = V_K z          σ_f² = f⁴ (var(s_K V_K z) + s_K² (1 − |V_K|²))
 //! ```
 //! with `z` the deviations of the nominal model and `V_K` the row of a joint's torque constant ([`inertial`](super::inertial)). What the
 //! directions leave out of `u` is as uncertain as its prior. An amplitude, a stiffness or a level of friction is as uncertain as the scale in
@@ -32,7 +32,8 @@ impl TorqueScale {
         let slopes: Vec<(usize, f64)> =
             row.iter().enumerate().map(|(k, v)| (uncertainty.deviations_at + k, s * v)).collect();
         let unseen = s * (1.0 - row.iter().map(|v| v * v).sum::<f64>()).max(0.0).sqrt();
-        Self { factor: accuracy.torque_factor(u), std_error: uncertainty.std_error(&slopes).hypot(unseen) }
+        let factor = accuracy.torque_factor(u);
+        Self { factor, std_error: factor * factor * uncertainty.std_error(&slopes).hypot(unseen) }
     }
 
     /// A parameter in true torque, where its unit is one of torque or force.
