@@ -55,6 +55,7 @@ use conclude::delay;
 use fit::pose::{nothing_moves, pose};
 use instruments::preparation::{self, Prepared};
 use instruments::{Instrument, ON_RECORDINGS, ON_ROWS, Recordings, WITHOUT_DELAY};
+use mistakes::guessed;
 pub use rows::division::Division;
 use rows::measured::{as_measured, complete};
 use select::{naming, selection, substitutes};
@@ -115,17 +116,21 @@ fn diagnose_as_measured(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosis> {
     progress("looking for mistakes", 0.0);
+    let given = model;
+    let model = &*guessed::with_constants(given, recorded, division);
     let suspected = mistakes::suspected_by_part(model, recorded, division);
     if !suspected.is_empty() {
-        return Ok(mistakes::diagnosis(model, suspected, false, options));
+        return Ok(mistakes::diagnosis(given, suspected, false, options));
     }
     let judged = |instruments: &[_], progress: &mut dyn FnMut(&str, f64)| {
         diagnose_prepared(model, recorded, division, options, instruments, progress)
     };
-    match judged(ON_RECORDINGS, progress)? {
-        Some(diagnosis) => Ok(diagnosis),
-        None => judged(WITHOUT_DELAY, progress)?.ok_or_else(|| nothing_moves(model)),
-    }
+    let mut diagnosis = match judged(ON_RECORDINGS, progress)? {
+        Some(diagnosis) => diagnosis,
+        None => judged(WITHOUT_DELAY, progress)?.ok_or_else(|| nothing_moves(model))?,
+    };
+    diagnosis.method.baseline += &guessed::words(given, model);
+    Ok(diagnosis)
 }
 
 /// The diagnosis of recordings that instruments have prepared; `None` where the rows refute the delay by which one of them shifted the currents.

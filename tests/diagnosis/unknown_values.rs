@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::rigid_arm::{INTERVAL, arm, fast_sessions};
+use crate::rigid_arm::{INTERVAL, arm, fast_sessions, record, with};
 use lostmotion::dataset::{Session, meet};
 use lostmotion::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use lostmotion::drive::Encoder;
@@ -145,21 +145,52 @@ fn recover_the_inertia_of_an_unknown_rotor() {
     assert!(found.effects.is_empty(), "{:?}", found.effects);
 }
 
-/// Off by 1.7 and 0.6, and stated as guesses: the inertia of exact links shows both. A factor beyond 2 is told as a mistake.
-#[test]
-fn recover_torque_constants_that_are_guesses() {
+/// The arm as a first model states it, torque constants several times too large and too small.
+fn with_guessed_constants() -> Model {
     let mut model = arm(false);
     model.accuracy = Accuracy { torque_constants: 1.0, ..Accuracy::EXACT };
-    let truth = 0.02;
-    for (joint, factor) in model.joints.iter_mut().zip([1.7, 0.6]) {
-        joint.motor.as_mut().expect("a motor").torque_constant = factor * truth;
+    for (joint, factor) in model.joints.iter_mut().zip([5.0, 0.2]) {
+        joint.motor.as_mut().expect("a motor").torque_constant *= factor;
     }
-    let found = diagnosed(&model, &fast_sessions(74));
-    assert!(found.effects.is_empty(), "{:?}", found.effects);
-    for joint in &found.extended_model.joints {
-        let constant = joint.motor.as_ref().expect("a motor").torque_constant;
+    model
+}
+
+/// Torque constants of a diagnosis over the true ones.
+fn constants(found: &Diagnosis) -> Vec<f64> {
+    let of = |joint: &JointModel| joint.motor.as_ref().expect("a motor").torque_constant;
+    found.extended_model.joints.iter().zip(&arm(false).joints).map(|(found, truth)| of(found) / of(truth)).collect()
+}
+
+/// The inertia of exact links shows both constants.
+#[test]
+fn recover_torque_constants_that_are_guesses() {
+    let found = diagnosed(&with_guessed_constants(), &fast_sessions(74));
+    assert!(found.effects.is_empty() && found.mistakes.is_empty(), "{:?} {:?}", found.effects, found.mistakes);
+    for constant in constants(&found) {
         // Inertias take up to 2 N·m beside 10 mN·m of noise in thousands of rows; kernels flatten the fastest motion by some 0.1 %.
-        assert!((constant / truth - 1.0).abs() < 0.01, "{}: {constant}", joint.name);
+        assert!((constant - 1.0).abs() < 0.01, "{constant}");
+    }
+    assert!(found.method.baseline.contains("joint1 0.100 to 0.0"), "{}", found.method.baseline);
+}
+
+/// A load acts on both joints in newton metres, whatever their constants are guessed to be: the arm hangs, and its weight shows both.
+#[test]
+fn recover_a_load_beside_torque_constants_that_are_guesses() {
+    let mass = 0.3;
+    let hanging = |mut model: Model| {
+        model.robot.gravity = nalgebra::Vector3::new(9.81, 0.0, 0.0);
+        model
+    };
+    let loaded = hanging(with("payload", None, &[("mass", mass), ("x", 0.24)]));
+    let session = |k: u64| record(&format!("loaded_{k}"), &loaded, 80 + k, &|_, _, _| 0.0);
+    let found = diagnosed(&hanging(with_guessed_constants()), &(0..4).map(session).collect::<Vec<_>>());
+    let first = found.effects.first().unwrap_or_else(|| panic!("{:?} {:?}", found.mistakes, found.verdict));
+    assert_eq!(first.effect, "payload");
+    let measured = &first.parameters["mass"];
+    assert!((measured.value - mass).abs() < 3.0 * measured.std_error, "{measured:?}");
+    for constant in constants(&found) {
+        // As without a load, which takes part of the error.
+        assert!((constant - 1.0).abs() < 0.02, "{constant}");
     }
 }
 

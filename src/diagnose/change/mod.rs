@@ -36,6 +36,7 @@ use crate::diagnose::fit::regression::NU;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::instruments::current_lag::Aligned;
 use crate::diagnose::instruments::{ON_ROWS_OF_TWO, current_lag};
+use crate::diagnose::mistakes::guessed;
 use crate::diagnose::options::Options;
 use crate::diagnose::result::{Change, Diagnosis, Findings, Parts};
 use crate::diagnose::rows::division::Division;
@@ -96,10 +97,12 @@ fn compare_as_measured(
     let today = [now, hold_out].concat();
     let of_before = division.for_sessions(reference.len(), reference.len());
     let of_after = division.for_sessions(now.len(), now.len() + hold_out.len());
+    let given = model;
+    let model = &*guessed::with_constants(given, reference, of_before);
     let mut suspected = mistakes::suspected_by_part(model, reference, of_before);
     suspected.extend(mistakes::suspected_by_part(model, &today, of_after));
     if !suspected.is_empty() {
-        return Ok(mistakes::diagnosis(model, suspected, true, options));
+        return Ok(mistakes::diagnosis(given, suspected, true, options));
     }
     progress("smoothing", 0.0);
     let before = Side::new(model, reference.to_vec(), of_before, options)?;

@@ -31,11 +31,11 @@ pub const SUSPICIOUS: f64 = 0.02;
 pub const UNSOUND: f64 = 0.25;
 
 /// Number of columns.
-const COLUMNS: usize = 17;
+pub const COLUMNS: usize = 17;
 /// Columns of links, rotor and payload.
 const RIGID: usize = 12;
-/// Column of the torque that only the motor's full acceleration shows.
-const FULL: usize = 10;
+/// Column of the torque that only the motor's full acceleration shows; those between weight and it are of tilt and payload.
+pub const FULL: usize = 10;
 /// Column of a rotor of unknown inertia.
 const ROTOR: usize = 11;
 /// Factor by which inertia and weight may differ from the model's. It allows for inaccuracy (20 % of masses, 10 % of torque constants), effects
@@ -216,6 +216,20 @@ impl Normal {
         scaled
     }
 
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows.iter().sum()
+    }
+
+    /// Gram matrix of all columns and, as the last one, the torque.
+    pub fn with_torque(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(COLUMNS + 1, COLUMNS + 1, |i, j| match (i.min(j), i.max(j)) {
+            (COLUMNS, COLUMNS) => self.power,
+            (column, COLUMNS) => self.b[column],
+            (column, other) => self.a[column][other],
+        })
+    }
+
     /// Coefficients of least squares within bounds, by coordinate descent.
     fn minimum(&self, bounds: &[[f64; 2]; COLUMNS]) -> [f64; COLUMNS] {
         let mut x: [f64; COLUMNS] = std::array::from_fn(|i| 0.0_f64.clamp(bounds[i][0], bounds[i][1]));
@@ -275,7 +289,7 @@ impl Normal {
     }
 
     /// Whether there is too little motion.
-    fn is_short(&self) -> bool {
+    pub fn is_short(&self) -> bool {
         self.rows.iter().any(|rows| *rows < FEWEST_ROWS) || self.power <= 0.0
     }
 

@@ -19,14 +19,16 @@
 //! | `overload` | torque with the limits of the drive | below | ten times that or more |
 //! | `remaining` | the finished diagnosis with what is possible | error below half of the torque, torque constants within a factor of two | above |
 //!
-//! `rows` makes the rows of the balance, `change` has the changes that the search tries, `velocity` and `meaning` interpret the ratio of
-//! position and velocity, and `words` and `corrections` write name, evidence and remedy of a mistake.
+//! Before all of them, `guessed` replaces torque constants that the model file calls guesses. `rows` makes the rows of the balance, `change` has the changes
+//! that the search tries, `velocity` and `meaning` interpret the ratio of position and velocity, and `words` and `corrections` write name, evidence and
+//! remedy of a mistake.
 
 mod balance;
 mod change;
 mod corrections;
 mod dead;
 mod encoder;
+pub(super) mod guessed;
 mod kinematics;
 mod lag;
 mod limits;
@@ -57,18 +59,22 @@ use crate::timeseries::{Channel, JointSeries, TimeSeries};
 /// out whole are files of their own; if the training data are right, they are checked too, by themselves. What is found there only tells that
 /// the file cannot judge a model. It does not reach the fit, whose data and model are what they are without it.
 pub fn suspected_by_part(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<Mistake> {
-    let training = |(number, session): (usize, &&TimeSeries)| {
-        let parts = division.training(number, session).into_iter();
-        parts.filter(|part| !part.is_empty()).map(|part| session.part(part)).collect::<Vec<_>>()
-    };
-    let trained = &sessions[..division.trained()];
-    let found = if division.by_session() {
-        suspected(model, trained)
-    } else {
-        let parts: Vec<TimeSeries> = trained.iter().enumerate().flat_map(training).collect();
-        suspected(model, &parts.iter().collect::<Vec<_>>())
-    };
+    let training = training_parts(sessions, division);
+    let found = suspected(model, &training.iter().map(AsRef::as_ref).collect::<Vec<_>>());
     if found.is_empty() { suspected(model, &sessions[division.trained()..]) } else { found }
+}
+
+/// The training data: whole sessions, or what is not held out of them.
+fn training_parts<'s>(sessions: &[&'s TimeSeries], division: Division) -> Vec<Cow<'s, TimeSeries>> {
+    let trained = sessions[..division.trained()].iter().enumerate();
+    let parts = |(number, session): (usize, &&'s TimeSeries)| {
+        let parts = division.training(number, session).into_iter().filter(|part| !part.is_empty());
+        parts.map(|part| Cow::Owned(session.part(part))).collect::<Vec<_>>()
+    };
+    match division.by_session() {
+        true => trained.map(|(_, session)| Cow::Borrowed(*session)).collect(),
+        false => trained.flat_map(parts).collect(),
+    }
 }
 
 /// Mistakes that are likelier than physics; empty where the data contradict neither the stated units and signs nor the model.
