@@ -34,7 +34,8 @@ fn property_the_same_seed_is_the_same_machine_whatever_model_is_given() {
         assert_eq!(exact.nominal.robot, exact.truth().robot);
         let values = |drawn: &Drawn| -> Vec<f64> {
             let of_joint = |joint: &JointModel| {
-                [Some(joint.torque_per_ampere()), joint.rotor_inertia, joint.gear_stiffness]
+                // Linear is the current that a torque needs.
+                [Some(joint.torque_per_ampere().recip()), joint.rotor_inertia, joint.gear_stiffness]
                     .map(|value| value.expect("known"))
             };
             drawn.nominal.joints.iter().flat_map(of_joint).collect()
