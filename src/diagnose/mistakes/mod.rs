@@ -66,14 +66,14 @@ pub fn suspected_by_part(model: &Model, sessions: &[&TimeSeries], division: Divi
 
 /// The training data: whole sessions, or what is not held out of them.
 fn training_parts<'s>(sessions: &[&'s TimeSeries], division: Division) -> Vec<Cow<'s, TimeSeries>> {
-    let trained = sessions[..division.trained()].iter().enumerate();
+    let trained = &sessions[..division.trained()];
     let parts = |(number, session): (usize, &&'s TimeSeries)| {
         let parts = division.training(number, session).into_iter().filter(|part| !part.is_empty());
         parts.map(|part| Cow::Owned(session.part(part))).collect::<Vec<_>>()
     };
     match division.by_session() {
-        true => trained.map(|(_, session)| Cow::Borrowed(*session)).collect(),
-        false => trained.flat_map(parts).collect(),
+        true => trained.iter().map(|session| Cow::Borrowed(*session)).collect(),
+        false => trained.iter().enumerate().flat_map(parts).collect(),
     }
 }
 
