@@ -7,7 +7,7 @@
 //! | `result` | what a diagnosis returns, and the one place that assembles it |
 //! | `options` | the options of a diagnosis, and the thresholds at which an effect is named |
 //! | `rows` | recordings → rows of smooth motion and torque: kernel, reversals, rigid zones, held-out part |
-//! | `mistakes` | recordings, rows → errors of data or model file that are likelier than physics; a suspected mistake ends the diagnosis |
+//! | `mistakes` | recordings, rows → errors of data or model file that are likelier than physics, which end the diagnosis; a model whose guessed torque constants agree with the recordings |
 //! | `fit` | rows + terms → robust fit, uncertainty |
 //! | `residuals` | rows + fit → errors, gains, maps, shares, spectra, floor of the sensors |
 //! | `evidence` | fit → evidence, probability, separability; patterns without physics |

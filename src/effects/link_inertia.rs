@@ -21,7 +21,7 @@ use crate::robot::{Inertia, Masses, Model};
 /// [1] Number of standard deviations by which a value that is less accurate than stated may be wrong.
 const LOOSE: f64 = 10.0;
 /// Parameters of a body, see [`Inertia::parameters`].
-const NUMBERS: usize = 10;
+const NUMBERS: usize = Inertia::NUMBERS;
 /// [1] Part of a link's torque that a possible body may lack: the laws of the catalogue are no more exact.
 const INEXACT: f64 = 0.12;
 /// `|c|²` that ten coefficients exceed in one case of twenty (χ² distribution): a body that differs by more from the fitted one is not as likely.

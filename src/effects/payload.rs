@@ -58,7 +58,7 @@ const EXPECTED_WITHIN: f64 = 0.3;
 const EXPECTED_GYRATION: f64 = 0.1;
 
 /// Parameters of a body.
-const NUMBERS: usize = 10;
+const NUMBERS: usize = Inertia::NUMBERS;
 /// Coefficients of a load: mass, first moments, moment of inertia.
 const UNKNOWNS: usize = 5;
 

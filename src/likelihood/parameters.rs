@@ -36,7 +36,7 @@ const WEIGHT: f64 = 0.2;
 /// What the names of the bodies' deviations begin with.
 const BODIES: &str = "bodies";
 /// Numbers of a body, see [`Model::deviating`].
-pub(super) const NUMBERS: usize = 10;
+pub(super) const NUMBERS: usize = crate::robot::Inertia::NUMBERS;
 
 /// What a parameter is.
 #[derive(Debug, Clone, PartialEq)]

@@ -45,7 +45,7 @@ const LEAST_FACTOR: f64 = 0.1;
 /// [1] Smaller changes are not written: relative to the value, or to this number where the value is smaller than it.
 const SHOWN: f64 = 1e-9;
 /// Count of a body's parameters in which the equations of motion are linear, see [`Inertia::parameters`].
-const NUMBERS: usize = 10;
+const NUMBERS: usize = Inertia::NUMBERS;
 
 impl Accuracy {
     /// Every nominal value is exact.

@@ -14,10 +14,10 @@ const SLACK: f64 = 1e-6;
 /// About ten operations before the file is written, and as many after it is read, add 1e-16 each.
 const ROUNDING: f64 = 1e-14;
 
-/// Parameters of a body.
-const NUMBERS: usize = 10;
-
 impl Inertia {
+    /// Number of a body's [parameters](Self::parameters).
+    pub const NUMBERS: usize = 10;
+
     /// No mass.
     pub fn zero() -> Self {
         Self { mass: 0.0, com: Vector3::zeros(), tensor: Matrix3::zeros() }
@@ -48,7 +48,7 @@ impl Inertia {
 
     /// The ten numbers in which the equations of motion are linear: `m`, `m c` and the tensor about the frame's origin,
     /// `[m, m c_x, m c_y, m c_z, I_xx, I_xy, I_xz, I_yy, I_yz, I_zz]`.
-    pub fn parameters(&self) -> [f64; NUMBERS] {
+    pub fn parameters(&self) -> [f64; Self::NUMBERS] {
         let h = self.com * self.mass;
         let i = self.tensor_about(&Vector3::zeros());
         [self.mass, h.x, h.y, h.z, i[(0, 0)], i[(0, 1)], i[(0, 2)], i[(1, 1)], i[(1, 2)], i[(2, 2)]]
@@ -56,7 +56,7 @@ impl Inertia {
 
     /// The pseudo-inertia `[[Σ, h], [hᵀ, m]]`, `Σ = ½ tr(I) E − I`, of ten [parameters](Self::parameters), in which it is linear.
     /// It is positive semidefinite for every body, and for nothing else.
-    pub fn pseudo(parameters: &[f64; NUMBERS]) -> Matrix4<f64> {
+    pub fn pseudo(parameters: &[f64; Self::NUMBERS]) -> Matrix4<f64> {
         let [m, hx, hy, hz, xx, xy, xz, yy, yz, zz] = *parameters;
         let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         let mut pseudo = Matrix4::zeros();
@@ -74,7 +74,7 @@ impl Inertia {
     /// Frobenius norm.
     /// Reference: P. Wensing, S. Kim, J.-J. Slotine (2018), Linear matrix inequalities for physically consistent inertial parameter
     /// identification.
-    pub fn nearest(parameters: &[f64; NUMBERS]) -> Self {
+    pub fn nearest(parameters: &[f64; Self::NUMBERS]) -> Self {
         let mut pseudo = Self::pseudo(parameters);
         let mut eigen = pseudo.symmetric_eigen();
         let least = LEAST_PSEUDO * eigen.eigenvalues.iter().map(|value| value.abs()).sum::<f64>();
