@@ -6,7 +6,7 @@
 //! It cannot be seen where the factor is within the accuracy of the model, or where the rigid body explains too little beside friction.
 
 use super::balance;
-use super::balance::{Columns, MODEL_FACTOR, Size};
+use super::balance::{COLUMNS, Columns, MODEL_FACTOR, Normal, Size};
 use super::change::{Change, Culprit, Evidence};
 use super::rows::Rows;
 use super::search::{ratios, torque_scales};
@@ -24,12 +24,17 @@ pub fn best(model: &Model, rows: &[Rows]) -> Option<Culprit> {
     let bounds = balance::bounds(model);
     let normals = Columns::new(model, rows).normals(rows, &moves);
     let of_joint = |joint: usize| {
-        let size = normals[joint].size(&bounds, doubtful_moment(model, joint))?;
+        let size = of_rows(model, joint, &normals[joint], &bounds)?;
         Some((joint, size, size.impossible()?))
     };
     let off = |found: &(usize, Size, f64)| found.2.max(1e-9).ln().abs();
     let worst = (0..normals.len()).filter_map(of_joint).max_by(|a, b| off(a).total_cmp(&off(b)))?;
     Some(culprit(model, rows, worst))
+}
+
+/// Size of the rigid body's torque in these rows of a joint; `None` where it explains nothing.
+pub fn of_rows(model: &Model, joint: usize, normal: &Normal, bounds: &[[f64; 2]; COLUMNS]) -> Option<Size> {
+    normal.size(bounds, doubtful_moment(model, joint))
 }
 
 /// First moment that the centres of mass beyond a joint may be off by together [kg·m].
