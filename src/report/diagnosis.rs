@@ -17,7 +17,9 @@ use super::prediction;
 use super::recording::{Motion, Trace};
 use super::shortfall;
 use super::table::Table;
-use crate::diagnose::{BaselineEstimate, Change, Diagnosis, FoundEffect, ResidualSeries, Split, Verdict, mistakes};
+use crate::diagnose::{
+    BaselineEstimate, Change, Diagnosis, FitError, FoundEffect, ResidualSeries, Split, Verdict, mistakes,
+};
 use crate::effects;
 use crate::scenario::Findings;
 use crate::timeseries::Drawn;
@@ -153,7 +155,8 @@ fn verdict(diagnosis: &Diagnosis) -> String {
         ),
         Verdict::EffectsFound => {
             let mut changes: Vec<String> = diagnosis.changes.iter().flatten().map(changes::sentence).collect();
-            let mut effects: Vec<String> = diagnosis.effects.iter().map(sentence).collect();
+            let mut effects: Vec<String> =
+                diagnosis.effects.iter().map(|found| sentence(found, &diagnosis.fit)).collect();
             let strongest = |nats: &mut dyn Iterator<Item = f64>| nats.fold(0.0, f64::max);
             let of_changes = strongest(&mut diagnosis.changes.iter().flatten().map(Change::evidence_nats));
             if of_changes < strongest(&mut diagnosis.effects.iter().map(|found| found.evidence_nats)) {
@@ -171,7 +174,7 @@ fn not_judged(diagnosis: &Diagnosis) -> Vec<&str> {
 }
 
 /// One effect in a sentence.
-fn sentence(found: &FoundEffect) -> String {
+fn sentence(found: &FoundEffect, fit: &[FitError]) -> String {
     format!(
         "{} on {} ({}), {:.0} % sure; it lowers the error on data held out by {} ({}).",
         found.effect,
@@ -179,7 +182,7 @@ fn sentence(found: &FoundEffect) -> String {
         parameters(found),
         100.0 * found.probability,
         number::part(found.gain.gain_percent),
-        found.gain.gain_of
+        headline::quantity(found, fit)
     )
 }
 

@@ -3,7 +3,7 @@
 use super::display::shown;
 use super::number::{part, significant};
 use super::table::Table;
-use crate::diagnose::{Diagnosis, FitError, ReplayError, Split};
+use crate::diagnose::{Diagnosis, FitError, FoundEffect, ReplayError, Split};
 use crate::replay::Gain;
 
 /// One sentence for each joint with an effect: both gains on held-out data.
@@ -12,6 +12,23 @@ pub fn gains(diagnosis: &Diagnosis) -> Vec<String> {
     let judged =
         diagnosis.fit.iter().filter(|error| error.split == Split::HeldOut && error.quantity != "link_position");
     judged.filter(|error| named(&error.joint)).map(|error| sentence(error, &diagnosis.replay)).collect()
+}
+
+/// In which quantity an effect gains. Rows that neither model explains have little weight in its own gain, so it may be shown where no joint's is.
+pub fn quantity(found: &FoundEffect, fit: &[FitError]) -> String {
+    let of_effect = |error: &&FitError| {
+        error.split == Split::HeldOut
+            && ["torque", "force"].contains(&error.quantity)
+            && found.joints.contains(&error.joint)
+    };
+    let mut judged = fit.iter().filter(of_effect).peekable();
+    let gain_of = &found.gain.gain_of;
+    match gain_of == "torque" && judged.peek().is_some() && judged.all(|error| !error.gain.shown) {
+        true => {
+            format!("{gain_of}, with little weight on rows that neither model explains; over all rows no gain is shown")
+        }
+        false => gain_of.clone(),
+    }
 }
 
 fn sentence(error: &FitError, replay: &[ReplayError]) -> String {
@@ -82,4 +99,39 @@ pub fn by_effect(diagnosis: &Diagnosis) -> Table {
     }
     table.rows.sort();
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::diagnose::result::{EffectGain, Standing};
+    use crate::effects::find;
+
+    /// The sentence of an effect says that its gain is not that of all rows only where no joint of it has one, and says nothing of other joints.
+    #[test]
+    fn property_a_gain_that_all_rows_do_not_show_is_told_so() {
+        let gain =
+            |shown: bool| Gain { gain_percent: 40.0, interval_percent: [if shown { 30.0 } else { -9.0 }, 50.0], shown };
+        let error = |joint: &str, shown: bool| FitError {
+            joint: joint.to_owned(),
+            quantity: "torque",
+            unit: "N·m",
+            split: Split::HeldOut,
+            before: 2.0,
+            after: 1.2,
+            floor: 1.0,
+            before_percent: 5.0,
+            after_percent: 3.0,
+            gain: gain(shown),
+        };
+        let about = find("cogging").expect("an effect of the catalogue").about();
+        let standing = Standing { probability: 0.9, evidence_nats: 90.0, gain: EffectGain::of(gain(true), "torque") };
+        let found = FoundEffect::new(about, vec!["one".to_owned()], BTreeMap::new(), standing);
+        let over_all = |fit: &[FitError]| quantity(&found, fit).ends_with("over all rows no gain is shown");
+        assert!(over_all(&[error("one", false), error("two", true)]));
+        assert!(!over_all(&[error("one", true), error("two", false)]));
+        assert!(!over_all(&[error("two", false)]));
+    }
 }
