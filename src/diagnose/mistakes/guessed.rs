@@ -22,7 +22,7 @@ use super::balance::{COLUMNS, Columns, FULL, Normal, bounds};
 use super::{Mistake, rows, size, suspected, training_parts};
 use crate::diagnose::rows::division::Division;
 use crate::linear::Equilibrated;
-use crate::robot::{JointModel, Masses, Model};
+use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 
 /// `s_K` [1] Accuracy from which on constants are guesses: the true one may be twice or half of it.
@@ -67,27 +67,34 @@ pub fn with_constants<'m>(model: &'m Model, sessions: &[&TimeSeries], division: 
     for (joint, factor) in factors(&normals, &bounds).into_iter().enumerate() {
         let factor = factor.or_else(|| of_size(joint).filter(|s| *s > 0.0).map(f64::recip));
         if let Some(factor) = factor.filter(|_| has_current(&parts, &model.joints[joint].name)) {
-            scale(&mut scaled, &model.joints[joint].name, factor);
+            scale(scaled.to_mut(), &model.joints[joint].name, factor);
         }
     }
     // What the other checks say of a scale is a constant too; each may have to be right before the next one shows.
     for _ in &model.joints {
         let found = suspected(&scaled, &parts);
         let Some(mistake) = found.iter().find(|mistake| is_of_guess(model, &parts, mistake)) else { break };
-        mistake.joints.iter().for_each(|name| scale(&mut scaled, name, mistake.factor.unwrap_or(1.0)));
+        mistake.joints.iter().for_each(|name| scale(scaled.to_mut(), name, mistake.factor.unwrap_or(1.0)));
     }
-    let is_far = |(given, used): (&JointModel, &JointModel)| {
-        given
-            .motor
-            .zip(used.motor)
-            .is_some_and(|(given, used)| !is_near(&(used.torque_constant / given.torque_constant)))
-    };
-    if model.joints.iter().zip(&scaled.joints).any(is_far) { Cow::Borrowed(model) } else { scaled }
+    if let Cow::Owned(scaled) = &mut scaled {
+        keep_far_ones(model, scaled);
+    }
+    scaled
+}
+
+/// Constants that would be off by more than a guess may be stay as the model file gives them: that is another mistake, to be told.
+fn keep_far_ones(given: &Model, scaled: &mut Model) {
+    for (given, used) in given.joints.iter().zip(&mut scaled.joints) {
+        let factor = given.motor.zip(used.motor).map(|(given, used)| used.torque_constant / given.torque_constant);
+        if !factor.is_none_or(|factor| is_near(&factor)) {
+            used.motor = given.motor;
+        }
+    }
 }
 
 /// Multiplies the torque constant of a joint.
-fn scale(model: &mut Cow<Model>, name: &str, factor: f64) {
-    let joint = model.to_mut().joints.iter_mut().find(|joint| joint.name == name);
+fn scale(model: &mut Model, name: &str, factor: f64) {
+    let joint = model.joints.iter_mut().find(|joint| joint.name == name);
     if let Some(motor) = joint.and_then(|joint| joint.motor.as_mut()) {
         motor.torque_constant *= factor;
     }
@@ -275,7 +282,8 @@ impl Solution {
             let share = (self.squares[index] / (f * f * joint.torque)).sqrt();
             let slope = &joint.of_torque / joint.torque;
             let by_shared = slope.dot(&covariance.as_ref()?.solve(&slope)).max(0.0).sqrt() / f;
-            // What is in the torque beside inertia and weight, be it a load or noise, makes `f` smaller: a large one is nearer to the truth than the guess.
+            // A load or noise in the torque makes `f` smaller, so a large one is nearer to the truth than the guess; only what bears the weight, such as a
+            // balancer, makes it larger.
             let is_known = f > 1.0 || share < DETERMINED && by_shared < UNKNOWN;
             Some(f).filter(|f| is_known && is_near(f))
         };
@@ -342,6 +350,15 @@ mod tests {
         };
         let (current, torque) = (recorded(Channel::Current), recorded(Channel::Torque));
         assert!(is_of_guess(&guesses, &[&current], &mistake("torque_scale", 8.0)));
+        let scaled = |factor: f64| {
+            let mut used = guesses.clone();
+            scale(&mut used, &name, factor);
+            keep_far_ones(&guesses, &mut used);
+            used.joints[0].motor.expect("a motor").torque_constant
+                / guesses.joints[0].motor.expect("a motor").torque_constant
+        };
+        // Twice by eight is far, and a factor of one is what the file gives.
+        assert_eq!([8.0, 64.0, 1.0 / 64.0].map(scaled), [8.0, 1.0, 1.0]);
         for (model, session, told) in [
             (&model(0.05), &current, mistake("torque_scale", 8.0)),
             (&guesses, &torque, mistake("torque_scale", 8.0)),
