@@ -9,18 +9,18 @@ use crate::replay::Gain;
 /// One sentence for each joint with an effect: both gains on held-out data.
 pub fn gains(diagnosis: &Diagnosis) -> Vec<String> {
     let named = |joint: &str| diagnosis.effects.iter().any(|found| found.joints.iter().any(|own| own == joint));
-    let judged =
-        diagnosis.fit.iter().filter(|error| error.split == Split::HeldOut && error.quantity != "link_position");
+    let judged = diagnosis.fit.iter().filter(|error| is_judged(error));
     judged.filter(|error| named(&error.joint)).map(|error| sentence(error, &diagnosis.replay)).collect()
+}
+
+/// Whether an error is that of a torque on data held out.
+fn is_judged(error: &FitError) -> bool {
+    error.split == Split::HeldOut && error.quantity != "link_position"
 }
 
 /// In which quantity an effect gains. Rows that neither model explains have little weight in its own gain, so it may be shown where no joint's is.
 pub fn quantity(found: &FoundEffect, fit: &[FitError]) -> String {
-    let of_effect = |error: &&FitError| {
-        error.split == Split::HeldOut
-            && ["torque", "force"].contains(&error.quantity)
-            && found.joints.contains(&error.joint)
-    };
+    let of_effect = |error: &&FitError| is_judged(error) && found.joints.contains(&error.joint);
     let mut judged = fit.iter().filter(of_effect).peekable();
     let gain_of = &found.gain.gain_of;
     match gain_of == "torque" && judged.peek().is_some() && judged.all(|error| !error.gain.shown) {

@@ -49,44 +49,52 @@ const REPETITIONS: usize = 8;
 
 /// The model with constants that agree with inertia and weight in the training data, where its own are guesses and the recordings hold currents.
 pub fn with_constants<'m>(model: &'m Model, sessions: &[&TimeSeries], division: Division) -> Cow<'m, Model> {
-    let mut scaled = Cow::Borrowed(model);
     if model.accuracy.torque_constants < GUESS || model.masses == Masses::Estimated {
-        return scaled;
+        return Cow::Borrowed(model);
     }
     let trained = training_parts(sessions, division);
     let parts: Vec<Cow<TimeSeries>> = trained.iter().flat_map(|session| session.uninterrupted()).collect();
     let parts: Vec<&TimeSeries> = parts.iter().map(AsRef::as_ref).collect();
     if model.joints.is_empty() || parts.is_empty() {
-        return scaled;
+        return Cow::Borrowed(model);
     }
-    let rows = rows::rows(model, &parts);
+    let mut scaled = model.clone();
+    scale_by_balance(&mut scaled, &parts);
+    scale_by_mistakes(&mut scaled, &parts);
+    restore_far_ones(model, &mut scaled);
+    Cow::Owned(scaled)
+}
+
+/// Constants from the balance of all joints; where it determines none, from the size of the rigid body's torque.
+fn scale_by_balance(model: &mut Model, parts: &[&TimeSeries]) {
+    let rows = rows::rows(model, parts);
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
     let normals = Columns::new(model, &rows).normals(&rows, &moves);
     let bounds = bounds(model);
     let of_size = |joint: usize| size::of_rows(model, joint, &normals[joint], &bounds)?.impossible();
-    for (joint, factor) in factors(&normals, &bounds).into_iter().enumerate() {
-        let factor = factor.or_else(|| of_size(joint).filter(|s| *s > 0.0).map(f64::recip));
-        if let Some(factor) = factor.filter(|_| has_current(&parts, &model.joints[joint].name)) {
-            scale(scaled.to_mut(), &model.joints[joint].name, factor);
-        }
+    let of_joint = |(joint, factor): (usize, Option<f64>)| {
+        let name = &model.joints[joint].name;
+        let factor = factor.or_else(|| of_size(joint).filter(|s| *s > 0.0).map(f64::recip))?;
+        has_current(parts, name).then(|| (name.clone(), factor))
+    };
+    let found: Vec<(String, f64)> = factors(&normals, &bounds).into_iter().enumerate().filter_map(of_joint).collect();
+    found.iter().for_each(|(name, factor)| scale(model, name, *factor));
+}
+
+/// What the other checks say of a scale is a constant too; each may have to be right before the next one shows.
+fn scale_by_mistakes(model: &mut Model, parts: &[&TimeSeries]) {
+    for _ in 0..model.joints.len() {
+        let found = suspected(model, parts);
+        let Some(mistake) = found.iter().find(|mistake| is_of_guess(model, parts, mistake)) else { break };
+        mistake.joints.iter().for_each(|name| scale(model, name, mistake.factor.unwrap_or(1.0)));
     }
-    // What the other checks say of a scale is a constant too; each may have to be right before the next one shows.
-    for _ in &model.joints {
-        let found = suspected(&scaled, &parts);
-        let Some(mistake) = found.iter().find(|mistake| is_of_guess(model, &parts, mistake)) else { break };
-        mistake.joints.iter().for_each(|name| scale(scaled.to_mut(), name, mistake.factor.unwrap_or(1.0)));
-    }
-    if let Cow::Owned(scaled) = &mut scaled {
-        keep_far_ones(model, scaled);
-    }
-    scaled
 }
 
 /// Constants that would be off by more than a guess may be stay as the model file gives them: that is another mistake, to be told.
-fn keep_far_ones(given: &Model, scaled: &mut Model) {
+fn restore_far_ones(given: &Model, scaled: &mut Model) {
     for (given, used) in given.joints.iter().zip(&mut scaled.joints) {
         let factor = given.motor.zip(used.motor).map(|(given, used)| used.torque_constant / given.torque_constant);
-        if !factor.is_none_or(|factor| is_near(&factor)) {
+        if factor.is_some_and(|factor| !is_near(&factor)) {
             used.motor = given.motor;
         }
     }
@@ -322,6 +330,7 @@ mod tests {
         assert_eq!(found([0.5, 2.0, 0.0], 1.0), [None]);
         for (numbers, usual) in [([2.0, 2.0, 0.0], 1.0), ([0.5, 2.0, 2.0], 1.0), ([0.5, 2.0, 0.0], 0.4)] {
             let [Some(f)] = *found(numbers, usual) else { panic!("{numbers:?}") };
+            // Rounding.
             assert!((f / numbers[0] - 1.0).abs() < 1e-9, "{numbers:?}: {f}");
         }
     }
@@ -353,11 +362,11 @@ mod tests {
         let scaled = |factor: f64| {
             let mut used = guesses.clone();
             scale(&mut used, &name, factor);
-            keep_far_ones(&guesses, &mut used);
+            restore_far_ones(&guesses, &mut used);
             used.joints[0].motor.expect("a motor").torque_constant
                 / guesses.joints[0].motor.expect("a motor").torque_constant
         };
-        // Twice by eight is far, and a factor of one is what the file gives.
+        // Two mistakes of a factor of eight are too far together: the constant is that of the file.
         assert_eq!([8.0, 64.0, 1.0 / 64.0].map(scaled), [8.0, 1.0, 1.0]);
         for (model, session, told) in [
             (&model(0.05), &current, mistake("torque_scale", 8.0)),
