@@ -73,6 +73,8 @@ pub struct JointMotion {
     pub friction: SymmetricFriction,
     /// Whether a current was measured and not a torque.
     pub has_current: bool,
+    /// `s u₀` [1] By how much the torque constant is larger, at its present estimate: the torque shows `1 − s u₀` of what loads the joint.
+    pub scale: f64,
     /// Why its torque is not judged; `None` where it is. Its motion moves the other joints in any case.
     pub left_out: Option<LeftOut>,
 }
@@ -149,6 +151,7 @@ impl JointMotion {
             wind_up: of(&self.wind_up),
             friction: self.friction,
             has_current: self.has_current,
+            scale: self.scale,
             left_out: self.left_out,
         }
     }
@@ -207,7 +210,7 @@ impl Motion<'_> {
     /// current: it is as well known as a usual torque constant, or better where the model says so, however little the model knows of the motor. A
     /// sensor behind the gear is exact.
     pub fn scale_accuracy(&self, joint: usize) -> f64 {
-        let stated = self.model.accuracy.torque_constants;
+        let stated = self.model.constant_accuracy(joint);
         match (self.model.joints[joint].torque_at, self.joints[joint].has_current) {
             (TorqueAt::Link, _) => 0.0,
             (TorqueAt::Motor, true) => stated,

@@ -188,7 +188,7 @@ fn constants(model: &Model) -> Vec<Parameter> {
         if model.accuracy.rotor_inertias > 0.0 && joint.rotor_inertia.is_some() {
             push("rotor_inertia", NUMBERS * n + i);
         }
-        if model.accuracy.torque_constants > 0.0 && joint.motor.is_some() {
+        if model.constant_accuracy(i) > 0.0 && joint.motor.is_some() {
             push("torque_constant", (NUMBERS + 1) * n + i);
         }
     }

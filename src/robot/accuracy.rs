@@ -153,24 +153,33 @@ impl Model {
         }
         let rotors = u.iter().skip(NUMBERS * n);
         let constants = rotors.clone().skip(n);
-        for (joint, (rotor, constant)) in model.joints.iter_mut().zip(rotors.zip(constants)) {
+        for (index, (rotor, constant)) in rotors.zip(constants).enumerate().take(n) {
+            let joint = &mut model.joints[index];
             let factor = (1.0 + self.accuracy.rotor_inertias * rotor).max(LEAST_FACTOR);
             joint.rotor_inertia = joint.rotor_inertia.map(|inertia| inertia * factor);
             if let Some(motor) = &mut joint.motor {
-                motor.torque_constant *= self.accuracy.torque_factor(*constant);
+                motor.torque_constant *= self.torque_factor(index, *constant);
             }
         }
         model.write_inertias(&changed);
         model
     }
-}
 
-impl Accuracy {
+    /// `s_K` [1] Accuracy of a joint's torque constant.
+    pub fn constant_accuracy(&self, joint: usize) -> f64 {
+        self.joints[joint].constant_accuracy.unwrap_or(self.accuracy.torque_constants)
+    }
+
     /// `1/(1 − s_K u)` True torque per torque computed with the nominal constant, where a current shows `1 − s_K u` of the torque that was expected. For an
     /// accuracy of a few per cent `u` are standard deviations of the constant; a guessed constant of accuracy 1 may be half or several times the true one.
-    pub fn torque_factor(&self, u: f64) -> f64 {
-        (1.0 - self.torque_constants * u).clamp(LEAST_FACTOR, LEAST_FACTOR.recip()).recip()
+    pub fn torque_factor(&self, joint: usize, u: f64) -> f64 {
+        factor_where_shown(1.0 - self.constant_accuracy(joint) * u)
     }
+}
+
+/// True torque per computed torque, where a current shows this share of the torque that was expected.
+fn factor_where_shown(share: f64) -> f64 {
+    share.clamp(LEAST_FACTOR, LEAST_FACTOR.recip()).recip()
 }
 
 /// The ten numbers of a body in the order of [`Inertia::parameters`].
@@ -188,10 +197,9 @@ mod tests {
 
     #[test]
     fn analytic_half_of_the_expected_current_is_twice_the_constant() {
-        let guessed = Accuracy { torque_constants: 1.0, ..Accuracy::default() };
         // Twice the constant needs half of the expected current, half of it twice as much.
         for (shown, factor) in [(0.5, 2.0), (2.0, 0.5), (1.0, 1.0), (-3.0, 10.0), (40.0, 0.1)] {
-            assert!((guessed.torque_factor(1.0 - shown) - factor).abs() < 1e-12, "{shown} of the current");
+            assert!((factor_where_shown(shown) - factor).abs() < 1e-12, "{shown} of the current");
         }
     }
 

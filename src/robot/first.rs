@@ -169,6 +169,7 @@ fn first_joint(body: &Body, data: DriveData, placeholders: &mut Placeholders) ->
         current_sensor: None,
         friction: None,
         torque_at: TorqueAt::Motor,
+        constant_accuracy: None,
     }
 }
 

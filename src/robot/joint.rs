@@ -56,6 +56,7 @@ pub(super) fn read_joint(table: &Table<'_>, body: &Body) -> Result<JointModel> {
             .map(|table| read(table, |table| read_friction(table, kind)))
             .transpose()?,
         torque_at: TorqueAt::Motor,
+        constant_accuracy: None,
     })
 }
 

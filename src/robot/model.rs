@@ -155,6 +155,8 @@ pub struct JointModel {
     pub friction: Option<Friction>,
     /// Where the recordings at hand measure its torque; no key of the model file.
     pub torque_at: TorqueAt,
+    /// `s_K` [1] Accuracy of its torque constant, where recordings told the constant better than `[accuracy]` says; no key of the model file.
+    pub constant_accuracy: Option<f64>,
 }
 
 /// [rad/s] Resonance of a link on its gear, the rotor held, that is asked of hand axes, SCARA and welding robots: 15 Hz (Harmonic Drive AG,

@@ -71,6 +71,7 @@ impl Machine {
         };
         let joint = JointModel {
             torque_at: lostmotion::robot::TorqueAt::Motor,
+            constant_accuracy: None,
             name,
             kind: JointKind::Revolute,
             gear_ratio: self.ratio,

@@ -146,6 +146,7 @@ pub fn plain_joint(name: &str) -> JointModel {
         current_sensor: None,
         friction: None,
         torque_at: lostmotion::robot::TorqueAt::Motor,
+        constant_accuracy: None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, Range};
 
-use crate::effects::{Diagnosable, Motion, Scope};
+use crate::effects::{Diagnosable, Kind, Motion, Scope};
 use crate::robot::TorqueAt;
 
 /// An effect in all sessions; or its change, which is the same effect in some sessions only: its columns are zero in all others.
@@ -51,6 +51,12 @@ impl Cause {
             None => (0..joints.len()).map(|place| self.columns_at(motion, joints, place, shape)).collect::<Vec<_>>(),
         };
         columns.iter_mut().flatten().for_each(|column| self.mask(motion, column));
+        if self.loads_machine() {
+            for (columns, joint) in columns.iter_mut().zip(joints) {
+                let shown = 1.0 - motion.joints[*joint].scale;
+                columns.iter_mut().flatten().for_each(|value| *value *= shown);
+            }
+        }
         columns
     }
 
@@ -69,6 +75,12 @@ impl Cause {
     /// Axes whose torque shows it where it acts on one joint, the axis of that joint first.
     pub fn axes(&self, motion: &Motion, joint: usize) -> Vec<usize> {
         if self.is_on_link() { motion.model.robot.axes_of(joint) } else { vec![joint] }
+    }
+
+    /// Whether it loads all joints, in proportion to what is one and the same for them: torque constants scale what each of them shows of it.
+    pub fn loads_machine(&self) -> bool {
+        let about = self.effect.about();
+        about.scope == Scope::Machine && about.kind == Kind::Physics
     }
 
     /// Whether it loads the link of one joint, and so every axis that moves this joint.
@@ -138,5 +150,37 @@ impl From<&'static dyn Diagnosable> for Cause {
 impl<T: Diagnosable> From<&'static T> for Cause {
     fn from(effect: &'static T) -> Self {
         Self { effect, within: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::effects::drawn::{LENGTH, MODEL, ROBOT, drawn};
+    use crate::effects::find;
+    use crate::robot::Model;
+
+    /// A current shows `1 − s u` of what a tilted base adds. What acts on one joint alone is measured in the torque that the current shows.
+    #[test]
+    fn analytic_a_constant_scales_what_loads_the_machine() {
+        let beside = ROBOT.replace("<inertial>", "<inertial><origin xyz=\"0.1 0 0\"/>");
+        let level = beside.replace("xyz=\"0 0 1\"", "xyz=\"0 -1 0\"");
+        let model = Model::from_texts(MODEL, &level, Path::new("model.toml")).expect("a model");
+        let mut motion = drawn(&model, 1, None, LENGTH);
+        for (name, share) in [("base_tilt", 0.6), ("payload", 0.6), ("cable_spring", 1.0)] {
+            let cause = Cause::from(find(name).and_then(|effect| effect.diagnosable()).expect("an effect"));
+            let shape = cause.shapes(&motion, 0).into_iter().next().unwrap_or_default();
+            motion.joints[0].scale = 0.0;
+            let exact = cause.columns(&motion, 0, &shape);
+            motion.joints[0].scale = 0.4;
+            let scaled = cause.columns(&motion, 0, &shape);
+            for (exact, scaled) in exact.iter().flatten().zip(scaled.iter().flatten()) {
+                // Rounding.
+                assert!((scaled - share * exact).abs() <= 1e-12 * exact.abs(), "{name}: {scaled} of {exact}");
+            }
+            assert!(exact.iter().flatten().any(|torque| *torque != 0.0), "{name}");
+        }
     }
 }

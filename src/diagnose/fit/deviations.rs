@@ -8,7 +8,7 @@ use super::pose::rough_coulomb;
 use super::problem::{Fitted, Part, Problem};
 use super::term::Term;
 use super::view::{Information, View, combined};
-use crate::effects::{Kind, Motion};
+use crate::effects::Motion;
 use crate::robot::Model;
 
 /// [1] Precision of what has no prior, as a share of what all rows say of it: half of the digits.
@@ -57,10 +57,10 @@ impl Problem<'_> {
         match (treated, inertial.held()) {
             (Treated::Fixed, Some(held)) => (&[], Some(&held.torque[joint])),
             (Treated::Fixed, None) => (&[], None),
-            (Treated::Shared { .. }, _) => (&inertial.columns[joint], None),
+            (Treated::Shared { .. }, _) => (&inertial.columns[joint], Some(inertial.expansions[joint].shift())),
             (Treated::Seen { .. }, _) => match inertial.view(joint, terms) {
                 Some(view) => (&view.columns, Some(&view.shift)),
-                None => (&inertial.columns[joint], None),
+                None => (&inertial.columns[joint], Some(inertial.expansions[joint].shift())),
             },
         }
     }
@@ -89,32 +89,36 @@ impl Problem<'_> {
         let deviations = accuracy.inertial_deviations(&self.motion.model.robot);
         let changes = &deviations * inertial.directions.rows(0, deviations.ncols());
         let motion = &self.motion;
-        let of_term = |(term, at): (&&Term, &usize)| {
-            let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
-            let by_scale = rescaled(motion, inertial, term, own);
-            term.effect.on_changed_bodies(motion, &changes, own).into_iter().chain([by_scale])
-        };
-        let physical = |term: &&Term| term.is_machine() && term.effect.about().kind == Kind::Physics;
-        let found = terms.iter().zip(&fitted.term_at).filter(|(term, _)| physical(term));
-        let altered: Vec<_> = found.flat_map(of_term).collect();
-        if altered.is_empty() && !inertial.altered {
+        let coefficients = fitted.solution.coefficients.as_slice();
+        let found = terms.iter().zip(&fitted.term_at).filter(|(term, _)| term.effect.loads_machine());
+        let loads: Vec<(&Term, &[f64])> =
+            found.map(|(term, at)| (*term, &coefficients[*at..at + term.coefficients()])).collect();
+        if loads.is_empty() && !inertial.altered {
             return;
         }
-        inertial.altered = !altered.is_empty();
-        inertial.columns = torques(&self.motion, &inertial.coulomb, &deviations, &inertial.directions, &inertial.links);
+        inertial.altered = !loads.is_empty();
+        for (joint, expansion) in inertial.expansions.iter_mut().enumerate() {
+            expansion.load(torque_of_all(&loads, motion, joint));
+        }
+        inertial.columns = torques(motion, &inertial.coulomb, &deviations, &inertial.directions, &inertial.expansions);
         inertial.views.fill(None);
-        for torque in &altered {
-            for (column, torque) in inertial.columns.iter_mut().flatten().zip(torque.iter().flatten()) {
-                column.iter_mut().zip(torque).for_each(|(sum, x)| *sum += x);
+        let altered = loads.iter().filter_map(|(term, own)| term.effect.on_changed_bodies(motion, &changes, own));
+        for of_joints in altered {
+            for ((columns, torques), m) in inertial.columns.iter_mut().zip(of_joints).zip(&motion.joints) {
+                for (column, torque) in columns.iter_mut().zip(torques) {
+                    column.iter_mut().zip(torque).for_each(|(sum, x)| *sum += (1.0 - m.scale) * x);
+                }
             }
         }
     }
 
-    /// From now on torque constants scale the torque of the links as they deviate in this fit.
-    pub fn scale_links(&mut self, fitted: &Fitted) {
-        let Some(inertial) = self.inertial.as_mut().filter(|_| fitted.inertial != Treated::Fixed) else { return };
+    /// Expands the product of torque constants and deviating links near this fit; returns by how much a joint's scale changed, relative to it.
+    pub fn expand(&mut self, fitted: &Fitted) -> f64 {
+        let Some(inertial) = self.inertial.as_mut().filter(|_| fitted.inertial != Treated::Fixed) else { return 0.0 };
         let z = inertial.estimate(fitted.inertial, &fitted.solution.coefficients);
-        inertial.scale_links(&self.motion, &z);
+        let change = inertial.expand(&self.motion, &z);
+        self.motion.joints.iter_mut().zip(&inertial.expansions).for_each(|(m, expansion)| m.scale = expansion.scale());
+        change
     }
 
     /// From now on the deviations have the values of this fit.
@@ -149,7 +153,7 @@ impl Problem<'_> {
         for joint in (0..dof).filter(|joint| !self.motion.joints[*joint].has_current) {
             u[inertial.constant_at(joint)] = 0.0;
         }
-        let factor = |joint: usize| model.accuracy.torque_factor(u[inertial.constant_at(joint)]);
+        let factor = |joint: usize| model.torque_factor(joint, u[inertial.constant_at(joint)]);
         (model.deviating(u.as_slice()), (0..dof).map(factor).collect())
     }
 
@@ -193,7 +197,10 @@ impl Problem<'_> {
             let of_terms = machine.iter().flat_map(|(term, _)| &term.columns[place(term)]);
             inertial.columns[joint].iter().chain(of_terms).collect()
         };
-        let seen = |joint| View::new(beside.clone(), &columns(joint), &prior, &known, joint);
+        let seen = |joint| {
+            let view = View::new(beside.clone(), &columns(joint), &prior, &known, joint)?;
+            Some(view.shifted(inertial.expansions[joint].shift()))
+        };
         let views = (0..known.len()).map(seen).collect();
         if let Some(inertial) = &mut self.inertial {
             inertial.views = views;
@@ -201,15 +208,13 @@ impl Problem<'_> {
     }
 }
 
-/// What the torque constants in each direction do to the torque of an effect of the machine.
-fn rescaled(motion: &Motion, inertial: &Inertial, term: &Term, coefficients: &[f64]) -> Vec<Vec<Vec<f64>>> {
-    let of_joint = |joint: usize| -> Vec<Vec<f64>> {
-        let place = term.joints.iter().position(|own| *own == joint);
-        let torque =
-            place.map_or_else(|| vec![0.0; motion.rows()], |place| combined(&term.columns[place], coefficients));
-        let share = motion.scale_accuracy(joint);
-        let scale = |u: &f64| torque.iter().map(|torque| -share * u * torque).collect();
-        inertial.directions.row(inertial.constant_at(joint)).iter().map(scale).collect()
-    };
-    (0..motion.joints.len()).map(of_joint).collect()
+/// Torque [N·m or N] of effects that load the machine on a joint.
+fn torque_of_all(loads: &[(&Term, &[f64])], motion: &Motion, joint: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; motion.rows()];
+    for (term, coefficients) in loads {
+        let Some(place) = term.joints.iter().position(|own| *own == joint) else { continue };
+        let shown = combined(&term.columns[place], *coefficients);
+        sum.iter_mut().zip(shown).for_each(|(sum, shown)| *sum += shown / (1.0 - motion.joints[joint].scale));
+    }
+    sum
 }

@@ -2,7 +2,7 @@
 //!
 //! `τ = Y(q, q̇, q̈) (π̄ + D u) + J_r (1 + s_J u) a − s_K u τ_rigid + …`, every `u ~ N(0, 1)`. `Y` is the regressor of the bodies' ten parameters `π`
 //! and `D` their change by one standard deviation of each nominal value ([`Accuracy`]); `J_r` the rotor on the joint side. A torque constant
-//! larger by `s_K u` makes the torque computed from a current too small; `τ_rigid` is that of the links as they deviate in the last fit.
+//! larger by `s_K u` makes the torque computed from a current too small; `τ_rigid` is that of the links as they deviate: an [`Expansion`] has the product.
 //! Unknown gaps and wind-ups move the [posture](super::posture).
 //! What the motion shows of `u` are the directions `z = Vᵀ u` with the largest torque: `V` are eigenvectors of the Gram matrix of the
 //! torques, each divided by the RMS torque of its joint. Their prior is `N(0, 1)` again; all other directions are left out.
@@ -14,6 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::expansion::Expansion;
 use super::posture::Posture;
 use super::term::Term;
 use super::view::{View, combined};
@@ -35,8 +36,8 @@ pub struct Inertial {
     pub columns: Vec<Vec<Vec<f64>>>,
     /// `F_C` [N·m or N] Rough Coulomb friction of each joint, which decides on flanks.
     pub coulomb: Vec<f64>,
-    /// `links[joint][row]` [N·m or N] What deviating links added to the rigid torque in the last fit: torque constants scale both.
-    pub links: Vec<Vec<f64>>,
+    /// Where each joint's columns are linear.
+    pub expansions: Vec<Expansion>,
     /// Whether the columns contain what deviations do to the torque of effects.
     pub altered: bool,
     /// What each joint can still decide; `None` before the first fit.
@@ -100,21 +101,21 @@ impl Inertial {
         let few = motion.at_rows(&rows);
         let count = deviations.ncols() + 2 * motion.joints.len() + Posture::count(motion.joints.len());
         let unit = DMatrix::identity(count, count);
-        let none = |motion: &Motion| vec![vec![0.0; motion.rows()]; motion.joints.len()];
-        let eigen = gram(&few, &torques(&few, &coulomb, &deviations, &unit, &none(&few))).symmetric_eigen();
+        let nominal = |motion: &Motion| vec![Expansion::nominal(motion.rows()); motion.joints.len()];
+        let eigen = gram(&few, &torques(&few, &coulomb, &deviations, &unit, &nominal(&few))).symmetric_eigen();
         let shown: Vec<usize> =
             (0..eigen.eigenvalues.len()).filter(|k| eigen.eigenvalues[*k] > LEAST_TORQUE * LEAST_TORQUE).collect();
         if shown.is_empty() {
             return None;
         }
         let directions = eigen.eigenvectors.select_columns(&shown);
-        let links = none(motion);
-        let columns = self::torques(motion, &coulomb, &deviations, &directions, &links);
+        let expansions = nominal(motion);
+        let columns = self::torques(motion, &coulomb, &deviations, &directions, &expansions);
         Some(Self {
             directions,
             columns,
             coulomb,
-            links,
+            expansions,
             views: vec![None; motion.joints.len()],
             last: None,
             fixed: false,
@@ -145,25 +146,25 @@ impl Inertial {
 
     /// Torque of deviations on a joint.
     pub fn torque_of(&self, joint: usize, z: &DVector<f64>) -> Vec<f64> {
-        combined(&self.columns[joint], z)
+        let mut torque = combined(&self.columns[joint], z);
+        torque.iter_mut().zip(self.expansions[joint].shift()).for_each(|(sum, shift)| *sum += shift);
+        torque
     }
 
-    /// Scales the torque of the links by the torque constants as they deviate with `z`, whose products the columns do not contain.
-    pub fn scale_links(&mut self, motion: &Motion, z: &DVector<f64>) {
-        let shares = (0..motion.joints.len()).map(|joint| motion.scale_accuracy(joint));
-        for ((joint, m), share) in motion.joints.iter().enumerate().zip(shares).filter(|(_, share)| *share > 0.0) {
-            let constant: Vec<f64> = self.directions.row(self.constant_at(joint)).iter().map(|v| share * v).collect();
-            let scale: f64 = constant.iter().zip(z).map(|(constant, z)| constant * z).sum();
-            let torque = self.torque_of(joint, z);
-            let rigid = m.rigid.iter().zip(&self.links[joint]).map(|(rigid, links)| rigid + links);
-            let links: Vec<f64> = torque.iter().zip(rigid).map(|(torque, rigid)| torque + scale * rigid).collect();
-            for (column, constant) in self.columns[joint].iter_mut().zip(constant).filter(|(_, k)| *k != 0.0) {
-                let changes = links.iter().zip(&self.links[joint]);
-                column.iter_mut().zip(changes).for_each(|(x, (after, before))| *x -= constant * (after - before));
-            }
-            self.links[joint] = links;
-        }
+    /// Expands the products of torque constants and deviating links near the deviations `z` of the last fit. Returns the largest change of a joint's scale,
+    /// relative to it.
+    pub fn expand(&mut self, motion: &Motion, z: &DVector<f64>) -> f64 {
         self.views.fill(None);
+        let mut largest = 0.0_f64;
+        for (joint, m) in motion.joints.iter().enumerate() {
+            let share = motion.scale_accuracy(joint);
+            let constant = self.directions.row(self.constant_at(joint)).transpose() * share;
+            if share > 0.0 {
+                let change = self.expansions[joint].step(&mut self.columns[joint], &m.rigid, &constant, z);
+                largest = largest.max(change.abs());
+            }
+        }
+        largest
     }
 
     /// `z` of the coefficients of a fit; for the fit of one joint, what its rows and those of the other joints say together.
@@ -206,13 +207,13 @@ fn gram(motion: &Motion, torques: &[Vec<Vec<f64>>]) -> DMatrix<f64> {
     gram
 }
 
-/// Torque of each direction on each joint; torque constants scale the rigid torque with that of deviating `links`.
+/// Torque of each direction on each joint, linear near the expansions.
 pub fn torques(
     motion: &Motion,
     coulomb: &[f64],
     deviations: &DMatrix<f64>,
     directions: &DMatrix<f64>,
-    links: &[Vec<f64>],
+    expansions: &[Expansion],
 ) -> Vec<Vec<Vec<f64>>> {
     let (of_bodies, dof) = (deviations.ncols(), motion.joints.len());
     let accuracy = &motion.model.accuracy;
@@ -221,16 +222,12 @@ pub fn torques(
     torques.par_iter_mut().enumerate().for_each(|(joint, torques)| {
         let m = &motion.joints[joint];
         let rotor = accuracy.rotor_inertias * motion.model.joints[joint].reflected_inertia();
-        let scale = -motion.scale_accuracy(joint);
+        let scale = motion.scale_accuracy(joint);
         for (torque, direction) in torques.iter_mut().zip(directions.column_iter()) {
             posture.add_to(torque, joint, direction.rows(of_bodies + 2 * dof, Posture::count(dof)));
             let (rotor, scale) = (rotor * direction[of_bodies + joint], scale * direction[of_bodies + dof + joint]);
-            if rotor != 0.0 || scale != 0.0 {
-                torque
-                    .iter_mut()
-                    .enumerate()
-                    .for_each(|(row, x)| *x += rotor * m.a[row] + scale * (m.rigid[row] + links[joint][row]));
-            }
+            torque.iter_mut().zip(&m.a).for_each(|(x, a)| *x += rotor * a);
+            expansions[joint].scale_column(torque, &m.rigid, scale);
         }
     });
     torques
@@ -308,7 +305,7 @@ mod tests {
         // The product of both is missing: 5 % of the weight, which is largest at the start.
         assert!((error(&inertial) / (scale * weight[0]) - 1.0).abs() < 1e-9, "{}", error(&inertial));
         for _ in 0..2 {
-            inertial.scale_links(&motion, &z);
+            inertial.expand(&motion, &z);
             // Rounding, through the eigenvectors of the directions.
             assert!(error(&inertial) < 1e-9 * weight[0], "{}", error(&inertial));
         }

@@ -9,7 +9,7 @@
 //! - `new_sessions`: what is freed in held-out sessions without training rows
 //! - `baseline`: the free parameters of the nominal model
 //! - `inertial`: deviations of the nominal model within its stated accuracy; `view`: what one joint's rows can decide of them; `deviations`: fits
-//!   with them
+//!   with them; `expansion`: the product of two of them
 //! - `extrapolation`: how far a fit can be off in rows that it does not contain
 //! - `cause`: the cause of a term, an effect or the change of an effect
 //! - `regression`: linear regression with a heavy-tailed error; `scanned`: some thousand of its rows, for scans of many shapes
@@ -24,6 +24,7 @@ pub mod baseline;
 pub mod cause;
 mod deviations;
 pub mod estimate;
+mod expansion;
 pub mod extrapolation;
 pub mod golden;
 pub mod inertial;

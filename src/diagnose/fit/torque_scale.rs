@@ -26,13 +26,13 @@ impl TorqueScale {
     /// The scale of a joint as the fit found it; 1 where torque constants are exact or a torque was recorded.
     pub fn of(problem: &Problem, joint: usize, uncertainty: &Uncertainty) -> Self {
         let exact = Self { factor: 1.0, std_error: 0.0 };
-        let (accuracy, has_current) = (problem.motion.model.accuracy, problem.motion.joints[joint].has_current);
+        let (model, has_current) = (problem.motion.model, problem.motion.joints[joint].has_current);
         let Some((row, u)) = problem.constant(joint).filter(|_| has_current) else { return exact };
-        let s = accuracy.torque_constants;
+        let s = model.constant_accuracy(joint);
         let slopes: Vec<(usize, f64)> =
             row.iter().enumerate().map(|(k, v)| (uncertainty.deviations_at + k, s * v)).collect();
         let unseen = s * (1.0 - row.iter().map(|v| v * v).sum::<f64>()).max(0.0).sqrt();
-        let factor = accuracy.torque_factor(u);
+        let factor = model.torque_factor(joint, u);
         Self { factor, std_error: factor * factor * uncertainty.std_error(&slopes).hypot(unseen) }
     }
 

@@ -24,7 +24,7 @@ pub struct View {
     beside: Vec<(Cause, Vec<f64>)>,
     offset: DVector<f64>,
     basis: DMatrix<f64>,
-    /// Torque of the offset.
+    /// Torque of the offset, and what else is known.
     pub shift: Vec<f64>,
     /// Torque of each `y`.
     pub columns: Vec<Vec<f64>>,
@@ -59,6 +59,12 @@ impl View {
         let shift = combined(&owned, offset.iter());
         let columns = basis.column_iter().map(|c| combined(&owned, c.iter())).collect();
         Some(Self { beside, offset, basis, shift, columns })
+    }
+
+    /// Adds a torque that is known.
+    pub fn shifted(mut self, torque: &[f64]) -> Self {
+        self.shift.iter_mut().zip(torque).for_each(|(sum, x)| *sum += x);
+        self
     }
 
     /// Whether exactly these effects of the machine are shared.

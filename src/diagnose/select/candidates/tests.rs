@@ -96,7 +96,7 @@ fn property_a_candidate_has_the_evidence_of_the_fit_with_it() {
         let mut torque = [0.0; 2];
         let of = |k: usize| [motion[0][k], motion[1][k]];
         dynamics.inverse(&of(0), &of(1), &of(2), &mut torque);
-        let spring = [0.0, 6.0 * (motion[1][0] - 0.3)];
+        let spring = [0.0, 12.0 * (motion[1][0] - 0.3)];
         for (joint, channels) in joints.iter_mut().enumerate() {
             let [q, v, a] = motion[joint];
             channels[0].push(q);
