@@ -116,6 +116,15 @@ impl Size {
     }
 }
 
+impl Size {
+    /// The least factor on the torque that makes its size a possible one, where it is not.
+    pub fn least_factor(&self) -> Option<f64> {
+        self.impossible()?;
+        let nearest = if self.least > 1.0 { self.least } else { self.largest };
+        Some(nearest.recip()).filter(|factor| factor.is_finite())
+    }
+}
+
 /// The machine prepared for the columns of one session.
 struct Machine {
     links: Dynamics,

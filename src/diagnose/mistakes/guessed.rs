@@ -63,39 +63,54 @@ pub fn with_constants<'m>(model: &'m Model, sessions: &[&TimeSeries], division: 
         return Cow::Borrowed(model);
     }
     let mut scaled = model.clone();
-    scale_by_balance(&mut scaled, &parts);
-    scale_by_mistakes(&mut scaled, &parts);
+    let doubtful = scale_by_balance(&mut scaled, &parts);
+    scale_by_mistakes(&mut scaled, &parts, doubtful);
     restore_far_ones(model, &mut scaled);
     Cow::Owned(scaled)
 }
 
-/// Constants from the balance of all joints; where it determines none, from the size of the rigid body's torque.
-fn scale_by_balance(model: &mut Model, parts: &[&TimeSeries]) {
+/// Constants from the balance of all joints; where it determines none, as near to the guess as the size of the rigid body's torque allows. Returns the names and
+/// factors of joints whose constant stays, as the balance tells it no better than the guess.
+fn scale_by_balance(model: &mut Model, parts: &[&TimeSeries]) -> Vec<(String, f64)> {
     let rows = rows::rows(model, parts);
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
     let normals = Columns::new(model, &rows).normals(&rows, &moves);
     let bounds = bounds(model);
     let stated = model.accuracy;
-    let mut found = factors(&normals, &bounds, stated.torque_constants);
-    for (joint, found) in found.iter_mut().enumerate().filter(|(_, found)| found.is_none()) {
-        let scale = size::of_rows(model, joint, &normals[joint], &bounds).and_then(|size| size.impossible());
-        *found = scale.filter(|scale| *scale > 0.0).map(|scale| Factor { f: scale.recip(), error: f64::INFINITY });
-    }
-    for (index, found) in found.into_iter().enumerate() {
+    let mut doubtful = Vec::new();
+    for (index, found) in factors(&normals, &bounds, stated.torque_constants).into_iter().enumerate() {
         let name = model.joints[index].name.clone();
-        let Some(found) = found.filter(|_| has_current(parts, &name)) else { continue };
-        scale(model, &name, found.f);
-        // The masses, too, are only as accurate as the model says, and the constant was measured by their weight.
-        model.joints[index].constant_accuracy = Some(found.error.hypot(stated.masses).min(stated.torque_constants));
+        if !has_current(parts, &name) {
+            continue;
+        }
+        if let Some(Factor { f, error }) = found.filter(|found| found.error < stated.torque_constants) {
+            scale(model, &name, f);
+            // The masses, too, are only as accurate as the model says, and the constant was measured by their weight.
+            model.joints[index].constant_accuracy = Some(error.hypot(stated.masses).min(stated.torque_constants));
+            continue;
+        }
+        let size = size::of_rows(model, index, &normals[index], &bounds);
+        scale(model, &name, size.and_then(|size| size.least_factor()).unwrap_or(1.0));
+        doubtful.extend(found.map(|found| (name, found.f)));
     }
+    doubtful
 }
 
-/// What the other checks say of a scale is a constant too; each may have to be right before the next one shows.
-fn scale_by_mistakes(model: &mut Model, parts: &[&TimeSeries]) {
+/// What the other checks say of a scale is a constant too; each may have to be right before the next one shows. Where they take the torque of a joint for one
+/// that was recorded in place of its current, it is a `doubtful` constant that was nearer than the guess.
+fn scale_by_mistakes(model: &mut Model, parts: &[&TimeSeries], mut doubtful: Vec<(String, f64)>) {
     for _ in 0..model.joints.len() {
         let found = suspected(model, parts);
-        let Some(mistake) = found.iter().find(|mistake| is_of_guess(model, parts, mistake)) else { break };
-        mistake.joints.iter().for_each(|name| scale(model, name, mistake.factor.unwrap_or(1.0)));
+        let of_guess = found.iter().filter(|mistake| is_of_guess(model, parts, mistake));
+        if let Some((mistake, factor)) = of_guess.filter_map(|one| Some((one, scale_of_guess(one)?))).next() {
+            mistake.joints.iter().for_each(|name| scale(model, name, factor));
+            continue;
+        }
+        let as_current = found.iter().filter(|mistake| mistake.mistake == "torque_recorded_as_current");
+        let names: Vec<&String> = as_current.flat_map(|mistake| &mistake.joints).collect();
+        let Some(place) = doubtful.iter().position(|(name, _)| names.contains(&name)) else { break };
+        let (name, factor) = doubtful.swap_remove(place);
+        scale(model, &name, factor);
     }
 }
 
@@ -124,12 +139,18 @@ fn has_current(sessions: &[&TimeSeries], name: &str) -> bool {
         && !sessions.iter().any(|session| has(session, Channel::Torque))
 }
 
-/// Whether a mistake is no more than a guessed torque constant.
+/// Whether a mistake is no more than a guessed torque constant: its scale, or a torque in place of its current that these data do not distinguish from
+/// another scale, as its constant would only be another one.
 pub fn is_of_guess(model: &Model, sessions: &[&TimeSeries], mistake: &Mistake) -> bool {
-    model.accuracy.torque_constants >= GUESS
-        && mistake.mistake == "torque_scale"
-        && mistake.factor.as_ref().is_some_and(is_near)
-        && mistake.joints.iter().all(|name| has_current(sessions, name))
+    let as_current = mistake.mistake == "torque_recorded_as_current" && mistake.alternatives.contains(&"torque_scale");
+    let is_scale = as_current || scale_of_guess(mistake).is_some();
+    let of_joint = |name: &String| has_current(sessions, name);
+    is_scale && model.accuracy.torque_constants >= GUESS && mistake.joints.iter().all(of_joint)
+}
+
+/// The factor on a constant that a mistake asks for, if it is a scale that a guess may be off by.
+fn scale_of_guess(mistake: &Mistake) -> Option<f64> {
+    mistake.factor.filter(|factor| mistake.mistake == "torque_scale" && is_near(factor))
 }
 
 /// Whether a guess may be off by this factor.
@@ -236,14 +257,16 @@ struct Factor {
     error: f64,
 }
 
-/// `f` of each joint where it is determined better than the guess, which has an accuracy `stated`. `limits`: bounds of the balance's coefficients.
+/// `f` of each joint where a residual does not hide it. A spring and an offset count where it is determined better than by a guess of the accuracy `stated`
+/// nevertheless. `limits`: bounds of the balance's coefficients.
 fn factors(normals: &[Normal], limits: &[[f64; 2]; COLUMNS], stated: f64) -> Vec<Option<Factor>> {
     let usual: Vec<f64> = limits[SHARED].iter().map(|[_, high]| *high).collect();
-    let solved = |reduced: &[Option<Reduced>]| Load::new(reduced, &usual).factors(reduced, stated);
+    let solved = |reduced: &[Option<Reduced>]| Load::new(reduced, &usual).factors(reduced);
     let mut reduced: Vec<Option<Reduced>> = normals.iter().map(|normal| Reduced::new(normal, true)).collect();
     let found = solved(&reduced);
+    let is_open = |index: &usize| found[*index].is_none_or(|found| found.error >= stated);
     // Over a short way the weight is a spring and an offset.
-    for index in (0..normals.len()).filter(|index| found[*index].is_none()) {
+    for index in (0..normals.len()).filter(is_open) {
         reduced[index] = Reduced::new(&normals[index], false);
     }
     solved(&reduced)
@@ -309,16 +332,16 @@ impl Load {
         a
     }
 
-    /// `f` where it is determined. What a model leaves out is the same in all rows, so a joint says what a single row would: it may look like a
+    /// `f` where a residual does not hide it. What a model leaves out is the same in all rows, so a joint says what a single row would: it may look like a
     /// load or a tilt entirely, and what that moves `f` by is its error.
-    fn factors(&self, reduced: &[Option<Reduced>], stated: f64) -> Vec<Option<Factor>> {
+    fn factors(&self, reduced: &[Option<Reduced>]) -> Vec<Option<Factor>> {
         let covariance = Equilibrated::new(&self.information(reduced, &|_| 1.0));
         let of_joint = |joint: &Option<Reduced>| {
             let joint = joint.as_ref()?;
             let Shown { g, across, power, left } = joint.at(&self.beta);
             let slope = across / power;
             let error = slope.dot(&covariance.as_ref()?.solve(&slope)).max(0.0).sqrt();
-            let is_known = (left / joint.torque).sqrt() < DETERMINED && error < stated;
+            let is_known = (left / joint.torque).sqrt() < DETERMINED;
             Some(Factor { f: g.recip(), error }).filter(|found| is_known && is_near(&found.f))
         };
         reduced.iter().map(of_joint).collect()
@@ -351,16 +374,15 @@ mod tests {
     }
 
     /// What the shared column moves `f` by, relative to `f`, is `p/√(q²/u + 1/usual²)`, and the joint alone leaves the least `u`. So a load of up to
-    /// twice the own torque leaves a constant as unknown as a guess. A column of another form, `q`, is seen and does no harm; nor does one that is known to
+    /// twice the own torque leaves a constant less known than a guess. A column of another form, `q`, is seen and does no harm; nor does one that is known to
     /// be small.
     #[test]
     fn analytic_a_constant_is_unknown_where_a_load_may_be_most_of_the_torque() {
         let found = |form, usual| {
             let joints = [joint(0.5, form, [0.0, 0.0], 1)];
-            Load::new(&joints, &[usual]).factors(&joints, 1.0)
+            Load::new(&joints, &[usual]).factors(&joints)
         };
-        assert_eq!(found([2.0, 0.0], 1.0), [None]);
-        for (form, usual) in [([2.0, 2.0], 1.0), ([2.0, 0.0], 0.4)] {
+        for (form, usual) in [([2.0, 0.0], 1.0), ([2.0, 2.0], 1.0), ([2.0, 0.0], 0.4)] {
             let [Some(Factor { f, error })] = *found(form, usual) else { panic!("{form:?}") };
             let [p, q] = form;
             let expected = p / ((q / LEAST).powi(2) + 1.0 / (usual * usual)).sqrt();
@@ -379,7 +401,7 @@ mod tests {
             let y = (1.0 + mass * form[0]) / f;
             let joints = [joint(f, form, [mass, 0.01 * y * y], TILT + 1)];
             let load = Load::new(&joints, &[0.3, 0.3, 1.0]);
-            let [Some(found)] = *load.factors(&joints, 10.0) else { panic!("{f}") };
+            let [Some(found)] = *load.factors(&joints) else { panic!("{f}") };
             if mass > 0.0 {
                 // What the prior of the load takes of a million rows.
                 assert!((load.beta[TILT] / mass - 1.0).abs() < 0.01, "{} {mass}", load.beta[TILT]);
@@ -415,6 +437,9 @@ mod tests {
             alternatives: Vec::new(),
         };
         let (current, torque) = (recorded(Channel::Current), recorded(Channel::Torque));
+        let as_current =
+            |alternatives: Vec<&'static str>| Mistake { alternatives, ..mistake("torque_recorded_as_current", 50.0) };
+        assert!(is_of_guess(&guesses, &[&current], &as_current(vec!["torque_scale"])));
         assert!(is_of_guess(&guesses, &[&current], &mistake("torque_scale", 8.0)));
         let scaled = |factor: f64| {
             let mut used = guesses.clone();
@@ -430,6 +455,8 @@ mod tests {
             (&guesses, &torque, mistake("torque_scale", 8.0)),
             (&guesses, &current, mistake("torque_scale", 100.0)),
             (&guesses, &current, mistake("milliampere_for_ampere", 8.0)),
+            (&guesses, &current, as_current(Vec::new())),
+            (&model(0.05), &current, as_current(vec!["torque_scale"])),
         ] {
             assert!(!is_of_guess(model, &[session], &told), "{}", told.mistake);
         }

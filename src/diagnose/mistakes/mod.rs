@@ -58,17 +58,16 @@ use crate::timeseries::{Channel, JointSeries, TimeSeries};
 /// The search reads the training data alone, as the fit does: a column, a unit or a sign is the same to the end of a file. Sessions that are held
 /// out whole are files of their own; if the training data are right, they are checked too, by themselves. What is found there only tells that
 /// the file cannot judge a model. It does not reach the fit, whose data and model are what they are without it. The scale of a guessed torque
-/// constant that the training data do not show is no such mistake.
+/// constant is no such mistake.
 pub fn suspected_by_part(model: &Model, sessions: &[&TimeSeries], division: Division) -> Vec<Mistake> {
+    let beside_guesses = |sessions: &[&TimeSeries]| {
+        let mut found = suspected(model, sessions);
+        found.retain(|mistake| !guessed::is_of_guess(model, sessions, mistake));
+        found
+    };
     let training = training_parts(sessions, division);
-    let found = suspected(model, &training.iter().map(AsRef::as_ref).collect::<Vec<_>>());
-    if !found.is_empty() {
-        return found;
-    }
-    let held_out = &sessions[division.trained()..];
-    let mut found = suspected(model, held_out);
-    found.retain(|mistake| !guessed::is_of_guess(model, held_out, mistake));
-    found
+    let found = beside_guesses(&training.iter().map(AsRef::as_ref).collect::<Vec<_>>());
+    if found.is_empty() { beside_guesses(&sessions[division.trained()..]) } else { found }
 }
 
 /// The training data: whole sessions, or what is not held out of them.
