@@ -1,11 +1,12 @@
 //! What a planned experiment measures, and what the paper's uniform staircase of the same length does: the tables of `docs/experiment.md`.
 //!
-//! `cargo bench --bench experiment -- [table] [--runs N] [--budgets 60,120,240]`
+//! `cargo bench --bench experiment -- [table|reversals] [--runs N] [--budgets 60,120,240] [--question backlash]`
 //!
 //! The arm of scenario 01, joints 1 and 2, with its encoders, current sensors and controller. Every budget is planned for friction, for
 //! the gap and for both, and given to the staircase of the scenario with as many of its twenty speeds as can be steady for 0.8 s. All
 //! experiments are simulated with the same seeds, from 8001 on, and identified. Intervals of ratios: 95 %, bootstrap over the runs.
 
+mod reversals;
 #[path = "../../tests/support/uniform.rs"]
 mod uniform;
 
@@ -122,15 +123,40 @@ fn ratio(first: &[Option<Squares>], second: &[Option<Squares>], quantity: usize)
     format!("{whole:.1} ({:.1} … {:.1})", at(0.025), at(0.975))
 }
 
-fn table(number: u64, budgets: &[f64]) -> Result<(), String> {
+/// What is asked for.
+struct Asked {
+    /// Runs of an experiment.
+    number: u64,
+    /// [s]
+    budgets: Vec<f64>,
+    /// Only the plans for this question; otherwise all.
+    question: Option<String>,
+}
+
+impl Asked {
+    /// Plans for the questions with a budget: row and scenario.
+    fn plans(&self, base: &Scenario, budget: f64) -> Vec<(&'static str, Result<Scenario, String>)> {
+        let asked = |question: &str| self.question.as_deref().is_none_or(|only| only == question);
+        let plan = |(name, question, known)| {
+            let scenario = planned(base, question, known, budget).map(|mut scenario| {
+                scenario.options.engine = Engine::Reduced;
+                scenario
+            });
+            (name, scenario)
+        };
+        QUESTIONS.into_iter().filter(|(_, question, _)| asked(question)).map(plan).collect()
+    }
+}
+
+fn table(asked: &Asked) -> Result<(), String> {
+    let number = asked.number;
     let base = uniform::scenario_01()?;
-    for &budget in budgets {
+    for &budget in &asked.budgets {
         let staircase = uniform::staircase(budget)?;
         let mut all = vec![("uniform staircase", Some((staircase.seconds, runs(&staircase.scenario, number))))];
-        for (name, question, known) in QUESTIONS {
-            match planned(&base, question, known, budget) {
-                Ok(mut scenario) => {
-                    scenario.options.engine = Engine::Reduced;
+        for (name, plan) in asked.plans(&base, budget) {
+            match plan {
+                Ok(scenario) => {
                     let seconds = scenario.sessions.iter().map(|session| session.duration).sum();
                     all.push((name, Some((seconds, runs(&scenario, number)))));
                 }
@@ -164,23 +190,45 @@ fn table(number: u64, budgets: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
+/// The table of single reversals: the staircase and the plans that ask for the gap.
+fn single_reversals(asked: &Asked) -> Result<(), String> {
+    let base = uniform::scenario_01()?;
+    for &budget in &asked.budgets {
+        println!("\n{budget} s, {} runs, in counts\n", asked.number);
+        reversals::head();
+        reversals::rows("uniform staircase", &uniform::staircase(budget)?.scenario, asked.number, JOINTS);
+        for (name, plan) in asked.plans(&base, budget).into_iter().filter(|(name, _)| name.contains("backlash")) {
+            reversals::rows(name, &plan?, asked.number, JOINTS);
+        }
+    }
+    Ok(())
+}
+
 fn main() -> ExitCode {
-    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench" && word != "table").collect();
-    let (mut number, mut budgets) = (Some(4), Some(vec![240.0]));
+    let mut words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let singles = words.first().is_some_and(|word| word == "reversals");
+    if words.first().is_some_and(|word| word == "table" || word == "reversals") {
+        words.remove(0);
+    }
+    let (mut number, mut budgets, mut question) = (Some(4), Some(vec![240.0]), None);
     for pair in words.chunks(2) {
         match pair {
             [flag, value] if flag == "--runs" => number = value.parse().ok().filter(|number| *number > 0),
             [flag, value] if flag == "--budgets" => {
                 budgets = value.split(',').map(|one| one.parse().ok().filter(|one| *one > 0.0)).collect();
             }
+            [flag, value] if flag == "--question" && QUESTIONS.iter().any(|(_, one, _)| one == value) => {
+                question = Some(value.clone());
+            }
             _ => number = None,
         }
     }
     let (Some(number), Some(budgets)) = (number, budgets) else {
-        eprintln!("error: expected [table] [--runs N] [--budgets SECONDS,…], all > 0");
+        eprintln!("error: expected [table|reversals] [--runs N] [--budgets SECONDS,…], all > 0 [--question QUESTION]");
         return ExitCode::from(2);
     };
-    match table(number, &budgets) {
+    let asked = Asked { number, budgets, question };
+    match if singles { single_reversals(&asked) } else { table(&asked) } {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             eprintln!("error: {why}");

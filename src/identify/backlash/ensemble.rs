@@ -65,6 +65,8 @@ pub(super) struct Spread {
     pub torque: f64,
     /// `σ_o` in counts: how sharp a count's ends are.
     pub blur: f64,
+    /// [1] Weight of `ln L` within one reversal: neighbouring samples share their errors, so the counts say less than they seem to.
+    pub temper: f64,
 }
 
 /// How well a gap explains a reversal.

@@ -15,8 +15,6 @@ use crate::identify::quantity::Quantity;
 const UNLIKELY: f64 = -18.0;
 /// What one reversal can cost a gap, in `ln L`.
 const LARGEST_COST: f64 = 40.0;
-/// Weight of `ln L` within one reversal: neighbouring samples share their errors, so the counts say less than they seem to.
-const TEMPER: f64 = 0.15;
 /// Error of a single value that the ensemble cannot tell, in counts.
 const FLOOR: f64 = 0.1;
 /// Difference of `ln L` between the best and the worst gap of a range below which a reversal tells nothing.
@@ -110,7 +108,7 @@ fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
     let found: Vec<Score> = found.into_iter().flatten().collect();
     let scores: Vec<f64> = found.iter().map(|score| score.log_likelihood).collect();
     let top = argmax(&scores);
-    let weights: Vec<f64> = scores.iter().map(|l| (TEMPER * (l - scores[top])).exp()).collect();
+    let weights: Vec<f64> = scores.iter().map(|l| (spread.temper * (l - scores[top])).exp()).collect();
     let sum: f64 = weights.iter().sum();
     let average = |value: &dyn Fn(f64) -> f64| weights.iter().zip(gaps).map(|(w, &b)| w * value(b)).sum::<f64>() / sum;
     let mean = average(&|b| b);
@@ -124,6 +122,11 @@ fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
 }
 
 impl Profile {
+    /// Whether its likeliest gap explains the same reversal better than another profile's.
+    pub fn is_likelier(&self, other: &Self) -> bool {
+        self.best.log_likelihood > other.best.log_likelihood
+    }
+
     /// Whether some gap of the range explains the reversal.
     pub fn explained(&self) -> bool {
         self.best.worst > UNLIKELY

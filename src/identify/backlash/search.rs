@@ -30,6 +30,16 @@ const NEXT: f64 = 2.0 * RATIO;
 const BEYOND: f64 = 4.0;
 /// Standard errors by which the gaps of two levels may differ.
 const DIFFER: f64 = 3.0;
+/// Counts to either side of the gap of the last scan of a level, and its step.
+const CLOSE: f64 = 2.5;
+const CLOSE_STEP: f64 = 0.25;
+/// [1] Standard deviation of friction about its law, as machines have that differ from their model: the rotor's place at its turn is then known to a count.
+const USUAL_LEVEL: f64 = 0.08;
+/// The same of machines that are as their model, with the blur of a count and the temper for it. Of the arm of scenario 01, 0.04 and 0.005 leave more of the
+/// error that depends on the phase of a count, or more reversals unexplained.
+const SHARP_LEVEL: f64 = 0.02;
+const SHARP_BLUR: f64 = 0.05;
+const SHARP_TEMPER: f64 = 0.5;
 /// [1] Link share before anything is known of it, and its standard deviation.
 const ANY_SHARE: [f64; 2] = [0.3, 0.2];
 /// Deviation of a link share that is held: the guesses have to differ a little, so that one reversal may.
@@ -107,6 +117,7 @@ impl<'s> Search<'s> {
             level_time: 0.1,
             torque: 4.0 * noise,
             blur: 0.2,
+            temper: 0.15,
         };
         let largest = largest_gap(sessions);
         let (gap, given_up, asked) = (0.0, Vec::new(), None);
@@ -178,7 +189,8 @@ impl<'s> Search<'s> {
         let error = |k: &usize| fits[*k].1.gap.mean.std_error;
         let least = (0..fits.len()).rev().min_by(|a, b| error(a).total_cmp(&error(b))).ok_or(Untold::ByReversals)?;
         if fits[least].1.gap.is_seen() {
-            return Ok(fits.swap_remove(least).1);
+            let (level, fit) = fits.swap_remove(least);
+            return Ok(self.sharpened(level, fit));
         }
         match fits.pop() {
             Some((0, finest)) if self.shows_a_count() => Ok(finest),
@@ -207,12 +219,33 @@ impl<'s> Search<'s> {
         squares.sum::<f64>().sqrt() > SEEN
     }
 
+    /// The fit with friction that keeps closer to its law, if that makes most of its reversals likelier and the gap no less sure. Where it does, the torque tells
+    /// where in a count the rotor turned; else a reversal tells little more than how many edges it passed, and its error is a function of that phase.
+    fn sharpened(&self, level: i32, fit: Fit) -> Fit {
+        let count = self.count(level);
+        let gap = fit.gap.mean.value;
+        let (mut used, _) = self.sites(gap.max(0.0) + (CLOSE + BEYOND) * count, level);
+        used.retain(|site| fit.gap.values.iter().any(|value| value.time == site.time));
+        let gaps = grid(gap - CLOSE * count, gap + CLOSE * count, CLOSE_STEP * count);
+        let share = if self.known.share.is_some() { self.spread.share } else { [fit.share.value, 0.05] };
+        let usual = Spread { torque: self.noise, level: USUAL_LEVEL, share, ..self.spread };
+        let sharp = Spread { level: SHARP_LEVEL, blur: SHARP_BLUR, temper: SHARP_TEMPER, ..usual };
+        let [usual, sharp] = [usual, sharp].map(|spread| scan(&used, &gaps, &spread));
+        let likelier = sharp.iter().zip(&usual).filter(|(sharp, usual)| sharp.is_likelier(usual)).count();
+        if 2 * likelier <= used.len() {
+            return fit;
+        }
+        let found = pool(&used, &sharp, fit.gap.left_out.clone(), used.len(), self.joint.kind.position_unit());
+        let no_less_sure = |found: &Fit| found.gap.mean.std_error <= fit.gap.mean.std_error;
+        found.filter(no_less_sure).unwrap_or(fit)
+    }
+
     /// The fit of one level, `width` counts around the gap so far.
     fn at_level(&mut self, level: i32, width: f64) -> Option<Fit> {
         let count = self.count(level);
         let mut found = None;
-        for (width, step, factor) in [(width, 1.0, 2.0), (2.5, 0.25, 1.0)] {
-            (self.spread.torque, self.spread.level) = (factor * self.noise, 0.08);
+        for (width, step, factor) in [(width, 1.0, 2.0), (CLOSE, CLOSE_STEP, 1.0)] {
+            (self.spread.torque, self.spread.level) = (factor * self.noise, USUAL_LEVEL);
             let gaps = grid(self.gap - width * count, self.gap + width * count, step * count);
             let (mut near, carried) = self.sites(self.gap.max(0.0) + (width + BEYOND) * count, level);
             near.retain(|site| !self.given_up.contains(&key(site)));

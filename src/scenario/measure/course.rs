@@ -31,8 +31,6 @@ const ACCELERATION: f64 = 1.2;
 const SLOWEST: f64 = 1e-4;
 /// Factor from a top speed that needs too much room to the next one that is tried.
 const SLOWER: f64 = 0.8;
-/// Time of the sweeps per time of the shortest ones, where only the gap is asked for: its estimate needs a good law.
-const ALLOWANCE: f64 = 1.3;
 
 /// A joint with everything that its plan depends on.
 pub struct Setup {
@@ -99,7 +97,7 @@ impl Setup {
             return Some(Course { sweep: sweeps(seconds)?, reversals: 0 });
         }
         if !asked.friction {
-            let least = ALLOWANCE * (sweep::shortest(&self.sensing, &self.bounds) + 2.0 * REST);
+            let least = sweep::shortest(&self.sensing, &self.bounds) + 2.0 * REST;
             let reversals = self.most_reversals(seconds - least)?;
             return Some(Course { sweep: sweeps(seconds - self.reversing(reversals))?, reversals });
         }
@@ -118,11 +116,7 @@ impl Setup {
     /// [s] The shortest course.
     pub fn shortest(&self, asked: &Measurands) -> f64 {
         let sweeps = sweep::shortest(&self.sensing, &self.bounds) + 2.0 * REST;
-        match (asked.friction, asked.backlash) {
-            (_, false) => sweeps,
-            (true, true) => sweeps + self.reversing(FEWEST_REVERSALS),
-            (false, true) => ALLOWANCE * sweeps + self.reversing(FEWEST_REVERSALS),
-        }
+        if asked.backlash { sweeps + self.reversing(FEWEST_REVERSALS) } else { sweeps }
     }
 
     /// Whether the shortest sweeps have room.

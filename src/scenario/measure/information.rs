@@ -30,8 +30,9 @@
 //! ```text
 //!   σ_b² = (2 · δ²/12)/n
 //! ```
-//! for `n` reversals at different phases of a count. It depends neither on speed nor on deceleration, as long as the link stays on its flank:
-//! simulated reversals from 1 to 3 deg/s scatter by 0.35 to 0.45 counts, and `1/√6` is 0.41.
+//! for `n` reversals at different phases of a count. It depends neither on speed nor on deceleration, as long as the link stays on its flank.
+//! Where the friction is not known well enough to place the rotor inside a count, simulated reversals from 1 to 3 deg/s scatter by 0.35 to
+//! 0.45 counts, and `1/√6` is 0.41. Where it is, they scatter by less than half of that: the plan reckons with the worse case.
 //!
 //! **Criterion.** The mean of `ln var` over the coefficients: a per cent gained in one of them counts as a per cent in any other.
 //! Their errors differ by a factor of twenty (0.05 % of `F_S`, 1 % of `v_S`), so that the sum of variances, or the worst, would spend all time on one.

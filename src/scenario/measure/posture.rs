@@ -5,7 +5,8 @@
 //! ```
 //! First term: what the model's gravity is wrong by (`s_m`: accuracy of the masses), in units of the friction. Second term: how much
 //! less inertia the joint feels while the other links are loose in their gaps, 0 where links do not couple; the controller is tuned for
-//! the whole of it. A posture counts by its worst place along the sweep. Among postures with the same value the first one is taken,
+//! the whole of it. The other joints may be anywhere in their rooms: a folded arm couples least, and is often near an end of its range.
+//! A posture counts by its worst place along the sweep. Among postures with the same value the first one is taken,
 //! which is near zero.
 
 use nalgebra::DMatrix;
@@ -68,12 +69,12 @@ pub fn postures(
         // One joint after the other, twice: the other joints matter through their position relative to their neighbours.
         for joint in (0..start.len()).chain(0..start.len()) {
             let Some(present) = best.clone() else { continue };
-            let reach = &reaches[joint];
             for k in 0..PLACES {
                 let place = if joint == index {
                     at(k)
                 } else {
-                    reach.middle + reach.half * (2.0 * k as f64 / (PLACES - 1) as f64 - 1.0)
+                    let [low, length] = room(model, &reaches[joint], joint);
+                    low + length * k as f64 / (PLACES - 1) as f64
                 };
                 let tried = judge.posture(with(&present.positions, joint, place), way, stroke);
                 if best.as_ref().is_some_and(|best| tried.disturbance < best.disturbance - LEAST_GAIN) {

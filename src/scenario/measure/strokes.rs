@@ -1,18 +1,22 @@
 //! Strokes to and fro, at whose reversals the gap is measured.
 //!
 //! ```text
-//!   q̇_d   /\      /\          way 3 L,  L = max(l, 2 b)          a = s F_C/I
-//!     ___/  \    /  \         up with a, down with 0.95 a, 0.5 a, 0.8 a, 0.65 a in turn
+//!   q̇_d   /\      /\          way 2.6 L,  L = max(l, 2 b)          a = s F_C/I
+//!     ___/  \    /  \         up with 2 a, down with 0.7 a, 0.4 a, 0.6 a, 0.5 a in turn
 //!            \  /    \
 //!             \/
 //! ```
-//! `l`: lag of the joint at a reversal; `b`: gap. Half of the stroke is enough for the controller to take up the lag and settle, so that the
+//! `l`: lag of the joint at a reversal; `b`: gap. A stroke is long enough for the controller to take up the lag and settle, so that the
 //! joint brakes as its reference does. The braking is gentler than the friction `s F_C` on the link's side alone would brake the link of
-//! inertia `I`: so the link stays on the flank that drives it, and the rotor crosses the whole gap. In simulated strokes of scenario 01's
-//! arm with ways of 2.8 l all reversals are of use, and with 1.6 l those of joint 2 are wrong by 5 %.
+//! inertia `I`: so the link stays on the flank that drives it, and the rotor crosses the whole gap. The joint brakes up to 1.5 times as hard
+//! as its reference; with 0.95 a one link in six left its flank up to a second before the turn. After a reversal the flank pushes, so the
+//! joint may accelerate faster than it brakes. With the acceleration of the sweeps, seven times `a`, the controller has not settled when the
+//! stroke brakes: single gaps of joint 1 then scattered by 1.0 counts instead of 0.35.
 //! No stretch has a constant speed: windows so soon after a reversal would make the friction worse that the same recordings give.
-//! Reversals of one kind share an error of up to 0.2 counts, which depends on their deceleration (joint 2 of that arm: +3 % of the gap at
-//! 0.4 a, −2 % at 0.9 a); so the plan has four kinds.
+//!
+//! Where in a count a rotor stops decides most of the error of a reversal (four fifths of its variance, of the arm of scenario 01). The turns
+//! of strokes of one kind are attracted to a phase, because each edge takes a little torque from the controller. That phase depends on
+//! the deceleration, so the plan has four kinds. The numbers of this page: `cargo bench --bench experiment -- reversals`.
 //! Every pair of strokes ends 2.618 counts further on: multiples of the golden ratio spread the phases of a count evenly for any number.
 
 use super::information::Possible;
@@ -22,7 +26,9 @@ use crate::robot::JointModel;
 /// Share of the friction on the link's side, where the model gives none: small, as a bearing's.
 const LEAST_SHARE: f64 = 0.1;
 /// Decelerations of the pairs of strokes in turn, as parts of what the link's own friction gives.
-const GENTLER: [f64; 4] = [0.95, 0.5, 0.8, 0.65];
+const GENTLER: [f64; 4] = [0.7, 0.4, 0.6, 0.5];
+/// Acceleration after a reversal, as a multiple of the same.
+const FASTER: f64 = 2.0;
 /// Gaps that are expected where the model gives none, in encoder counts.
 const EXPECTED: f64 = 10.0;
 /// Reversals of one recording that an identification uses.
@@ -30,7 +36,7 @@ pub const PER_RECORDING: usize = 12;
 /// [counts] By which a pair of strokes ends beyond its start.
 const ADVANCE: f64 = 2.618;
 /// Way of a stroke per lag.
-const WAY: f64 = 3.0;
+const WAY: f64 = 2.6;
 /// [counts] Least way of a stroke: an identification needs ten for a reversal.
 const LEAST_WAY: f64 = 15.0;
 
@@ -41,7 +47,9 @@ pub struct Strokes {
     way: f64,
     /// [rad/s or m/s] Fastest.
     fastest: f64,
-    /// `a` [rad/s² or m/s²]
+    /// `a` [rad/s² or m/s²] With which the link's own friction brakes it.
+    gentle: f64,
+    /// [rad/s² or m/s²] After a reversal.
     pub acceleration: f64,
     /// [rad or m] By which a pair ends beyond its start.
     pub advance: f64,
@@ -71,14 +79,14 @@ impl Strokes {
         let count = joint.encoder_step();
         let long = motion.lag.max(2.0 * expected_gap(joint)).max(LEAST_WAY / WAY * count);
         let share = joint.friction.map_or(LEAST_SHARE, |friction| friction.link_share).max(LEAST_SHARE);
-        let gentle = share * possible.smallest_coulomb() / motion.inertia;
-        let acceleration = gentle.min(motion.acceleration);
-        Self { way: WAY * long, fastest: motion.fastest, acceleration, advance: ADVANCE * count }
+        let gentle = (share * possible.smallest_coulomb() / motion.inertia).min(motion.acceleration);
+        let acceleration = (FASTER * gentle).min(motion.acceleration);
+        Self { way: WAY * long, fastest: motion.fastest, gentle, acceleration, advance: ADVANCE * count }
     }
 
     /// Deceleration [rad/s² or m/s²] and top speed [rad/s or m/s] of the stroke of this number.
     fn braking(&self, stroke: usize) -> (f64, f64) {
-        let deceleration = GENTLER[stroke / 2 % GENTLER.len()] * self.acceleration;
+        let deceleration = GENTLER[stroke / 2 % GENTLER.len()] * self.gentle;
         let speed = (2.0 * self.way / (1.0 / self.acceleration + 1.0 / deceleration)).sqrt();
         (deceleration, speed.min(self.fastest))
     }
