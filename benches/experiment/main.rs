@@ -129,14 +129,14 @@ struct Asked {
     number: u64,
     /// [s]
     budgets: Vec<f64>,
-    /// Only the plans for this question; otherwise all.
+    /// Only the plans whose question contains this; otherwise all.
     question: Option<String>,
 }
 
 impl Asked {
     /// Plans for the questions with a budget: row and scenario.
     fn plans(&self, base: &Scenario, budget: f64) -> Vec<(&'static str, Result<Scenario, String>)> {
-        let asked = |question: &str| self.question.as_deref().is_none_or(|only| only == question);
+        let asked = |question: &str| self.question.as_deref().is_none_or(|part| question.contains(part));
         let plan = |(name, question, known)| {
             let scenario = planned(base, question, known, budget).map(|mut scenario| {
                 scenario.options.engine = Engine::Reduced;
@@ -217,7 +217,7 @@ fn main() -> ExitCode {
             [flag, value] if flag == "--budgets" => {
                 budgets = value.split(',').map(|one| one.parse().ok().filter(|one| *one > 0.0)).collect();
             }
-            [flag, value] if flag == "--question" && QUESTIONS.iter().any(|(_, one, _)| one == value) => {
+            [flag, value] if flag == "--question" && QUESTIONS.iter().any(|(_, one, _)| one.contains(value)) => {
                 question = Some(value.clone());
             }
             _ => number = None,
