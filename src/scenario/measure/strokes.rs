@@ -9,14 +9,15 @@
 //! `l`: lag of the joint at a reversal; `b`: gap. A stroke is long enough for the controller to take up the lag and settle, so that the
 //! joint brakes as its reference does. The braking is gentler than the friction `s F_C` on the link's side alone would brake the link of
 //! inertia `I`: so the link stays on the flank that drives it, and the rotor crosses the whole gap. The joint brakes up to 1.5 times as hard
-//! as its reference; with 0.95 a one link in six left its flank up to a second before the turn. After a reversal the flank pushes, so the
-//! joint may accelerate faster than it brakes. With the acceleration of the sweeps, seven times `a`, the controller has not settled when the
-//! stroke brakes: single gaps of joint 1 then scattered by 1.0 counts instead of 0.35.
+//! as its reference; with 0.95 a, one link in six left its flank up to a second before the turn. After a reversal the flank pushes, so the
+//! joint may accelerate faster than it brakes, and has time for more reversals. With seven times `a` the controller has not settled when the
+//! stroke brakes: single gaps of joint 1 scattered by 1.0 counts instead of 0.35.
 //! No stretch has a constant speed: windows so soon after a reversal would make the friction worse that the same recordings give.
 //!
 //! Where in a count a rotor stops decides most of the error of a reversal (four fifths of its variance, of the arm of scenario 01). The turns
 //! of strokes of one kind are attracted to a phase, because each edge takes a little torque from the controller. That phase depends on
-//! the deceleration, so the plan has four kinds. The numbers of this page: `cargo bench --bench experiment -- reversals`.
+//! the deceleration, so the plan has four kinds. `cargo bench --bench experiment -- reversals` prints these scatters and parts of a variance, of
+//! the strokes as they are planned here.
 //! Every pair of strokes ends 2.618 counts further on: multiples of the golden ratio spread the phases of a count evenly for any number.
 
 use super::information::Possible;
