@@ -150,6 +150,11 @@ impl<'s> Search<'s> {
         Some(())
     }
 
+    /// The link share that a scan begins with: the one that is known, or one with a deviation.
+    fn share_about(&self, share: f64, deviation: f64) -> [f64; 2] {
+        self.known.share.map_or([share, deviation], |_| self.spread.share)
+    }
+
     /// Looks near a gap that is known about, count by count.
     fn look_near(&mut self, near: f64) -> Option<()> {
         let gaps = grid(near - NEAR * self.finest, near + NEAR * self.finest, self.finest);
@@ -227,10 +232,19 @@ impl<'s> Search<'s> {
         let (mut used, _) = self.sites(gap.max(0.0) + (CLOSE + BEYOND) * count, level);
         used.retain(|site| fit.gap.values.iter().any(|value| value.time == site.time));
         let gaps = grid(gap - CLOSE * count, gap + CLOSE * count, CLOSE_STEP * count);
-        let share = if self.known.share.is_some() { self.spread.share } else { [fit.share.value, 0.05] };
-        let usual = Spread { torque: self.noise, level: USUAL_LEVEL, share, ..self.spread };
+        let usual = Spread {
+            torque: self.noise,
+            level: USUAL_LEVEL,
+            share: self.share_about(fit.share.value, 0.05),
+            ..self.spread
+        };
         let sharp = Spread { level: SHARP_LEVEL, blur: SHARP_BLUR, temper: SHARP_TEMPER, ..usual };
-        let [usual, sharp] = [usual, sharp].map(|spread| scan(&used, &gaps, &spread));
+        let scanned = |spread: &Spread| scan(&used, &gaps, spread);
+        // The reversals tell the share better now, and a wrong one leaves them unexplained.
+        let first = scanned(&Spread { share: self.share_about(fit.share.value, 0.1), ..sharp });
+        let better = share(&first).map_or(fit.share.value, |(share, _)| share);
+        let [usual, sharp] =
+            [usual, Spread { share: self.share_about(better, 0.05), ..sharp }].map(|spread| scanned(&spread));
         let likelier = sharp.iter().zip(&usual).filter(|(sharp, usual)| sharp.is_likelier(usual)).count();
         if 2 * likelier <= used.len() {
             return fit;
