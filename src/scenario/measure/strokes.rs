@@ -14,7 +14,7 @@
 //! stroke brakes: single gaps of joint 1 scattered by 1.0 counts instead of 0.35.
 //! No stretch has a constant speed: windows so soon after a reversal would make the friction worse that the same recordings give.
 //!
-//! Where in a count a rotor stops decides most of the error of a reversal (four fifths of its variance, of the arm of scenario 01). The turns
+//! Where in a count a rotor stops decides most of the error of a reversal: of a fit that only counts edges, four fifths of its variance. The turns
 //! of strokes of one kind are attracted to a phase, because each edge takes a little torque from the controller. That phase depends on
 //! the deceleration, so the plan has four kinds. `cargo bench --bench experiment -- reversals` prints these scatters and parts of a variance, of
 //! the strokes as they are planned here.
