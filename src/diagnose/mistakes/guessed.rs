@@ -8,9 +8,9 @@
 //! ```
 //! Tilt `δ` and payload `μ` are the same on all joints, so all are solved at once: a load on a wrist would be taken for a small constant there. The sum of
 //! squares of `y` is what is least, with the weight `1/u` of its mean square in each joint. The balance is linear in `f`, too, but least squares of `f y − z`
-//! make `f` and the load smaller than they are, by the noise in `y`: beside loads of 5 to 20 % of an arm's mass, constants of all joints came out as 0.5 to 0.9 of what they are. `u` is not taken
-//! to be smaller than what a model of usual accuracy leaves. Spring `k` and offset `c` are left out of a joint whose constant they would leave
-//! undetermined, as over a short way they are the weight.
+//! make `f` and the load smaller than they are, by the noise in `y`: beside loads of 5 to 20 % of an arm's mass, constants of all joints came out as 0.5 to
+//! 0.9 of what they are. `u` is not taken to be smaller than what a model of usual accuracy leaves. Spring `k` and offset `c` are left out of a joint whose
+//! constant they would leave undetermined, as over a short way they are the weight.
 //!
 //! A constant is replaced where the residual is a small part of `y` and its error by a load or a tilt is smaller than that of the guess; otherwise by what
 //! the checks for [mistakes](super) say of its scale. All stages work with the model that this gives and with the accuracy that the constants have then: the
@@ -69,8 +69,8 @@ pub fn with_constants<'m>(model: &'m Model, sessions: &[&TimeSeries], division: 
     Cow::Owned(scaled)
 }
 
-/// Constants from the balance of all joints; where it determines none, as near to the guess as the size of the rigid body's torque allows. Returns the names and
-/// factors of joints whose constant stays, as the balance tells it no better than the guess.
+/// Constants from the balance of all joints; where it determines none, as near to the guess as the size of the rigid body's torque allows. Returns the names of
+/// joints whose constant the balance tells no better than the guess, each with the factor that it would ask for.
 fn scale_by_balance(model: &mut Model, parts: &[&TimeSeries]) -> Vec<(String, f64)> {
     let rows = rows::rows(model, parts);
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
@@ -90,8 +90,9 @@ fn scale_by_balance(model: &mut Model, parts: &[&TimeSeries]) -> Vec<(String, f6
             continue;
         }
         let size = size::of_rows(model, index, &normals[index], &bounds);
-        scale(model, &name, size.and_then(|size| size.least_factor()).unwrap_or(1.0));
-        doubtful.extend(found.map(|found| (name, found.f)));
+        let nearest = size.and_then(|size| size.least_factor()).unwrap_or(1.0);
+        scale(model, &name, nearest);
+        doubtful.extend(found.map(|found| (name, found.f / nearest)));
     }
     doubtful
 }
