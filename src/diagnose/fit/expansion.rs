@@ -18,6 +18,8 @@ use super::view::combined;
 
 /// [1] What a step leaves at least of `1 − s u`. A whole step may lead to none, where a current would show nothing of the links.
 const LEAST_LEFT: f64 = 0.2;
+/// [1] Least and largest `1 − s u`: beyond them a corrected model does not follow (`Model::torque_factor`), and a fit would lose its digits.
+const POSSIBLE: [f64; 2] = [0.1, 10.0];
 
 /// Where the columns of a joint are linear.
 #[derive(Debug, Clone)]
@@ -79,20 +81,18 @@ impl Expansion {
         }
     }
 
-    /// Expands near the deviations `z` of a fit with these columns, or as near as [`LEAST_LEFT`] allows. Returns the relative change of `1 − s u₀`.
+    /// Expands near the deviations `z` of a fit with these columns, or as near as [`LEAST_LEFT`] and [`POSSIBLE`] allow. Returns the relative change of `1 − s u₀`.
     pub fn step(&mut self, columns: &mut [Vec<f64>], rigid: &[f64], constant: &DVector<f64>, z: &DVector<f64>) -> f64 {
         let each = || constant.iter().copied();
         columns.iter_mut().zip(each()).for_each(|(column, c)| self.unscale_column(column, rigid, c));
-        let left = 1.0 - self.scale;
-        let change = constant.dot(z) - self.scale;
-        let most = (1.0 - LEAST_LEFT) * left;
-        let part = if change > most { most / change } else { 1.0 };
-        let found = combined(columns, z);
-        self.scale += part * change;
-        self.links.iter_mut().zip(found).for_each(|(links, found)| *links += part * (found - *links));
+        let before = 1.0 - self.scale;
+        let [least, largest] = POSSIBLE;
+        let after = (1.0 - constant.dot(z)).max(LEAST_LEFT * before).clamp(least, largest);
+        self.scale = 1.0 - after;
+        self.links = combined(columns, z);
         self.renew_shift();
         columns.iter_mut().zip(each()).for_each(|(column, c)| self.scale_column(column, rigid, c));
-        -part * change / left
+        after / before - 1.0
     }
 }
 
