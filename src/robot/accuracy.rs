@@ -41,7 +41,7 @@ impl Default for Accuracy {
 /// [1] Largest share: a mass known to a factor of ten is not known.
 const LARGEST: f64 = 10.0;
 /// [1] A value never falls below this share of its nominal value.
-const LEAST_FACTOR: f64 = 0.1;
+pub const LEAST_FACTOR: f64 = 0.1;
 /// [1] Smaller changes are not written: relative to the value, or to this number where the value is smaller than it.
 const SHOWN: f64 = 1e-9;
 /// Count of a body's parameters in which the equations of motion are linear, see [`Inertia::parameters`].

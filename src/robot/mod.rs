@@ -19,7 +19,7 @@ pub mod tree;
 mod urdf;
 mod write;
 
-pub use accuracy::Accuracy;
+pub use accuracy::{Accuracy, LEAST_FACTOR};
 pub use coupling::Coupling;
 pub use first::{First, two_digits};
 pub use model::{EffectEntry, JointModel, Load, Masses, Model, TorqueAt, USUAL_RESONANCE};

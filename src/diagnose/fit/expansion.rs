@@ -15,11 +15,13 @@
 use nalgebra::DVector;
 
 use super::view::combined;
+use crate::robot::LEAST_FACTOR;
 
 /// [1] What a step leaves at least of `1 − s u`. A whole step may lead to none, where a current would show nothing of the links.
 const LEAST_LEFT: f64 = 0.2;
-/// [1] Least and largest `1 − s u`: beyond them a corrected model does not follow (`Model::torque_factor`), and a fit would lose its digits.
-const POSSIBLE: [f64; 2] = [0.1, 10.0];
+/// [1] Least and largest `1 − s u`: beyond them a corrected model does not follow ([`Model::torque_factor`](crate::robot::Model::torque_factor)), and a fit
+/// would lose its digits.
+const POSSIBLE: [f64; 2] = [LEAST_FACTOR, 1.0 / LEAST_FACTOR];
 
 /// Where the columns of a joint are linear.
 #[derive(Debug, Clone)]

@@ -15,7 +15,7 @@
 //! No stretch has a constant speed: windows so soon after a reversal would make the friction worse that the same recordings give.
 //!
 //! Where in a count a rotor stops decides most of the error of a reversal: of a fit that only counts edges, four fifths of its variance. The turns
-//! of strokes of one kind are attracted to a phase, because each edge takes a little torque from the controller. That phase depends on
+//! of strokes of one kind are attracted to a phase, probably because each edge takes a little torque from the controller. That phase depends on
 //! the deceleration, so the plan has four kinds. `cargo bench --bench experiment -- reversals` prints these scatters and parts of a variance, of
 //! the strokes as they are planned here.
 //! Every pair of strokes ends 2.618 counts further on: multiples of the golden ratio spread the phases of a count evenly for any number.
