@@ -58,9 +58,10 @@ impl Effect for TorqueConstantError {
 }
 
 impl Diagnosable for TorqueConstantError {
-    /// Where a torque was recorded, the constant was not used.
+    /// Where a torque was recorded, the constant was not used; where the model file guesses it, no value is an error.
     fn applies(&self, motion: &Motion, joint: usize) -> bool {
-        motion.joints[joint].has_current && motion.model.joints[joint].motor.is_some()
+        let is_known = motion.model.joints[joint].motor.is_some() && !motion.model.accuracy.guesses_torque_constants();
+        motion.joints[joint].has_current && is_known
     }
 
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {

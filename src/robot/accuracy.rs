@@ -38,6 +38,8 @@ impl Default for Accuracy {
     }
 }
 
+/// `s_K` [1] Accuracy from which on torque constants are guesses: the true one may be twice or half of it.
+const GUESS: f64 = 0.5;
 /// [1] Largest share: a mass known to a factor of ten is not known.
 const LARGEST: f64 = 10.0;
 /// [1] A value never falls below this share of its nominal value.
@@ -55,6 +57,11 @@ impl Accuracy {
     /// Masses, centres and inertias are only known to their order of magnitude; the rest has its default.
     pub fn of_guesses() -> Self {
         Self { masses: 3.0, centres: 0.3, inertias: 3.0, ..Self::default() }
+    }
+
+    /// Whether torque constants are guesses: what the model file says of them contradicts no other value.
+    pub fn guesses_torque_constants(&self) -> bool {
+        self.torque_constants >= GUESS
     }
 
     /// Reads the table `[accuracy]`; missing keys take their default. `masses = "unknown"` makes all inertial values guesses.

@@ -161,7 +161,7 @@ fn constants(found: &Diagnosis) -> Vec<f64> {
     found.extended_model.joints.iter().zip(&arm(false).joints).map(|(found, truth)| of(found) / of(truth)).collect()
 }
 
-/// The inertia of exact links shows both constants.
+/// The inertia of exact links shows both constants. No error of a constant is sought, as the model file claims none.
 #[test]
 fn recover_torque_constants_that_are_guesses() {
     let found = diagnosed(&with_guessed_constants(), &fast_sessions(74));
@@ -171,6 +171,8 @@ fn recover_torque_constants_that_are_guesses() {
         assert!((constant - 1.0).abs() < 0.01, "{constant}");
     }
     assert!(found.method.baseline.contains("joint1 0.100 to 0.0"), "{}", found.method.baseline);
+    let sought = |effect: &str| found.candidates.iter().any(|candidate| candidate.effect == effect);
+    assert!(sought("payload") && !sought("torque_constant_error"), "{:?}", found.candidates);
 }
 
 /// A load acts on both joints in newton metres, whatever their constants are guessed to be: the arm hangs, and its weight shows both.

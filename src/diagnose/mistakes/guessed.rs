@@ -29,8 +29,6 @@ use crate::linear::Equilibrated;
 use crate::robot::{Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 
-/// `s_K` [1] Accuracy from which on constants are guesses: the true one may be twice or half of it.
-const GUESS: f64 = 0.5;
 /// Columns of tilt and payload.
 const SHARED: std::ops::Range<usize> = 2..FULL;
 /// Number of those of a tilt, which are the first.
@@ -53,7 +51,7 @@ const ENDED: f64 = 5e-4;
 
 /// The model with constants that agree with inertia and weight in the training data, where its own are guesses and the recordings hold currents.
 pub fn with_constants<'m>(model: &'m Model, sessions: &[&TimeSeries], division: Division) -> Cow<'m, Model> {
-    if model.accuracy.torque_constants < GUESS || model.masses == Masses::Estimated {
+    if !model.accuracy.guesses_torque_constants() || model.masses == Masses::Estimated {
         return Cow::Borrowed(model);
     }
     let trained = training_parts(sessions, division);
@@ -146,7 +144,7 @@ pub fn is_of_guess(model: &Model, sessions: &[&TimeSeries], mistake: &Mistake) -
     let as_current = mistake.mistake == "torque_recorded_as_current" && mistake.alternatives.contains(&"torque_scale");
     let is_scale = as_current || scale_of_guess(mistake).is_some();
     let of_joint = |name: &String| has_current(sessions, name);
-    is_scale && model.accuracy.torque_constants >= GUESS && mistake.joints.iter().all(of_joint)
+    is_scale && model.accuracy.guesses_torque_constants() && mistake.joints.iter().all(of_joint)
 }
 
 /// The factor on a constant that a mistake asks for, if it is a scale that a guess may be off by.
