@@ -24,7 +24,7 @@ use super::truncated::Truncated;
 /// Lower bound of `ln Z` of one sample: a reading that no guess explains counts, but does not outweigh all others.
 const WORST_SAMPLE: f64 = -20.0;
 
-/// Distance of a guess from the far flank, in counts, at which the runs for different gaps separate.
+/// Distance of a guess from the far flank, in counts, at which the run for a gap separates from those for larger ones.
 const MARGIN: f64 = 2.0;
 
 /// The measured reversal, with what is known of the machine there.
@@ -108,36 +108,43 @@ pub(super) struct Run<'a> {
     /// [N·m or N] of each member's motor at the sample.
     torques: Vec<f64>,
     gap: f64,
-    sample: usize,
-    log_likelihood: f64,
+    /// `ln L` after every sample.
+    course: Vec<f64>,
     worst: f64,
 }
 
 impl<'a> Run<'a> {
-    /// Runs the stretch that is the same for all gaps from `smallest` to `largest`: until a guess comes near the far flank of the
-    /// smallest.
-    pub fn before_contact(
-        window: &'a Window,
-        draws: &'a Draws,
-        [smallest, largest]: [f64; 2],
-        spread: &Spread,
-    ) -> Self {
+    /// A run for each of ascending gaps, at the sample at which it separates from those for larger gaps: where a guess comes near the far flank. Guesses on
+    /// both flanks are farther apart with a larger gap, and readings correct them differently: then all runs separate where the first does.
+    pub fn before_contact(window: &'a Window, draws: &'a Draws, gaps: &[f64], spread: &Spread) -> Vec<Self> {
+        let largest = gaps[gaps.len() - 1];
         let members = guesses(window, draws, largest, spread);
-        let spread = *spread;
+        let on_one_flank = members.iter().all(|one| one.side == members[0].side);
         let torques = Vec::with_capacity(members.len());
-        let (gap, sample, log_likelihood, worst) = (largest, 0, 0.0, 0.0);
-        let mut run = Self { window, draws, spread, members, torques, gap, sample, log_likelihood, worst };
-        let near = smallest - MARGIN * window.count;
-        while run.members.iter().all(|one| 0.5 * largest - one.side * (one.theta - one.q) < near) && run.step() {}
-        run
+        let (spread, course) = (*spread, vec![0.0]);
+        let mut run = Self { window, draws, spread, members, torques, gap: largest, course, worst: 0.0 };
+        let separated = |&gap: &f64| {
+            let near = if on_one_flank { gap } else { gaps[0] } - MARGIN * window.count;
+            while run.members.iter().all(|one| 0.5 * largest - one.side * (one.theta - one.q) < near) && run.step() {}
+            run.with(gap)
+        };
+        gaps.iter().map(separated).collect()
     }
 
-    /// Runs the rest of the reversal for the gap `b`. It stops once `ln L` is below `floor`: the remaining samples could only lower it.
-    pub fn score(&self, gap: f64, floor: f64) -> Score {
-        let mut run = self.with(gap);
-        while run.log_likelihood >= floor && run.step() {}
-        let share = moments(run.members.iter().map(|member| member.share));
-        Score { log_likelihood: run.log_likelihood, worst: run.worst, share }
+    /// Runs the rest of the reversal. It stops once `ln L` is below `floor`: the remaining samples could only lower it.
+    pub fn score(&mut self, floor: f64) -> Score {
+        let stopped = self.course.iter().copied().find(|log_likelihood| *log_likelihood < floor);
+        let log_likelihood = stopped.unwrap_or_else(|| {
+            while self.log_likelihood() >= floor && self.step() {}
+            self.log_likelihood()
+        });
+        let share = moments(self.members.iter().map(|member| member.share));
+        Score { log_likelihood, worst: self.worst, share }
+    }
+
+    /// `ln L` so far.
+    fn log_likelihood(&self) -> f64 {
+        self.course[self.course.len() - 1]
     }
 
     /// A run from here on for the gap `b`.
@@ -154,12 +161,13 @@ impl<'a> Run<'a> {
     /// Advances by one sample; false at the end of the window.
     fn step(&mut self) -> bool {
         let Window { transmission, torque, interval, steps, position, count, coupling, .. } = self.window;
-        let (Some(tau), Some(step)) = (torque.get(self.sample), steps.get(self.sample)) else { return false };
+        let sample = self.course.len() - 1;
+        let (Some(tau), Some(step)) = (torque.get(sample), steps.get(sample)) else { return false };
         // A longer step is divided, because contact is stable in steps of the median interval.
         let parts = (step / interval - 0.5).ceil().max(1.0);
         let keep = (-step / self.spread.level_time).exp();
         let renew = (1.0 - keep * keep).sqrt() * self.spread.level;
-        let from = self.sample * self.members.len();
+        let from = sample * self.members.len();
         let noise = &self.draws.noise[from..from + self.members.len()];
         self.torques.clear();
         for (member, [z_torque, z_level]) in self.members.iter_mut().zip(noise) {
@@ -167,12 +175,11 @@ impl<'a> Run<'a> {
             self.torques.push(tau + self.spread.torque * z_torque);
         }
         for _ in 0..parts as usize {
-            transmission.advance(&mut self.members, self.gap, &self.torques, coupling[self.sample], step / parts);
+            transmission.advance(&mut self.members, self.gap, &self.torques, coupling[sample], step / parts);
         }
-        self.sample += 1;
-        let log_mass = assimilate(&mut self.members, position[self.sample], *count, self.spread.blur * count);
+        let log_mass = assimilate(&mut self.members, position[sample + 1], *count, self.spread.blur * count);
         self.worst = self.worst.min(log_mass);
-        self.log_likelihood += log_mass.max(WORST_SAMPLE);
+        self.course.push(self.log_likelihood() + log_mass.max(WORST_SAMPLE));
         true
     }
 }

@@ -95,13 +95,12 @@ fn outwards(count: usize) -> Vec<usize> {
 /// One reversal's likelihood over the gaps.
 fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
     let draws = Draws::new(&site.window, spread.members);
-    let common = Run::before_contact(&site.window, &draws, [gaps[0], gaps[gaps.len() - 1]], spread);
+    let mut runs = Run::before_contact(&site.window, &draws, gaps, spread);
     // From the middle outwards: where the gap is nearly known, the others are given up early.
-    let order = outwards(gaps.len());
     let mut found = vec![None; gaps.len()];
     let mut floor = f64::NEG_INFINITY;
-    for k in order {
-        let one = common.score(gaps[k], floor);
+    for k in outwards(gaps.len()) {
+        let one = runs[k].score(floor);
         floor = floor.max(one.log_likelihood - LARGEST_COST);
         found[k] = Some(one);
     }
