@@ -24,7 +24,7 @@ use super::truncated::Truncated;
 /// Lower bound of `ln Z` of one sample: a reading that no guess explains counts, but does not outweigh all others.
 const WORST_SAMPLE: f64 = -20.0;
 
-/// Distance of a guess from the far flank, in counts, at which the run for a gap separates from those for larger ones.
+/// Distance of a guess from the far flank, in counts, at which the runs for all gaps separate if the guesses begin on both flanks.
 const MARGIN: f64 = 2.0;
 
 /// The measured reversal, with what is known of the machine there.
@@ -108,27 +108,40 @@ pub(super) struct Run<'a> {
     /// [N·m or N] of each member's motor at the sample.
     torques: Vec<f64>,
     gap: f64,
+    sample: usize,
     /// `ln L` after every sample.
     course: Vec<f64>,
     worst: f64,
 }
 
 impl<'a> Run<'a> {
-    /// A run for each of ascending gaps, at the sample at which it separates from those for larger gaps: where a guess comes near the far flank. Guesses on
-    /// both flanks are farther apart with a larger gap, and readings correct them differently: then all runs separate where the first does.
+    /// A run for each of ascending gaps, at the sample at which it separates from those for larger gaps: where a guess may meet the far flank. Guesses on both
+    /// flanks are farther apart with a larger gap, and readings correct them differently: then all runs separate together, well before the first flank.
     pub fn before_contact(window: &'a Window, draws: &'a Draws, gaps: &[f64], spread: &Spread) -> Vec<Self> {
         let largest = gaps[gaps.len() - 1];
         let members = guesses(window, draws, largest, spread);
         let on_one_flank = members.iter().all(|one| one.side == members[0].side);
         let torques = Vec::with_capacity(members.len());
-        let (spread, course) = (*spread, vec![0.0]);
-        let mut run = Self { window, draws, spread, members, torques, gap: largest, course, worst: 0.0 };
+        let (spread, sample, course, worst) = (*spread, 0, vec![0.0], 0.0);
+        let mut run = Self { window, draws, spread, members, torques, gap: largest, sample, course, worst };
         let separated = |&gap: &f64| {
-            let near = if on_one_flank { gap } else { gaps[0] } - MARGIN * window.count;
-            while run.members.iter().all(|one| 0.5 * largest - one.side * (one.theta - one.q) < near) && run.step() {}
+            let (smaller, margin) = if on_one_flank { (gap, 0.0) } else { (gaps[0], MARGIN * window.count) };
+            while !run.may_meet_flank(smaller, margin) && run.step() {}
             run.with(gap)
         };
         gaps.iter().map(separated).collect()
+    }
+
+    /// Whether a guess is within a margin [rad or m] of the far flank of a smaller gap, or may meet it in the next sample: within twice what it may move by, at a motor
+    /// torque with four standard deviations of noise. A flank that is compressed throws a guess by less than the compression.
+    fn may_meet_flank(&self, gap: f64, margin: f64) -> bool {
+        let Some((tau, step)) = self.ahead() else { return false };
+        let tau = tau.abs() + 4.0 * self.spread.torque;
+        self.members.iter().any(|one| {
+            let from_flank = 0.5 * self.gap - one.side * (one.theta - one.q);
+            let reach = 2.0 * self.window.transmission.reach(one, tau, step);
+            gap - from_flank <= margin || gap - from_flank.abs() < reach
+        })
     }
 
     /// Runs the rest of the reversal. It stops once `ln L` is below `floor`: the remaining samples could only lower it.
@@ -144,7 +157,7 @@ impl<'a> Run<'a> {
 
     /// `ln L` so far.
     fn log_likelihood(&self) -> f64 {
-        self.course[self.course.len() - 1]
+        self.course[self.sample]
     }
 
     /// A run from here on for the gap `b`.
@@ -158,11 +171,17 @@ impl<'a> Run<'a> {
         run
     }
 
+    /// Motor torque [N·m or N] and time [s] to the next sample; `None` at the end of the window.
+    fn ahead(&self) -> Option<(f64, f64)> {
+        let Window { torque, steps, .. } = self.window;
+        Some((*torque.get(self.sample)?, *steps.get(self.sample)?))
+    }
+
     /// Advances by one sample; false at the end of the window.
     fn step(&mut self) -> bool {
-        let Window { transmission, torque, interval, steps, position, count, coupling, .. } = self.window;
-        let sample = self.course.len() - 1;
-        let (Some(tau), Some(step)) = (torque.get(sample), steps.get(sample)) else { return false };
+        let Window { transmission, interval, position, count, coupling, .. } = self.window;
+        let Some((tau, step)) = self.ahead() else { return false };
+        let sample = self.sample;
         // A longer step is divided, because contact is stable in steps of the median interval.
         let parts = (step / interval - 0.5).ceil().max(1.0);
         let keep = (-step / self.spread.level_time).exp();
@@ -180,6 +199,7 @@ impl<'a> Run<'a> {
         let log_mass = assimilate(&mut self.members, position[sample + 1], *count, self.spread.blur * count);
         self.worst = self.worst.min(log_mass);
         self.course.push(self.log_likelihood() + log_mass.max(WORST_SAMPLE));
+        self.sample += 1;
         true
     }
 }

@@ -141,7 +141,7 @@ impl Transmission {
             if self.rests(member, tau, || gear.of_flanks(x, 0.0), gravity) {
                 continue;
             }
-            let reach = 2.0 * (member.v - member.w).abs() * dt + tau.abs() / self.rotor_inertia * dt * dt;
+            let reach = self.reach(member, tau, dt);
             if 0.5 * gap - x.abs() >= reach {
                 let torque = gear.of_flanks(x, member.v - member.w);
                 self.step_of(member, tau, gravity, dt, reach / dt).fly(member, torque);
@@ -157,6 +157,11 @@ impl Transmission {
         for one in &pressed[..waiting] {
             press(members, &gear, &[*one]);
         }
+    }
+
+    /// Bound of what a rotor moves by against its link within `dt` [s], on either side of which there is no flank [rad or m].
+    pub fn reach(&self, member: &Member, tau: f64, dt: f64) -> f64 {
+        2.0 * (member.v - member.w).abs() * dt + tau.abs() / self.rotor_inertia * dt * dt
     }
 
     /// Whether rotor and link are at rest, and friction holds both against the motor, the gear and gravity.
