@@ -42,8 +42,8 @@ pub struct RigidBody<'a> {
     stride: usize,
     /// The joints of the model.
     joints: &'a [JointModel],
-    /// [s] Sample times.
-    time: &'a [f64],
+    /// Sample times.
+    clock: Clock<'a>,
 }
 
 impl<'a> RigidBody<'a> {
@@ -57,15 +57,16 @@ impl<'a> RigidBody<'a> {
         let turned = |(position, joint): (&Option<&[f64]>, &JointModel)| position.map_or(0.0, range) * joint.gear_ratio;
         let ranges: Vec<f64> = positions.iter().zip(&model.joints).map(turned).collect();
         let farthest = ranges.iter().copied().fold(0.0, f64::max);
+        let clock = Clock::new(&series.time);
         Self {
             dynamics: Dynamics::new(&model.robot),
             held: (0..ranges.len()).map(|k| k != joint && ranges[k] < HELD * farthest).collect(),
             joint,
             rotor: model.joints[joint].reflected_inertia(),
             positions,
-            stride: (STRIDE / series.sample_interval()).max(1.0) as usize,
+            stride: (STRIDE / clock.interval).max(1.0) as usize,
             joints: &model.joints,
-            time: &series.time,
+            clock,
         }
     }
 
@@ -99,7 +100,7 @@ impl<'a> RigidBody<'a> {
 
     /// `K_i` [N·m or N] at every sample: what the velocities of all joints, and the accelerations of the others, ask of the joint's motor.
     pub fn coupling_along(&self, samples: Range<usize>) -> Vec<f64> {
-        let (clock, last) = (Clock::new(self.time), self.time.len() - 1);
+        let (clock, last) = (&self.clock, self.clock.time().len() - 1);
         let (mut dynamics, mut moving) = (self.dynamics.clone(), vec![0.0; self.joints.len()]);
         let mut still = moving.clone();
         self.interpolated(samples, |sample| {

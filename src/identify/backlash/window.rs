@@ -4,6 +4,7 @@ use super::ensemble::Window;
 use super::reversal::{Reversal, SPEED_SPAN, Session, braking};
 use super::transmission::{CONTACT_STEPS, Transmission};
 use crate::gearhead::{DeadZone, Direction, Friction};
+use crate::identify::rigid_body::range;
 use crate::robot::JointModel;
 
 /// [s] Longest lead before the turn.
@@ -64,7 +65,9 @@ pub(super) fn sites(
     travel: f64,
     coarser: f64,
 ) -> Vec<Site> {
-    session.reversals.iter().map(|reversal| site(session, joint, friction, reversal, travel, coarser)).collect()
+    let signals = &session.signals;
+    let count = coarser * signals.count.max(FINEST_COUNT * range(signals.position));
+    session.reversals.iter().map(|reversal| site(session, joint, friction, reversal, travel, count)).collect()
 }
 
 fn site(
@@ -73,7 +76,7 @@ fn site(
     friction: &Friction,
     reversal: &Reversal,
     travel: f64,
-    coarser: f64,
+    count: f64,
 ) -> Site {
     let signals = &session.signals;
     let (position, clock) = (signals.position, &signals.clock);
@@ -83,7 +86,6 @@ fn site(
     let gone = |k: usize| (position[k] - position[reversal.turn]) * reversal.sign();
     let far = (reversal.turn..reversal.end).find(|&k| gone(k) > travel).unwrap_or(reversal.end);
     let end = clock.after(far, AFTER_CONTACT).min(clock.after(reversal.turn, LONGEST_TAIL)).min(position.len());
-    let range = position.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
     let early = clock.before(start, 2.0 * SPEED_SPAN);
     let late = clock.after(reversal.end, 2.0 * SPEED_SPAN).min(position.len() - 1);
     let speed = |from: usize, to: usize| {
@@ -97,7 +99,7 @@ fn site(
     let impulse = impulse.chunks(stride).map(|part| part.iter().sum::<f64>());
     let window = Window {
         transmission: transmission(session, joint, friction, reversal),
-        count: coarser * signals.count.max(FINEST_COUNT * (range.1 - range.0)),
+        count,
         interval: clock.interval * stride as f64,
         position: (start..end - 1).step_by(stride).chain([end - 1]).map(|k| position[k]).collect(),
         torque: impulse.zip(&steps).map(|(impulse, step)| impulse / step).collect(),
