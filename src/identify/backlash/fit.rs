@@ -85,6 +85,18 @@ pub(super) fn scan(sites: &[Site], gaps: &[f64], spread: &Spread) -> Vec<Profile
     sites.par_iter().map(|site| profile(site, gaps, spread)).collect()
 }
 
+/// Number of reversals whose profile has a likelier gap than all of the same range under another spread.
+pub(super) fn count_likelier(sites: &[Site], profiles: &[Profile], gaps: &[f64], other: &Spread) -> usize {
+    let likelier = |(site, profile): (&Site, &Profile)| {
+        let draws = Draws::new(&site.window, other.members);
+        let mut runs = Run::before_contact(&site.window, &draws, gaps, other);
+        // A run stops where it is no longer as likely.
+        let least = profile.best.log_likelihood;
+        !outwards(gaps.len()).into_iter().any(|k| runs[k].score(least).log_likelihood >= least)
+    };
+    sites.par_iter().zip(profiles).filter(|pair| likelier(*pair)).count()
+}
+
 /// Numbers below `count`, from the middle outwards.
 fn outwards(count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
@@ -121,11 +133,6 @@ fn profile(site: &Site, gaps: &[f64], spread: &Spread) -> Profile {
 }
 
 impl Profile {
-    /// Whether its likeliest gap explains the same reversal better than another profile's.
-    pub fn is_likelier(&self, other: &Self) -> bool {
-        self.best.log_likelihood > other.best.log_likelihood
-    }
-
     /// Whether some gap of the range explains the reversal.
     pub fn explained(&self) -> bool {
         self.best.worst > UNLIKELY

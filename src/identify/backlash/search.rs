@@ -8,7 +8,7 @@
 
 use super::Untold;
 use super::ensemble::Spread;
-use super::fit::{Fit, Known, Profile, eased, grid, median, pool, pooled_best, scan, share};
+use super::fit::{Fit, Known, Profile, count_likelier, eased, grid, median, pool, pooled_best, scan, share};
 use super::result::{LeftOut, Reason, SEEN};
 use super::reversal::{FEWEST, Session};
 use super::transmission::Transmission;
@@ -243,10 +243,8 @@ impl<'s> Search<'s> {
         // The reversals tell the share better now, and a wrong one leaves them unexplained.
         let first = scanned(&Spread { share: self.share_about(fit.share.value, 0.1), ..sharp });
         let better = share(&first).map_or(fit.share.value, |(share, _)| share);
-        let [usual, sharp] =
-            [usual, Spread { share: self.share_about(better, 0.05), ..sharp }].map(|spread| scanned(&spread));
-        let likelier = sharp.iter().zip(&usual).filter(|(sharp, usual)| sharp.is_likelier(usual)).count();
-        if 2 * likelier <= used.len() {
+        let sharp = scanned(&Spread { share: self.share_about(better, 0.05), ..sharp });
+        if 2 * count_likelier(&used, &sharp, &gaps, &usual) <= used.len() {
             return fit;
         }
         let found = pool(&used, &sharp, fit.gap.left_out.clone(), used.len(), self.joint.kind.position_unit());
