@@ -226,7 +226,8 @@ fn guesses(window: &Window, draws: &Draws, gap: f64, spread: &Spread) -> Vec<Mem
             let level = 1.0 + spread.level * z_level;
             let pushed =
                 direction * share * machine.friction.kinetic(window.velocity).abs() + machine.gravity_at(theta);
-            let side = pushed.signum();
+            // Nothing pushes a link without friction and weight: it lies where the motor that accelerated it left it.
+            let side = if pushed == 0.0 { direction } else { pushed.signum() };
             let q = theta - side * between(pushed.abs() / machine.dead_zone.stiffness, gap);
             Member { theta, v, q, w: v, share, level, side }
         })
