@@ -88,6 +88,12 @@ impl Fitted {
     pub fn prior_loss(&self) -> f64 {
         0.5 * self.inertial.range().map(|at| self.solution.coefficients[at].powi(2)).sum::<f64>()
     }
+
+    /// Coefficients of a term that was fitted as the last one; `None` if none was.
+    pub fn last_of(&self, term: &Term) -> Option<&[f64]> {
+        let at = *self.term_at.last()?;
+        self.solution.coefficients.as_slice().get(at..at + term.coefficients())
+    }
 }
 
 /// Independent samples per row: the inverse of the correlation time of the weighted residual, in rows, with at most `most_lags` lags.

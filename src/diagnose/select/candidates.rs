@@ -84,6 +84,15 @@ impl Candidate {
     }
 }
 
+/// What a term is worth. One with parameters in their ranges comes before any other: a mass on one link is a load, if a negative one on another link explains more.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+struct Worth {
+    /// Whether its parameters lie in their ranges.
+    sensible: bool,
+    /// [nats of rows] Training gain.
+    gain: f64,
+}
+
 /// Search for the best term of one effect on given joints.
 struct Search<'p, 'm> {
     problem: &'p Problem<'m>,
@@ -116,13 +125,15 @@ impl Search<'_, '_> {
         &own.unwrap_or(&self.before[0]).1
     }
 
-    /// Training gain [nats of rows] of a term; not finite where it cannot be fitted.
-    fn gain(&self, term: &Term) -> f64 {
-        let Some(fitted) = self.with(term) else { return f64::NEG_INFINITY };
+    /// What a term is worth; `None` where it cannot be fitted.
+    fn worth(&self, term: &Term) -> Option<Worth> {
+        let fitted = self.with(term)?;
         let before = self.before(&term.joints);
         let after = &fitted.solution.log_likelihood;
         let of_rows: f64 = fitted.joints.iter().map(|joint| after[*joint] - before.training[*joint]).sum();
-        of_rows + (before.prior_loss - fitted.prior_loss()) / self.problem.independence[term.joints[0]]
+        let gain = of_rows + (before.prior_loss - fitted.prior_loss()) / self.problem.independence[term.joints[0]];
+        let sensible = is_sensible(self.problem, term, fitted.last_of(term)?);
+        gain.is_finite().then_some(Worth { sensible, gain })
     }
 
     fn shortlist(&self, effect: Cause, joints: &[usize], shapes: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
@@ -156,45 +167,40 @@ impl Search<'_, '_> {
         shapes.retain(|shape| !self.problem.is_taken_out(&*effect, joints[0], shape) && !is_taken(shape));
         let count = shapes.len();
         let all = shapes.clone();
-        let mut best: Option<(Term, f64)> = None;
+        let mut best: Option<(Term, Worth)> = None;
         for shape in self.shortlist(effect, joints, shapes) {
             let term = Term::new(motion, effect, joints, shape);
-            let gain = self.gain(&term);
-            if gain.is_finite() && best.as_ref().is_none_or(|(_, most)| gain > *most) {
-                best = Some((term, gain));
+            let Some(worth) = self.worth(&term) else { continue };
+            if best.as_ref().is_none_or(|(_, most)| worth > *most) {
+                best = Some((term, worth));
             }
         }
-        let (term, gain) = best?;
-        let (term, gain) = self.improved(term, gain);
-        let (term, gain) = match neighbours(&all, &term.shape) {
-            Some(ends) if effect.refines() => self.refined(term, gain, ends),
-            _ => (term, gain),
+        let (term, worth) = best?;
+        let (term, worth) = self.improved(term, worth);
+        let (term, worth) = match neighbours(&all, &term.shape) {
+            Some(ends) if effect.refines() => self.refined(term, worth, ends),
+            _ => (term, worth),
         };
-        Some((term, gain, count))
+        Some((term, worth.gain, count))
     }
 
     /// The term with the shape that its own coefficients suggest, while that fits better.
-    fn improved(&self, mut term: Term, mut gain: f64) -> (Term, f64) {
+    fn improved(&self, mut term: Term, mut worth: Worth) -> (Term, Worth) {
         for _ in 0..IMPROVEMENTS {
-            let suggested = self.with(&term).and_then(|fitted| {
-                let at = *fitted.term_at.last()?;
-                let own = &fitted.solution.coefficients.as_slice()[at..at + term.coefficients()];
-                term.effect.improved(&self.problem.motion, &term.shape, own)
-            });
+            let suggested = self
+                .with(&term)
+                .and_then(|fitted| term.effect.improved(&self.problem.motion, &term.shape, fitted.last_of(&term)?));
             let Some(shape) = suggested else { break };
             let better = Term::new(&self.problem.motion, term.effect, &term.joints, shape);
-            let found = self.gain(&better);
-            if !found.is_finite() || found < gain {
-                break;
-            }
-            (term, gain) = (better, found);
+            let Some(found) = self.worth(&better).filter(|found| *found >= worth) else { break };
+            (term, worth) = (better, found);
         }
-        (term, gain)
+        (term, worth)
     }
 
     /// Golden section of the first shape parameter between two ends.
-    fn refined(&self, term: Term, gain: f64, (low, high): (f64, f64)) -> (Term, f64) {
-        let mut best = (term, gain);
+    fn refined(&self, term: Term, worth: Worth, (low, high): (f64, f64)) -> (Term, Worth) {
+        let mut best = (term, worth);
         let mut steps = 0..=REFINEMENTS;
         golden_section(
             [low, high],
@@ -203,11 +209,11 @@ impl Search<'_, '_> {
                 let mut shape = best.0.shape.clone();
                 shape[0] = value;
                 let term = Term::new(&self.problem.motion, best.0.effect, &best.0.joints, shape);
-                let gain = self.gain(&term);
-                if gain > best.1 {
-                    best = (term, gain);
+                let worth = self.worth(&term);
+                if let Some(worth) = worth.filter(|worth| *worth > best.1) {
+                    best = (term, worth);
                 }
-                gain
+                worth.map_or(f64::NEG_INFINITY, |worth| worth.gain)
             },
         );
         best
@@ -412,9 +418,8 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
     let mut terms = search.terms.clone();
     terms.push(&term);
     let fitted = search.with(&term)?;
-    let at = *fitted.term_at.last()?;
-    let coefficients: Vec<f64> = (0..term.coefficients()).map(|k| fitted.solution.coefficients[at + k]).collect();
-    let sensible = is_sensible(search.problem, &term, &coefficients);
+    let coefficients = fitted.last_of(&term)?;
+    let sensible = is_sensible(search.problem, &term, coefficients);
     // A term that gains nothing on the rows of the fit needs no cross-validation.
     if training_gain > LEAST_GAIN {
         let after = prediction(search.problem, &terms, &fitted)?;
@@ -424,7 +429,7 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
         count_lines(search.problem, &terms, &fitted, terms.len() - 1..terms.len(), &mut evidence);
         choice[joints[0]] = (shapes as f64).ln();
         evidence[joints[0]].nats -= choice[joints[0]];
-        evidence[joints[0]].nats += at_rest(search.problem, &term, &coefficients);
+        evidence[joints[0]].nats += at_rest(search.problem, &term, coefficients);
     }
     Some(Candidate { terms: vec![term], evidence, choice, sensible })
 }
