@@ -73,11 +73,42 @@ impl Effect for CoulombAsymmetry {
 }
 
 impl Diagnosable for CoulombAsymmetry {
+    /// Dry friction rises towards rest or not at all. A fit without the asymmetry can give a law that falls there, which stands for what it lacks.
     fn columns(&self, motion: &Motion, joint: usize, _shape: &[f64]) -> Vec<Vec<f64>> {
-        vec![motion.column(joint, |m, row| m.friction.dry(m.v[row]) * m.direction[row].abs())]
+        vec![motion.column(joint, |m, row| m.friction.dry(m.v[row]).max(m.friction.coulomb) * m.direction[row].abs())]
     }
 
     fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
         vec![coefficients[0]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::effects::SymmetricFriction;
+    use crate::effects::drawn::{LENGTH, MODEL, ROBOT, drawn};
+
+    /// With `F_S > F_C` the torque is `F_dry(v)` wherever the joint moves, with `F_S < F_C` it is `F_C`.
+    #[test]
+    fn analytic_the_torque_follows_a_law_that_rises_towards_rest_alone() {
+        let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a model");
+        let mut motion = drawn(&model, 1, None, LENGTH);
+        let column = |motion: &Motion| CoulombAsymmetry.columns(motion, 0, &[]).swap_remove(0);
+        for breakaway in [3.0, 0.5] {
+            let law = SymmetricFriction { coulomb: 1.0, breakaway, stribeck_velocity: 0.1, viscous: 2.0 };
+            motion.joints[0].friction = law;
+            let m = &motion.joints[0];
+            let expected = |row: usize| {
+                let falling = (breakaway - 1.0) * (-m.v[row].abs() / 0.1).exp();
+                (1.0 + falling.max(0.0)) * m.direction[row].abs()
+            };
+            for (row, found) in column(&motion).into_iter().enumerate() {
+                // Rounding.
+                assert!((found - expected(row)).abs() < 1e-12, "{breakaway} {row}: {found}");
+            }
+        }
     }
 }
