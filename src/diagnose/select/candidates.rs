@@ -84,7 +84,8 @@ impl Candidate {
     }
 }
 
-/// What a term is worth. One with parameters in their ranges comes before any other: a mass on one link is a load, if a negative one on another link explains more.
+/// What a term is worth. One with parameters in their ranges comes before any other: a mass on one link is a load, even where a negative one on another link
+/// explains more.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Worth {
     /// Whether its parameters lie in their ranges.

@@ -11,7 +11,8 @@ use crate::diagnose::rows::observe::{NOISE_SHARE, observe};
 use crate::diagnose::select::selection::{Taken, evidence_beside, resettle};
 use crate::dynamics::Dynamics;
 use crate::effects::drawn::{LENGTH, Line, MODEL, ROBOT, drawn};
-use crate::effects::{CATALOGUE, Catalogue, Effect, find};
+use crate::effects::{About, Action, CATALOGUE, Catalogue, Diagnosable, Effect, Kind, Motion, ParameterSpec, find};
+use crate::error::Result;
 use crate::robot::Model;
 use crate::timeseries::{Channel, JointSeries, TimeSeries};
 
@@ -146,4 +147,72 @@ fn property_a_balancer_yields_to_a_weight_only_where_the_error_is_no_larger() {
     // ln(0.22/0.20) = 0.095 is within the inaccuracy of a law, ln(0.24/0.20) = 0.18 is not, on either joint.
     assert_eq!(chosen([0.08, 0.22]), Some("link_inertia"));
     assert_eq!([chosen([0.08, 0.24]), chosen([0.096, 0.20])], [Some("counterbalance"); 2]);
+}
+
+/// `τ = m c(q)` with `m > 0`, of one of two places: `c = −cos 2q`, and `c = cos 2q + 0.3 sin 3q`.
+struct OneSided;
+
+static ONE_SIDED: About = About {
+    name: "one_sided",
+    summary: "A torque of one sign.",
+    equation: "τ = m c(q)",
+    kind: Kind::Physics,
+    scope: Scope::Joint,
+    parameters: &[ParameterSpec::new("size", "m", "N·m", "largest torque").between(0.0, 1e5)],
+    signature: "a torque that depends on the angle",
+    look_alikes: &[],
+    separate_by: "measure it",
+    reference: "none",
+};
+
+impl Effect for OneSided {
+    fn about(&self) -> &'static About {
+        &ONE_SIDED
+    }
+
+    fn install(&self, _: &mut Model, _: Option<usize>, _: &BTreeMap<String, f64>) -> Result<Vec<Action>> {
+        Ok(Vec::new())
+    }
+
+    fn diagnosable(&self) -> Option<&dyn Diagnosable> {
+        Some(self)
+    }
+}
+
+impl Diagnosable for OneSided {
+    fn shapes(&self, _motion: &Motion, _joint: usize) -> Vec<Vec<f64>> {
+        vec![vec![0.0], vec![1.0]]
+    }
+
+    fn refines(&self) -> bool {
+        false
+    }
+
+    fn columns(&self, motion: &Motion, joint: usize, shape: &[f64]) -> Vec<Vec<f64>> {
+        let [first, second]: [fn(f64) -> f64; 2] = [|q| -(2.0 * q).cos(), |q| (2.0 * q).cos() + 0.3 * (3.0 * q).sin()];
+        let of_angle = if shape == [0.0] { first } else { second };
+        vec![motion.column(joint, |m, row| of_angle(m.q[row]))]
+    }
+
+    fn parameters(&self, _motion: &Motion, _joint: usize, _shape: &[f64], coefficients: &[f64]) -> Vec<f64> {
+        coefficients.to_vec()
+    }
+}
+
+/// A torque `6 cos 2q` is the first place's but for its sign. The second place explains less of it and is such an effect.
+#[test]
+fn property_a_place_where_an_effect_is_itself_comes_before_one_that_explains_more() {
+    let model = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a good model");
+    let mut motion = drawn(&model, 5, None, LENGTH);
+    let joint = &mut motion.joints[0];
+    joint.torque.iter_mut().zip(&joint.q).for_each(|(torque, q)| *torque += 6.0 * (2.0 * q).cos());
+    let held_out = vec![false; motion.rows()];
+    let mut problem = Problem::new(motion, held_out);
+    let effect: &'static dyn Effect = &OneSided;
+    problem.name_from(std::iter::once(effect).collect());
+    let fitted = problem.settle(&[]).expect("a baseline");
+    problem.count_independent(&fitted);
+    let found = candidates(&mut problem, &[], &Rules::default());
+    let one = found.first().expect("a candidate");
+    assert!(one.sensible && one.terms[0].shape == [1.0], "{:?}, sensible: {}", one.terms[0].shape, one.sensible);
 }
