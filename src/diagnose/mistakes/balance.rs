@@ -45,6 +45,8 @@ pub const MODEL_FACTOR: f64 = 2.5;
 /// Unlike [`MODEL_FACTOR`] it leaves no room for effects and noise, which are in the bounds of a [`Size`]. On sound recordings these bounds
 /// reach from below 1.13 to above 1.01.
 pub const SIZE_FACTOR: f64 = 2.0;
+/// [1] Share of a sum of squares below which a difference is rounding: some thousand times what sums of a million rows lose.
+const ROUNDING: f64 = 1e-9;
 /// [1] Largest part of gravity perpendicular to its nominal direction: a base tilted by 17°.
 const ACROSS: f64 = 0.3;
 /// Largest payload at each of its points, in masses of the machine.
@@ -281,7 +283,8 @@ impl Normal {
             let x = tied.minimum(&bounds);
             let left = tied.left(&x);
             // `u₀ − u` is `s²` times the squares of what only `I + G` explains.
-            (left_without > left).then(|| [x[0], (left.sqrt() + x[0] * off) / (left_without - left).sqrt()])
+            (left_without - left > ROUNDING * left_without)
+                .then(|| [x[0], (left.sqrt() + x[0] * off) / (left_without - left).sqrt()])
         };
         let [with, spread] = of(&free)?;
         free[4..FULL].fill([0.0, 0.0]);
