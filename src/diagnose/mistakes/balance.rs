@@ -454,4 +454,20 @@ mod tests {
         // 1.4e-5 are left, of links behind the wide kernel and of rows around turns, which average the direction; without `J` 0.78 would be.
         assert!(found.left < 1e-4, "{found:?}");
     }
+
+    /// A torque across the rigid body's own, but for the share `s`: with `s = 1e-3` its size is `s (1 ± 1/s)`, and one that explains `1e-12` of the squares
+    /// has none.
+    #[test]
+    fn analytic_a_share_that_is_lost_in_rounding_has_no_size() {
+        let size = |s: f64| {
+            let mut normal = Normal { power: 1.0, rows: [FEWEST_ROWS; 2], ..Normal::new() };
+            normal.a[0][0] = 1.0;
+            normal.b[0] = s;
+            normal.size(&[[0.0, 0.0]; COLUMNS], 0.0)
+        };
+        let Some(Size { least, largest, .. }) = size(1e-3) else { panic!("a size") };
+        // `√(1 − s²)` beside `s`, and rounding.
+        assert!((least + 0.999).abs() < 1e-5 && (largest - 1.001).abs() < 1e-5, "{least} {largest}");
+        assert_eq!(size(1e-6), None);
+    }
 }
