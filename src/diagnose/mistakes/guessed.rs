@@ -13,8 +13,9 @@
 //! constant they would leave undetermined, as over a short way they are the weight.
 //!
 //! A constant is replaced where the residual is a small part of `y` and its error by a load or a tilt is smaller than that of the guess; otherwise by the
-//! nearest one that the [size](super::size) of its torque allows, and by what the checks for [mistakes](super) say of its scale. All stages work with the model that this gives and with the accuracy that the constants have then: the
-//! deviations of their fits are small, and a load or a tilt has one size on all joints only if the constants of these joints are nearly right.
+//! nearest one that the [size](super::size) of its torque allows, and by what the checks for [mistakes](super) say of its scale. All stages work with the
+//! model that this gives and with the accuracy that the constants have then: the deviations of their fits are small, and a load or a tilt has one size on
+//! all joints only if the constants of these joints are nearly right.
 //! References: W. A. Fuller (1987), Measurement Error Models, ch. 1.1 (attenuation); G. H. Golub, V. Pereyra (1973), SIAM J. Numer. Anal. 10, 413-432
 //! (`g` projected out of the step).
 
