@@ -127,7 +127,7 @@ fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidat
         terms: candidate.terms.iter().map(outline).collect(),
         evidence: candidate.evidence.clone(),
         choice: candidate.choice.clone(),
-        sensible: candidate.sensible,
+        oddity: candidate.oddity,
     };
     candidates.map(of_candidate).collect()
 }

@@ -33,8 +33,8 @@ pub fn records(
             format!("evidence {total:.0} nats alone")
         } else if let Some(withdrawn) = not_confirmed {
             withdrawn.reason.clone()
-        } else if !candidate.sensible {
-            "its parameters would lie outside their ranges".to_owned()
+        } else if let Some(oddity) = candidate.oddity {
+            oddity.words(problem.motion.model.joints[joints[0]].kind)
         } else if !rules.support(total, log_scale) {
             format!("evidence {total:.1} nats, {:.1} % of the error: too little for a name", 100.0 * log_scale)
         } else if selection.taken.is_empty() && withdrawn.is_empty() {

@@ -26,7 +26,7 @@ fn possible<'c>(candidates: &'c [Candidate], joint: usize, rules: &Rules) -> Vec
     let fall = |candidate: &Candidate| candidate.evidence[joint].log_scale;
     let could = |candidate: &&Candidate| {
         let acts = candidate.joints().contains(&joint) && fall(candidate) > MODEL_ERROR;
-        acts && candidate.sensible && candidate.total() > 0.0 && !candidate.is_accepted(rules)
+        acts && candidate.is_sensible() && candidate.total() > 0.0 && !candidate.is_accepted(rules)
     };
     let mut possible: Vec<(&Candidate, f64)> =
         candidates.iter().filter(could).map(|candidate| (candidate, 1.0 - (-fall(candidate)).exp())).collect();

@@ -1,16 +1,17 @@
 //! Candidates: each effect of the catalogue where it can act, with its best shape and its evidence.
 
+use rayon::prelude::*;
+
+use super::oddity::Oddity;
 use crate::diagnose::evidence::local_level::count_lines;
 use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
 use crate::diagnose::fit::cause::Cause;
-use crate::diagnose::options::{Inaccuracy, MODEL_ERROR, Rules};
-use rayon::prelude::*;
-
 use crate::diagnose::fit::golden::golden_section;
 use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::scanned::Scanned;
 use crate::diagnose::fit::term::Term;
+use crate::diagnose::options::{Inaccuracy, MODEL_ERROR, Rules};
 use crate::effects::Scope;
 
 /// [1] Share of the evidence below which a rival is rejected even if its error is as small.
@@ -37,11 +38,16 @@ pub struct Candidate {
     pub evidence: Vec<Evidence>,
     /// [nats] What the choice among shapes cost each joint, in its evidence.
     pub choice: Vec<f64>,
-    /// Whether its parameters lie in their ranges.
-    pub sensible: bool,
+    /// What keeps it from being the effect that it is called.
+    pub oddity: Option<Oddity>,
 }
 
 impl Candidate {
+    /// Whether it is the effect that it is called.
+    pub const fn is_sensible(&self) -> bool {
+        self.oddity.is_none()
+    }
+
     /// The effect.
     pub fn effect(&self) -> Cause {
         self.terms[0].effect
@@ -69,7 +75,7 @@ impl Candidate {
 
     /// Whether the rules accept it.
     pub fn is_accepted(&self, rules: &Rules) -> bool {
-        self.sensible && rules.support(self.total(), self.log_scale())
+        self.is_sensible() && rules.support(self.total(), self.log_scale())
     }
 
     /// [1] Largest logarithm by which its error exceeds that of another candidate on a joint on which one of them acts.
@@ -84,11 +90,11 @@ impl Candidate {
     }
 }
 
-/// What a term is worth. One with parameters in their ranges comes before any other: a mass on one link is a load, even where a negative one on another link
+/// What a term is worth. One that is the effect that it is called comes before any other: a mass on one link is a load, even where a negative one on another link
 /// explains more.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Worth {
-    /// Whether its parameters lie in their ranges.
+    /// Whether it is the effect that it is called.
     sensible: bool,
     /// [nats of rows] Training gain.
     gain: f64,
@@ -133,7 +139,7 @@ impl Search<'_, '_> {
         let after = &fitted.solution.log_likelihood;
         let of_rows: f64 = fitted.joints.iter().map(|joint| after[*joint] - before.training[*joint]).sum();
         let gain = of_rows + (before.prior_loss - fitted.prior_loss()) / self.problem.independence[term.joints[0]];
-        let sensible = is_sensible(self.problem, term, fitted.last_of(term)?);
+        let sensible = Oddity::of(self.problem, term, fitted.last_of(term)?).is_none();
         gain.is_finite().then_some(Worth { sensible, gain })
     }
 
@@ -285,9 +291,9 @@ fn gather(search: &Search, found: Vec<Candidate>) -> Vec<Candidate> {
         let partner = gathered.iter_mut().find(|other| other.effect() == effect);
         match partner {
             // Combine the joints of one effect where each has enough evidence of its own.
-            Some(other) if candidate.sensible && enough(&candidate.evidence[joint]) => {
+            Some(other) if candidate.is_sensible() && enough(&candidate.evidence[joint]) => {
                 let first = other.terms[0].joints[0];
-                if other.sensible && enough(&other.evidence[first]) {
+                if other.is_sensible() && enough(&other.evidence[first]) {
                     other.terms.extend(candidate.terms);
                     other.evidence[joint] = candidate.evidence[joint];
                     other.choice[joint] = candidate.choice[joint];
@@ -297,7 +303,7 @@ fn gather(search: &Search, found: Vec<Candidate>) -> Vec<Candidate> {
             }
             Some(other) => {
                 let first = other.terms[0].joints[0];
-                if !(other.sensible && enough(&other.evidence[first])) && candidate.total() > other.total() {
+                if !(other.is_sensible() && enough(&other.evidence[first])) && candidate.total() > other.total() {
                     *other = candidate;
                 }
             }
@@ -420,7 +426,7 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
     terms.push(&term);
     let fitted = search.with(&term)?;
     let coefficients = fitted.last_of(&term)?;
-    let sensible = is_sensible(search.problem, &term, coefficients);
+    let oddity = Oddity::of(search.problem, &term, coefficients);
     // A term that gains nothing on the rows of the fit needs no cross-validation.
     if training_gain > LEAST_GAIN {
         let after = prediction(search.problem, &terms, &fitted)?;
@@ -432,7 +438,7 @@ fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate>
         evidence[joints[0]].nats -= choice[joints[0]];
         evidence[joints[0]].nats += at_rest(search.problem, &term, coefficients);
     }
-    Some(Candidate { terms: vec![term], evidence, choice, sensible })
+    Some(Candidate { terms: vec![term], evidence, choice, oddity })
 }
 
 /// [nats] Evidence for an effect on one joint from the current before the first motion.
@@ -444,14 +450,6 @@ fn at_rest(problem: &Problem, term: &Term, coefficients: &[f64]) -> f64 {
         Some(standstill) if offset != 0.0 => standstill.evidence(offset, span),
         _ => 0.0,
     }
-}
-
-/// Whether the parameters lie in their ranges.
-pub fn is_sensible(problem: &Problem, term: &Term, coefficients: &[f64]) -> bool {
-    let about = term.effect.about();
-    let values = term.effect.parameters(&problem.motion, term.joints[0], &term.shape, coefficients);
-    let in_range = about.parameters.iter().zip(values).all(|(spec, value)| value >= spec.min && value <= spec.max);
-    in_range && term.effect.is_itself(&problem.motion, term.joints[0], &term.shape, coefficients)
 }
 
 #[cfg(test)]

@@ -59,7 +59,7 @@ fn rivals(taken: &Taken, rules: &Rules) -> (Vec<String>, f64) {
     // Many rows show a line of a thousandth of the torque beyond doubt; it is there or not, whatever else explains the torque.
     let slight = |rival: &Candidate| rival.log_scale() <= rules.log_scale && worse(rival) > MODEL_ERROR;
     let able =
-        || taken.rivals.iter().filter(|rival| rival.sensible && !slight(rival) && contested(rival, &joints).1 > 0);
+        || taken.rivals.iter().filter(|rival| rival.is_sensible() && !slight(rival) && contested(rival, &joints).1 > 0);
     let close = |rival: &&Candidate| {
         let share = contested(rival, &joints).0 / total;
         share > CLOSE || share > FAR && worse(rival) < MODEL_ERROR
@@ -106,7 +106,7 @@ mod tests {
         let term = Term { effect, joints: vec![joint], shape: Vec::new(), free_shapes: 0, columns };
         let mut evidence = vec![Evidence { error: 1.0, ..Evidence::default() }; 2];
         evidence[joint] = Evidence { nats, log_scale, error: (-log_scale).exp() };
-        Candidate { terms: vec![term], evidence, choice: vec![0.0; 2], sensible: true }
+        Candidate { terms: vec![term], evidence, choice: vec![0.0; 2], oddity: None }
     }
 
     /// A spring that halves the error has little evidence beside deviations that imitate it. A ripple of one percent of the error with three times the

@@ -4,7 +4,8 @@
 //! few rows, and neither has evidence alone. The candidates of a joint that lower its error clearly are therefore tried as if they were known, one at a time:
 //! if another one then has enough evidence, and the first has it beside that one, both are taken.
 
-use super::candidates::{choose, is_sensible, on_joint};
+use super::candidates::{choose, on_joint};
+use super::oddity::Oddity;
 use super::selection::{Taken, evidence_beside, resettle, terms_of};
 use crate::diagnose::evidence::prediction::{Evidence, predict};
 use crate::diagnose::fit::problem::{Fitted, Problem};
@@ -63,7 +64,7 @@ fn led_by(problem: &mut Problem, own: &[Taken], lead: Taken, rules: &Rules, join
         let at = fitted.term_at[term];
         let own = all[index].terms[0].coefficients();
         let coefficients = &fitted.solution.coefficients.as_slice()[at..at + own];
-        if !rules.support(nats, log_scale) || !is_sensible(problem, &all[index].terms[0], coefficients) {
+        if !rules.support(nats, log_scale) || Oddity::of(problem, &all[index].terms[0], coefficients).is_some() {
             return None;
         }
     }

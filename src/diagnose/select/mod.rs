@@ -17,6 +17,7 @@ pub mod confirm;
 pub mod findings;
 pub mod masked;
 pub mod naming;
+pub mod oddity;
 pub mod own_gains;
 pub mod residues;
 pub mod selection;

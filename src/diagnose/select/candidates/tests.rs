@@ -138,7 +138,7 @@ fn property_a_balancer_yields_to_a_weight_only_where_the_error_is_no_larger() {
         let columns = vec![vec![Vec::new()]; joints.len()];
         let evidence = errors.map(|error| Evidence { nats: 0.5 * nats, log_scale: 3.5, error }).to_vec();
         let term = Term { effect, joints, shape: Vec::new(), free_shapes: 0, columns };
-        Candidate { terms: vec![term], evidence, choice: vec![0.0; 2], sensible: true }
+        Candidate { terms: vec![term], evidence, choice: vec![0.0; 2], oddity: None }
     };
     let chosen = |of_weight: [f64; 2]| {
         let found = [candidate("counterbalance", 1400.0, [0.08, 0.20]), candidate("link_inertia", 1100.0, of_weight)];
@@ -214,5 +214,10 @@ fn property_a_place_where_an_effect_is_itself_comes_before_one_that_explains_mor
     problem.count_independent(&fitted);
     let found = candidates(&mut problem, &[], &Rules::default());
     let one = found.first().expect("a candidate");
-    assert!(one.sensible && one.terms[0].shape == [1.0], "{:?}, sensible: {}", one.terms[0].shape, one.sensible);
+    assert!(
+        one.is_sensible() && one.terms[0].shape == [1.0],
+        "{:?}, sensible: {}",
+        one.terms[0].shape,
+        one.is_sensible()
+    );
 }
