@@ -93,7 +93,10 @@ fn shown(model: &Model, session: &Session, options: &Options) -> Result<(replay:
     let mut shown = Shown::default();
     let mut replay = replay::replay_seen(model, session, options, &mut |side| shown.add(&session.series.name, side))?;
     match prediction::predict(model, session, options) {
-        Ok(predicted) => shown.predicted = predicted,
+        Ok(predicted) => {
+            shown.predicted = predicted.made;
+            replay.notes.extend(predicted.diverged.iter().map(|why| format!("not predicted: {why}")));
+        }
         Err(why) => replay.notes.push(format!("nothing was predicted: {why}")),
     }
     Ok((replay::Replay { time: Vec::new(), ..replay }, shown))

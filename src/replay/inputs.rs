@@ -52,7 +52,7 @@ pub(super) struct Input {
     pub(super) commanded: bool,
     /// Whether `torque` is a magnitude: its sign was not measured.
     pub(super) magnitude: bool,
-    /// Whether the joint was recorded.
+    /// Whether the joint was recorded with a torque that moves it.
     pub(super) recorded: bool,
 }
 
@@ -68,6 +68,11 @@ pub(super) struct Taken {
 }
 
 impl Input {
+    /// Holds the joint on its recorded track: no torque moves it.
+    pub(super) fn hold(&mut self) {
+        (self.forward, self.recorded) = (Signal::zero(self.position.len()), false);
+    }
+
     /// The sample `k`, while the simulated joint is in this state and reads so.
     pub(super) fn taken(&self, k: usize, torque_per_ampere: f64, state: &JointState, reading: &Reading) -> Taken {
         let added = torque_per_ampere * (reading.current - state.current);

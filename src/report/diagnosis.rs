@@ -21,6 +21,7 @@ use crate::diagnose::{
     BaselineEstimate, Change, Diagnosis, FitError, FoundEffect, ResidualSeries, Split, Verdict, mistakes,
 };
 use crate::effects;
+use crate::error::Error;
 use crate::scenario::Findings;
 use crate::timeseries::Drawn;
 use crate::units::JointKind;
@@ -40,10 +41,13 @@ pub fn report<'a>(findings: &'a Findings, name: &str, drawn: Vec<Drawn>) -> Repo
     let failure = findings.judge_failure.iter();
     document.warnings.extend(failure.map(|why| format!("the simulation did not judge the recordings: {why}")));
     // What stops a replay stops the predictions as well, and is said once.
-    let failure = findings.prediction_failure.iter().filter(|_| findings.replay_failure.is_none());
-    document
-        .warnings
-        .extend(failure.map(|why| format!("the models' predictions were not compared with the data: {why}")));
+    let failures = findings.prediction_failures.iter().filter(|_| findings.replay_failure.is_none());
+    document.warnings.extend(failures.map(|why| match why {
+        Error::Diverged { joint, .. } => {
+            format!("{joint} is not predicted, and held on its recorded track while others are: {why}")
+        }
+        why => format!("the models' predictions were not compared with the data: {why}"),
+    }));
     Report {
         document,
         json: envelope(Diagnosis::SCHEMA, name, json),

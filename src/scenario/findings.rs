@@ -34,8 +34,8 @@ pub struct Findings {
     pub diagnosis: Diagnosis,
     /// Why the models could not be replayed beside the data.
     pub replay_failure: Option<Error>,
-    /// Why the models' predictions could not be compared with the data.
-    pub prediction_failure: Option<Error>,
+    /// Why the models' predictions could not be compared with the data: of any joint, or of those that diverge.
+    pub prediction_failures: Vec<Error>,
     /// Why the simulation could not judge.
     pub judge_failure: Option<Error>,
 }
@@ -84,7 +84,7 @@ impl Findings {
 
     /// A diagnosis that nothing was simulated for.
     const fn of(diagnosis: Diagnosis) -> Self {
-        Self { diagnosis, replay_failure: None, prediction_failure: None, judge_failure: None }
+        Self { diagnosis, replay_failure: None, prediction_failures: Vec::new(), judge_failure: None }
     }
 
     /// Compares with recordings of the healthy machine, and replays it as it was and as it is.
@@ -131,7 +131,7 @@ impl Findings {
         self.diagnosis.replay.clear();
         self.diagnosis.predictions.clear();
         self.replay_failure = replay(&mut self.diagnosis, &judged).err();
-        self.prediction_failure = predict(&mut self.diagnosis, &judged).err();
+        self.prediction_failures = predict(&mut self.diagnosis, &judged).unwrap_or_else(|why| vec![why]);
     }
 }
 
@@ -144,18 +144,23 @@ fn adopt(diagnosis: &mut Diagnosis, held_out: &[Session], show: &mut dyn FnMut(&
     let Some(machine) = diagnosis.judgement.as_mut().and_then(|judgement| judgement.machine.take()) else { return };
     show("predicting with what every sample supports", 0.0);
     let gain = |one: &JudgedEffect| -> Option<EffectGain> {
-        let ahead = compare_predictions(&one.without, &machine.extended, held_out, &replay::Options::default()).ok()?;
+        let ahead = all_predicted(&one.without, &machine.extended, held_out)?;
         let own = ahead.iter().filter(|ahead| ahead.horizon == AHEAD);
         let own = own.filter(|ahead| one.joint.as_ref().is_none_or(|joint| *joint == ahead.joint));
         let most = own.max_by(|a, b| a.gain.gain_percent.total_cmp(&b.gain.gain_percent))?;
         Some(EffectGain::of(most.gain, &format!("position {AHEAD} s ahead")))
     };
     let Some(gains) = machine.effects.iter().map(gain).collect::<Option<Vec<_>>>() else { return };
-    let options = replay::Options::default();
-    let beside = compare_predictions(&diagnosis.extended_model, &machine.extended, held_out, &options);
-    if beside.is_ok_and(|beside| is_better(&beside)) {
+    let beside = all_predicted(&diagnosis.extended_model, &machine.extended, held_out);
+    if beside.is_some_and(|beside| is_better(&beside)) {
         judge::adopt(diagnosis, machine, &gains);
     }
+}
+
+/// Predictions of two models, where they can predict every joint.
+fn all_predicted(before: &Model, after: &Model, held_out: &[Session]) -> Option<Vec<Ahead>> {
+    let ahead = compare_predictions(before, after, held_out, &replay::Options::default()).ok()?;
+    ahead.diverged.is_empty().then_some(ahead.made)
 }
 
 /// Whether the second model predicts some joint over some horizon better, and none worse.
@@ -174,13 +179,13 @@ fn replay(diagnosis: &mut Diagnosis, judged: &[Session]) -> Result<()> {
     Ok(())
 }
 
-/// Both models' predictions of the data held out.
-fn predict(diagnosis: &mut Diagnosis, judged: &[Session]) -> Result<()> {
+/// Both models' predictions of the data held out. Returns why joints have none.
+fn predict(diagnosis: &mut Diagnosis, judged: &[Session]) -> Result<Vec<Error>> {
     let (nominal, extended) = (&diagnosis.baseline_model, &diagnosis.extended_model);
     let ahead = compare_predictions(nominal, extended, judged, &replay::Options::default())?;
-    diagnosis.replay.extend(ahead.iter().map(prediction_error));
-    diagnosis.predictions = ahead.into_iter().flat_map(prediction_series).collect();
-    Ok(())
+    diagnosis.replay.extend(ahead.made.iter().map(prediction_error));
+    diagnosis.predictions = ahead.made.into_iter().flat_map(prediction_series).collect();
+    Ok(ahead.diverged)
 }
 
 /// The signals alone, which share their samples with the sessions.

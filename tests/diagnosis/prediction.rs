@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lostmotion::dataset::Session;
+use lostmotion::error::Error;
 use lostmotion::replay::prediction::{HORIZONS, Predicted, predict};
 use lostmotion::replay::{Observable, Options, replay};
 use lostmotion::robot::{EffectEntry, Model};
@@ -42,7 +43,7 @@ fn property_an_exact_model_predicts_as_well_as_its_sensors_allow() {
     let runs: Vec<_> = (1..=6).map(demonstration).collect();
     let truth = &runs[0].0;
     let of_run = |(truth, _, sessions): &(Model, Model, Vec<Session>)| -> Vec<Predicted> {
-        sessions.iter().flat_map(|one| predict(truth, one, &Options::default()).expect("a prediction")).collect()
+        sessions.iter().flat_map(|one| predict(truth, one, &Options::default()).expect("a prediction").made).collect()
     };
     let predicted: Vec<Predicted> = runs.iter().flat_map(of_run).collect();
     for joint in &truth.joints {
@@ -71,7 +72,7 @@ fn property_late_channels_are_predicted_and_replayed_as_others_are() {
         let (truth, _, sessions) = demonstration_with(&[effect], 1);
         let mut session = sessions.last().expect("a session").clone();
         session.series.joints.iter_mut().for_each(|joint| drop(joint.channels.remove(&Channel::CommandCurrent)));
-        for one in predict(&truth, &session, &options).expect("a prediction") {
+        for one in predict(&truth, &session, &options).expect("a prediction").made {
             println!("{delay}, {} {} s: {:.2} floors", one.joint, one.horizon, one.rms() / one.floor);
             // An exact model: the median session has one floor, a single one up to six.
             assert!(one.rms() < 6.0 * one.floor, "{delay}: {} {} s", one.joint, one.horizon);
@@ -92,7 +93,7 @@ fn scenario_the_gain_of_the_demonstration_shows_in_what_it_predicts() {
     let (_, nominal, mut sessions) = demonstration(1);
     let hold_out = sessions.split_off(sessions.len() - 1);
     let found = Findings::new(&nominal, sessions, hold_out, &mut |_, _| {}).expect("a diagnosis");
-    assert!(found.replay_failure.is_none() && found.prediction_failure.is_none(), "{found:?}");
+    assert!(found.replay_failure.is_none() && found.prediction_failures.is_empty(), "{found:?}");
     let second: Vec<_> = found.diagnosis.replay.iter().filter(|error| error.horizon == Some(1.0)).collect();
     assert_eq!(second.len(), 2, "one for each joint");
     for error in second {
@@ -108,12 +109,31 @@ fn property_a_short_recording_is_not_predicted_and_a_joint_without_one_is_held()
     let (truth, _, sessions) = demonstration(1);
     let mut short = sessions[0].clone();
     short.series = short.series.part(0..900);
-    let predicted = predict(&truth, &short, &Options::default()).expect("no error");
+    let predicted = predict(&truth, &short, &Options::default()).expect("no error").made;
     assert!(predicted.iter().all(|one| one.error.is_empty()), "{predicted:?}");
     // A joint that was not recorded is held, and not predicted.
     let mut alone = sessions[2].clone();
     alone.series.joints.truncate(1);
     alone.controllers.truncate(1);
-    let predicted = predict(&truth, &alone, &Options::default()).expect("a prediction");
+    let predicted = predict(&truth, &alone, &Options::default()).expect("a prediction").made;
     assert!(predicted.iter().all(|one| one.joint == "joint1" && !one.error.is_empty()));
+}
+
+/// A joint whose recorded current drives its model out of all bounds is told, and costs the others nothing.
+#[test]
+fn property_a_joint_that_runs_away_is_told_and_the_others_are_predicted() {
+    let (mut truth, _, sessions) = demonstration(1);
+    let mut session = sessions[2].clone();
+    let amplifier = &mut truth.joints[1].amplifier;
+    (amplifier.current_limit, amplifier.voltage_limit) = (f64::INFINITY, f64::INFINITY);
+    let channels = &mut session.series.joints[1].channels;
+    channels.remove(&Channel::CommandCurrent);
+    let current = channels.get_mut(&Channel::Current).expect("currents");
+    current.iter_mut().for_each(|current| *current *= 1e6);
+    let predicted = predict(&truth, &session, &Options::default()).expect("a prediction");
+    let [why] = &predicted.diverged[..] else { panic!("{:?}", predicted.diverged) };
+    assert!(matches!(why, Error::Diverged { joint, .. } if joint == "joint2"), "{why}");
+    let own: Vec<f64> = predicted.made.iter().filter(|one| one.joint == "joint1").map(|one| one.horizon).collect();
+    assert_eq!(own, HORIZONS);
+    assert!(predicted.made.iter().all(|one| one.joint == "joint1" && one.rms().is_finite()), "{predicted:?}");
 }

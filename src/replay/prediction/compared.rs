@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Extent, HORIZONS, Predicted, Prediction, predict_within, predictions};
+use super::{Extent, HORIZONS, Predicted, Prediction, Predictions, predict_within, predictions};
 use crate::dataset::Session;
 use crate::error::Result;
 use crate::replay::Options;
@@ -45,7 +45,7 @@ pub struct AheadErrors {
 }
 
 /// Predicts the positions of recordings with two models; a model equal to the first is not simulated again. All recordings share the number of
-/// instants from which [`predict`](super::predict) predicts in one.
+/// instants from which [`predict`](super::predict) predicts in one. A joint that diverges with one model is held with both.
 ///
 /// # Errors
 /// As [`predict`](super::predict).
@@ -54,10 +54,21 @@ pub fn compare_predictions(
     after: &Model,
     sessions: &[Session],
     options: &Options,
+) -> Result<Predictions<Ahead>> {
+    Predictions::holding(|held| compare_holding(before, after, sessions, options, held))
+}
+
+/// [`compare_predictions`] with these joints held on their recorded track.
+fn compare_holding(
+    before: &Model,
+    after: &Model,
+    sessions: &[Session],
+    options: &Options,
+    held: &[String],
 ) -> Result<Vec<Ahead>> {
     let extent = Extent::of(sessions.len());
-    let of_first = |session: &Session| Ok(predictions(before, session, options, extent, false)?.0);
-    let of_second = |session: &Session| predict_within(after, session, options, extent);
+    let of_first = |session: &Session| Ok(predictions(before, session, options, extent, held, false)?.0);
+    let of_second = |session: &Session| predict_within(after, session, options, extent, held);
     let first = || sessions.par_iter().map(of_first).collect::<Result<Vec<_>>>();
     let second = || sessions.par_iter().map(of_second).collect::<Result<Vec<_>>>();
     let (first, second) = match before == after {

@@ -92,19 +92,56 @@ impl Predicted {
     }
 }
 
+/// Predictions of the joints that can be predicted.
+#[derive(Debug)]
+pub struct Predictions<T> {
+    /// Of these joints.
+    pub made: Vec<T>,
+    /// Why others have none, one [`Error::Diverged`] each: driven by the recorded torque, the simulated joint runs away. It is held on its recorded track.
+    pub diverged: Vec<Error>,
+}
+
+impl<T> Predictions<T> {
+    /// What `attempt` predicts while it holds the joints of these names; each whose motion diverges is held in the next attempt.
+    ///
+    /// # Errors
+    /// As `attempt`, and where a held joint diverges.
+    fn holding(attempt: impl Fn(&[String]) -> Result<Vec<T>>) -> Result<Self> {
+        let (mut held, mut diverged) = (Vec::new(), Vec::new());
+        loop {
+            match attempt(&held) {
+                Err(why) => match &why {
+                    Error::Diverged { joint, .. } if !held.contains(joint) => {
+                        held.push(joint.clone());
+                        diverged.push(why);
+                    }
+                    _ => return Err(why),
+                },
+                Ok(made) => return Ok(Self { made, diverged }),
+            }
+        }
+    }
+}
+
 /// Predicts the positions of a recording over each of [`HORIZONS`] that is no shorter than a sample, joint by joint; only joints that were recorded. Nothing is predicted in a
 /// recording shorter than a horizon with the time in which the observer settles, nothing beyond its first 301 s, and nothing from currents without
 /// their sign.
 ///
 /// # Errors
-/// As [`replay`](super::replay).
-pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Vec<Predicted>> {
-    predict_within(model, session, options, Extent::of(1))
+/// As [`replay`](super::replay), but for a joint that diverges.
+pub fn predict(model: &Model, session: &Session, options: &Options) -> Result<Predictions<Predicted>> {
+    Predictions::holding(|held| predict_within(model, session, options, Extent::of(1), held))
 }
 
-/// [`predict`] in a part of the recording.
-fn predict_within(model: &Model, session: &Session, options: &Options, extent: Extent) -> Result<Vec<Predicted>> {
-    let (predictions, floors) = predictions(model, session, options, extent, true)?;
+/// [`predict`] in a part of the recording, with these joints held on their recorded track.
+fn predict_within(
+    model: &Model,
+    session: &Session,
+    options: &Options,
+    extent: Extent,
+    held: &[String],
+) -> Result<Vec<Predicted>> {
+    let (predictions, floors) = predictions(model, session, options, extent, held, true)?;
     Ok(predictions.into_iter().zip(floors).map(|(one, floor)| one.with(floor)).collect())
 }
 
@@ -114,6 +151,7 @@ fn predictions(
     session: &Session,
     options: &Options,
     extent: Extent,
+    held: &[String],
     floors: bool,
 ) -> Result<(Vec<Prediction>, Vec<f64>)> {
     let mut model = model.in_session(&session.series.name);
@@ -121,7 +159,13 @@ fn predictions(
     let session = &*in_step(&mut model, session, Control::Other);
     let model = &model;
     let session = &*commands::that_drove(model, session, options.bandwidth, &mut Vec::new());
-    let inputs = inputs::inputs(model, session, Loop::Closed, &mut Vec::new())?;
+    let inputs_of = |session: &Session| -> Result<Vec<Input>> {
+        let mut inputs = inputs::inputs(model, session, Loop::Closed, &mut Vec::new())?;
+        let joints = model.joints.iter().zip(&mut inputs);
+        joints.filter(|(joint, _)| held.contains(&joint.name)).for_each(|(_, input)| input.hold());
+        Ok(inputs)
+    };
+    let inputs = inputs_of(session)?;
     let horizons = horizons(&session.series);
     if inputs.iter().any(|input| input.magnitude) || horizons.is_empty() {
         return Ok((Vec::new(), Vec::new()));
@@ -140,8 +184,7 @@ fn predictions(
     if !floors {
         return Ok((recorded()?, Vec::new()));
     }
-    let blurred = blurred(model, session, &inputs);
-    let blurred_inputs = inputs::inputs(model, &blurred, Loop::Closed, &mut Vec::new())?;
+    let blurred_inputs = inputs_of(&blurred(model, session, &inputs))?;
     let by_others = || all(&Followed { inputs: &blurred_inputs, ..followed });
     let (predictions, by_others) = rayon::join(recorded, by_others);
     let (predictions, by_others) = (predictions?, by_others?);
