@@ -45,22 +45,26 @@ fn property_every_value_that_the_urdf_does_not_have_is_marked() {
     let of_joints = model.lines().take_while(|line| *line != "[accuracy]");
     let (guesses, values): (Vec<&str>, Vec<&str>) =
         of_joints.skip(3).filter(|line| line.contains(" = ")).partition(|line| line.starts_with('#'));
-    assert_eq!(values.len(), 10, "{model}");
+    assert_eq!(values.len(), 8, "{model}");
     for value in &values {
         assert!(value.contains("# placeholder"), "{value}");
     }
-    // Rotor, stiffness and damping of each joint: a diagnosis estimates what the file does not state.
-    assert_eq!(guesses.len(), 6, "{model}");
+    // Rotor, stiffness, damping and encoder of each joint: a diagnosis estimates what the file does not state.
+    assert_eq!(guesses.len(), 8, "{model}");
     assert!(guesses.iter().all(|guess| guess.contains("# guess; state it where it is known")), "{guesses:?}");
     let read = Model::load(&folder.path().join("model.toml")).unwrap();
-    assert!(read.joints.iter().all(|joint| joint.rotor_inertia.or(joint.gear_stiffness).is_none()));
+    assert!(
+        read.joints
+            .iter()
+            .all(|joint| joint.rotor_inertia.or(joint.gear_stiffness).is_none() && joint.encoder.is_none())
+    );
     // And how well torque constants are known.
     assert_eq!(marked_lines(&model).len(), values.len() + 1);
     assert!(model.contains("\ntorque_constants = 1.0  # placeholder"), "{model}");
     let checked = lostmotion(&["check", folder.path().join("model.toml").to_str().unwrap()]);
     assert_eq!(checked.status.code(), Some(0), "{}", text(&checked.stderr));
     for part in
-        ["simulated: all 2 joints to and fro within 1 s, each follows its reference", "11 values are placeholders"]
+        ["simulated: all 2 joints to and fro within 1 s, each follows its reference", "9 values are placeholders"]
     {
         assert!(text(&checked.stdout).contains(part), "{part} is missing in {}", text(&checked.stdout));
     }

@@ -40,7 +40,7 @@ const LEAST_CONSTANT: f64 = 1e-6;
 /// [N·m/A] Largest one: a direct drive of ten tons.
 const MOST_CONSTANT: f64 = 1e4;
 
-/// Counts per turn of a common encoder, after quadrature.
+/// Counts per turn of a common encoder, after quadrature. Recordings show what the machine's own has.
 const COUNTS: f64 = 4096.0;
 
 /// Ratio of a common gear where the file has no speed limit: 1:100 for a harmonic or planetary gear, a ball screw of 5 mm per turn.
@@ -139,7 +139,6 @@ fn first_joint(body: &Body, data: DriveData, placeholders: &mut Placeholders) ->
         data.torque_constant,
         two_digits(for_effort.clamp(LEAST_CONSTANT, MOST_CONSTANT)),
     );
-    let counts_per_turn = or_common("encoder.counts_per_turn", None, COUNTS);
     let current_limit = limits.effort / (gear_ratio * torque_constant);
     let current_limit = if ranges::CURRENT.holds(current_limit) { current_limit } else { f64::INFINITY };
     if current_limit.is_finite() && placeholders.marks(name, "motor.torque_constant") {
@@ -148,6 +147,7 @@ fn first_joint(body: &Body, data: DriveData, placeholders: &mut Placeholders) ->
     let of_armature = data.armature.map(|armature| armature / (gear_ratio * gear_ratio));
     let rotor_inertia = data.rotor_inertia.or(of_armature).filter(|inertia| ranges::ROTOR_INERTIA.holds(*inertia));
     placeholders.mark(name, "drive.current_time_constant");
+    placeholders.guess(name, "encoder.counts_per_turn");
     JointModel {
         name: name.clone(),
         kind,
@@ -163,7 +163,7 @@ fn first_joint(body: &Body, data: DriveData, placeholders: &mut Placeholders) ->
             current_limit,
             current_time_constant: CURRENT_TIME_CONSTANT,
         },
-        encoder: Some(Encoder { counts_per_turn }),
+        encoder: Some(Encoder { counts_per_turn: COUNTS }),
         link_encoder: None,
         velocity_sensor: None,
         current_sensor: None,

@@ -124,6 +124,13 @@ impl Text<'_> {
         self.out.push_str(&format!("\n[{name}]\n"));
     }
 
+    /// Begins a table that needs this key: a comment where the key's value is a guess.
+    fn section_with(&mut self, name: &str, key: &str) {
+        let (before, _) = self.placeholders.around(name, key, "");
+        name.clone_into(&mut self.section);
+        self.out.push_str(&format!("\n{before}[{name}]\n"));
+    }
+
     /// Begins an entry of a list of tables.
     fn list(&mut self, name: &str) {
         name.clone_into(&mut self.section);
@@ -207,7 +214,7 @@ fn write_joint(out: &mut Text<'_>, joint: &JointModel) {
     number(out, "current_time_constant", joint.amplifier.current_time_constant, "[s]");
 
     if let Some(encoder) = &joint.encoder {
-        section(out, ".encoder");
+        out.section_with(&format!("joints.{name}.encoder"), "counts_per_turn");
         number(out, "counts_per_turn", encoder.counts_per_turn, "motor shaft, after quadrature");
     }
     if let Some(encoder) = &joint.link_encoder {

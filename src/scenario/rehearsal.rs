@@ -40,7 +40,7 @@ pub(super) fn top_speed(kind: JointKind) -> f64 {
     }
 }
 
-/// Friction of the rehearsal, and rotors and gears that are guesses, as assignments to the model. Their keys are split at dots: joints with
+/// Friction of the rehearsal, and rotors, gears and encoders that are guesses, as assignments to the model. Their keys are split at dots: joints with
 /// special characters in their names get none.
 pub(super) fn write_assumed(text: &mut String, model: &Model, reaches: &[Reach], placeholders: &Placeholders) {
     let plain = |joint: &JointModel| {
@@ -59,6 +59,7 @@ pub(super) fn write_assumed(text: &mut String, model: &Model, reaches: &[Reach],
             ("rotor_inertia", joint.rotor_inertia),
             ("gear_stiffness", joint.gear_stiffness),
             ("gear_damping", joint.gear_damping),
+            ("encoder.counts_per_turn", joint.encoder.map(|encoder| encoder.counts_per_turn)),
         ];
         let guessed = gear.into_iter().filter(|(key, _)| placeholders.is_guess(&joint.name, key));
         let guessed = guessed.filter_map(|(key, value)| Some((key, value?)));
