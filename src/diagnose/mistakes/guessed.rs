@@ -26,8 +26,9 @@ use nalgebra::{DMatrix, DVector};
 use super::balance::{COLUMNS, Columns, FULL, Normal, bounds};
 use super::{Mistake, rows, size, suspected, training_parts};
 use crate::diagnose::rows::division::Division;
+use crate::identify::statistics::median;
 use crate::linear::Equilibrated;
-use crate::robot::{Masses, Model};
+use crate::robot::{JointModel, Masses, Model};
 use crate::timeseries::{Channel, TimeSeries};
 
 /// Columns of tilt and payload.
@@ -43,8 +44,12 @@ const LEAST: f64 = 0.05;
 /// [1] Residual, as a share of what the torque shows beside friction, above which the torque may be anything. On 52 simulated arms `f` was right within a tenth
 /// (RMS) where the residual was below this, and up to six times too large above it.
 const DETERMINED: f64 = 0.5;
-/// [1] A guess that is off by more is another mistake, such as a unit.
-const FURTHEST: f64 = 30.0;
+/// [1] Where guesses are off by more in the median of the joints, the unit of the currents is another, or they are torques. What the balance does not show
+/// and another check tells of a single joint is a mistake beyond it, too.
+const COMMON: f64 = 30.0;
+/// [1] The guess of a single joint that is off by more is another mistake. It follows from an effort limit, for which robot files may have one number on all
+/// joints, and motors of one arm differ by factors of a hundred.
+const FURTHEST: f64 = 1000.0;
 /// Largest number of steps of the fit, and of halvings of a step.
 const STEPS: usize = 50;
 /// [1] Fall of the loss with which a fit ends: a thousandth of what one standard deviation is worth.
@@ -116,9 +121,13 @@ fn scale_by_mistakes(model: &mut Model, parts: &[&TimeSeries], mut doubtful: Vec
 
 /// Constants that would be off by more than a guess may be stay as the model file gives them: that is another mistake, to be told.
 fn restore_far_ones(given: &Model, scaled: &mut Model) {
+    let factor =
+        |given: &JointModel, used: &JointModel| Some(used.motor?.torque_constant / given.motor?.torque_constant);
+    let joints = || given.joints.iter().zip(&scaled.joints);
+    let logarithms: Vec<f64> = joints().filter_map(|(given, used)| Some(factor(given, used)?.ln())).collect();
+    let furthest = if is_within(COMMON, median(logarithms).exp()) { FURTHEST } else { 1.0 };
     for (given, used) in given.joints.iter().zip(&mut scaled.joints) {
-        let factor = given.motor.zip(used.motor).map(|(given, used)| used.torque_constant / given.torque_constant);
-        if factor.is_some_and(|factor| !is_near(&factor)) {
+        if factor(given, used).is_some_and(|factor| !is_within(furthest, factor)) {
             (used.motor, used.constant_accuracy) = (given.motor, given.constant_accuracy);
         }
     }
@@ -150,12 +159,12 @@ pub fn is_of_guess(model: &Model, sessions: &[&TimeSeries], mistake: &Mistake) -
 
 /// The factor on a constant that a mistake asks for, if it is a scale that a guess may be off by.
 fn scale_of_guess(mistake: &Mistake) -> Option<f64> {
-    mistake.factor.filter(|factor| mistake.mistake == "torque_scale" && is_near(factor))
+    mistake.factor.filter(|factor| mistake.mistake == "torque_scale" && is_within(COMMON, *factor))
 }
 
-/// Whether a guess may be off by this factor.
-fn is_near(factor: &f64) -> bool {
-    (FURTHEST.recip()..FURTHEST).contains(factor)
+/// Whether something is off by this factor at most.
+fn is_within(most: f64, factor: f64) -> bool {
+    (most.recip()..most).contains(&factor)
 }
 
 /// What became of the constants of a model, a clause for the report; empty where nothing did.
@@ -342,7 +351,7 @@ impl Load {
             let slope = across / power;
             let error = slope.dot(&covariance.as_ref()?.solve(&slope)).max(0.0).sqrt();
             let is_known = (left / joint.torque).sqrt() < DETERMINED;
-            Some(Factor { f: g.recip(), error }).filter(|found| is_known && is_near(&found.f))
+            Some(Factor { f: g.recip(), error }).filter(|found| is_known && is_within(FURTHEST, found.f))
         };
         reduced.iter().map(of_joint).collect()
     }
@@ -441,15 +450,19 @@ mod tests {
             |alternatives: Vec<&'static str>| Mistake { alternatives, ..mistake("torque_recorded_as_current", 50.0) };
         assert!(is_of_guess(&guesses, &[&current], &as_current(vec!["torque_scale"])));
         assert!(is_of_guess(&guesses, &[&current], &mistake("torque_scale", 8.0)));
-        let scaled = |factor: f64| {
-            let mut used = guesses.clone();
+        // The first of so many joints is off.
+        let scaled = |joints: usize, factor: f64| {
+            let mut given = guesses.clone();
+            given.joints = vec![given.joints[0].clone(); joints];
+            let mut used = given.clone();
             scale(&mut used, &name, factor);
-            restore_far_ones(&guesses, &mut used);
-            used.joints[0].motor.expect("a motor").torque_constant
-                / guesses.joints[0].motor.expect("a motor").torque_constant
+            restore_far_ones(&given, &mut used);
+            let [used, given] = [used, given].map(|model| model.joints[0].motor.expect("a motor").torque_constant);
+            used / given
         };
-        // Two mistakes of a factor of eight are too far together: the constant is that of the file.
-        assert_eq!([8.0, 64.0, 1.0 / 64.0].map(scaled), [8.0, 1.0, 1.0]);
+        // Alone, it may have currents in another unit; one of three has a motor of its own kind.
+        assert_eq!([8.0, 64.0, 1.0 / 64.0].map(|factor| scaled(1, factor)), [8.0, 1.0, 1.0]);
+        assert_eq!([8.0, 512.0, 1.0 / 512.0, 1024.0].map(|factor| scaled(3, factor)), [8.0, 512.0, 1.0 / 512.0, 1.0]);
         for (model, session, told) in [
             (&model(0.05), &current, mistake("torque_scale", 8.0)),
             (&guesses, &torque, mistake("torque_scale", 8.0)),
