@@ -2,7 +2,7 @@
 //!
 //! The currents of a recording get what an effect of the catalogue would exert (`tests/support/added.rs`), with an amplitude of 0.4 of a joint's
 //! Coulomb friction. The motion, the sensors and the errors of the model are the machine's own. What is named beside the planted effect and
-//! not without it is a false name. `LOSTMOTION_DATA` names the folder of recordings.
+//! not without it is a false name. `LOSTMOTION_DATA` names the folder of recordings; a path with `./` is one of the project.
 
 #[path = "../../tests/support/added.rs"]
 mod added;
@@ -10,13 +10,14 @@ mod added;
 mod share;
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use added::{Moved, added};
 use lostmotion::dataset;
 use lostmotion::diagnose::{Diagnosis, FoundEffect, Measured, Options, diagnose};
 use lostmotion::robot::Model;
 use lostmotion::timeseries::TimeSeries;
+use lostmotion::toml_input::Document;
 use share::Share;
 
 /// Amplitude of an effect, in Coulomb friction of its joint.
@@ -40,51 +41,72 @@ const PLANTED: [&str; 10] = [
 struct Arm {
     name: &'static str,
     model: &'static str,
+    /// What the model file lacks, as assignments.
+    assignments: &'static [&'static str],
     train: &'static [&'static str],
     held_out: &'static [&'static str],
     joints: &'static [(&'static str, f64)],
 }
 
 /// Friction as diagnoses of the recordings as they are give it, of the pendulum as its source does.
-const ARMS: [Arm; 3] = [
+const ARMS: [Arm; 5] = [
     Arm {
         name: "pendulum",
-        model: "bam_xl330/model.toml",
+        model: "arms/bam_xl330/model.toml",
+        assignments: &[],
         train: &[
-            "bam_xl330/kp100_lift_and_drop.csv",
-            "bam_xl330/kp100_sin_sin.csv",
-            "bam_xl330/kp100_sin_time_square.csv",
-            "bam_xl330/kp100_up_and_down.csv",
-            "bam_xl330/kp200_lift_and_drop.csv",
-            "bam_xl330/kp200_sin_sin.csv",
-            "bam_xl330/kp200_sin_time_square.csv",
-            "bam_xl330/kp200_up_and_down.csv",
-            "bam_xl330/kp400_lift_and_drop.csv",
-            "bam_xl330/kp400_sin_sin.csv",
-            "bam_xl330/kp400_sin_time_square.csv",
-            "bam_xl330/kp400_up_and_down.csv",
+            "arms/bam_xl330/kp100_lift_and_drop.csv",
+            "arms/bam_xl330/kp100_sin_sin.csv",
+            "arms/bam_xl330/kp100_sin_time_square.csv",
+            "arms/bam_xl330/kp100_up_and_down.csv",
+            "arms/bam_xl330/kp200_lift_and_drop.csv",
+            "arms/bam_xl330/kp200_sin_sin.csv",
+            "arms/bam_xl330/kp200_sin_time_square.csv",
+            "arms/bam_xl330/kp200_up_and_down.csv",
+            "arms/bam_xl330/kp400_lift_and_drop.csv",
+            "arms/bam_xl330/kp400_sin_sin.csv",
+            "arms/bam_xl330/kp400_sin_time_square.csv",
+            "arms/bam_xl330/kp400_up_and_down.csv",
         ],
         held_out: &[
-            "bam_xl330/kp800_lift_and_drop.csv",
-            "bam_xl330/kp800_sin_sin.csv",
-            "bam_xl330/kp800_sin_time_square.csv",
-            "bam_xl330/kp800_up_and_down.csv",
+            "arms/bam_xl330/kp800_lift_and_drop.csv",
+            "arms/bam_xl330/kp800_sin_sin.csv",
+            "arms/bam_xl330/kp800_sin_time_square.csv",
+            "arms/bam_xl330/kp800_up_and_down.csv",
         ],
         joints: &[("joint1", 0.15)],
     },
     Arm {
         name: "six_axis",
-        model: "six_axis_none/model_rough_15.toml",
-        train: &["six_axis_none/slow.csv", "six_axis_none/fast_1.csv", "six_axis_none/fast_2.csv"],
-        held_out: &["six_axis_none/fast_3.csv"],
+        model: "arms/six_axis_none/model_rough_15.toml",
+        assignments: &[],
+        train: &["arms/six_axis_none/slow.csv", "arms/six_axis_none/fast_1.csv", "arms/six_axis_none/fast_2.csv"],
+        held_out: &["arms/six_axis_none/fast_3.csv"],
         joints: &[("joint2", 7.3), ("joint5", 0.78)],
     },
     Arm {
         name: "ur10e",
-        model: "ur10e/model.toml",
-        train: &["ur10e/reference_1.csv", "ur10e/reference_2.csv", "ur10e/reference_3.csv"],
+        model: "arms/ur10e/model.toml",
+        assignments: &[],
+        train: &["arms/ur10e/reference_1.csv", "arms/ur10e/reference_2.csv", "arms/ur10e/reference_3.csv"],
         held_out: &[],
         joints: &[("shoulder_lift_joint", 9.0), ("wrist_2_joint", 3.0)],
+    },
+    Arm {
+        name: "tx40",
+        model: "arms/tx40/model.toml",
+        assignments: &["coupling.joint_6 = { joint_5 = 1.0, joint_6 = 1.0 }"],
+        train: &["arms/tx40/session_1.csv"],
+        held_out: &[],
+        joints: &[("joint_2", 8.0), ("joint_4", 3.0)],
+    },
+    Arm {
+        name: "emps",
+        model: "./robots/emps/model.toml",
+        assignments: &[],
+        train: &["./robots/emps/datasets/train.toml"],
+        held_out: &["./robots/emps/datasets/pulses.toml"],
+        joints: &[("carriage", 20.0)],
     },
 ];
 
@@ -108,7 +130,7 @@ fn main() {
         "| recording | effects named | sizes in their 95 % intervals | names that are not there |\n|---|---|---|---|"
     );
     for arm in ARMS.iter().filter(|arm| asked.is_empty() || asked.iter().any(|one| one == arm.name)) {
-        let answers = arm.answers(&folder.join("arms"));
+        let answers = arm.answers(&folder);
         let named = Share::of(answers.iter().map(|answer| answer.named));
         let sizes = Share::of(answers.iter().filter_map(|answer| answer.size));
         eprintln!("{}: {} named, {} sizes", arm.name, named.short(), sizes.short());
@@ -118,9 +140,15 @@ fn main() {
 }
 
 impl Arm {
-    fn answers(&self, folder: &std::path::Path) -> Vec<Answer> {
-        let model = Model::load(&folder.join(self.model)).expect("the nominal model");
-        let read = |name: &&str| dataset::load_for(&folder.join(name), &model).expect("a recording");
+    fn answers(&self, folder: &Path) -> Vec<Answer> {
+        let path = |name: &str| match name.strip_prefix("./") {
+            Some(own) => Path::new(env!("CARGO_MANIFEST_DIR")).join(own),
+            None => folder.join(name),
+        };
+        let mut file = Document::read(&path(self.model)).expect("a model file");
+        self.assignments.iter().for_each(|assignment| file.set(assignment).expect("an assignment"));
+        let model = Model::from_changed(&file).expect("the nominal model");
+        let read = |name: &&str| dataset::load_for(&path(name), &model).expect("a recording");
         let [train, held_out] = [self.train, self.held_out].map(|names| names.iter().map(read).collect::<Vec<_>>());
         let all: Vec<_> = train.iter().chain(&held_out).collect();
         let model = dataset::meet(&model, &all).expect("a model for these recordings");

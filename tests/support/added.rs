@@ -1,4 +1,4 @@
-//! Effects added to recorded currents: the motion stays as it was recorded, as under a stiff controller, and the motor carries what the effect exerts.
+//! Effects added to recorded currents or torques: the motion stays as it was recorded, as under a stiff controller, and the motor carries what the effect exerts.
 //!
 //! ```text
 //!   i' = i − τ_e(t, q, v) / (N K_t)
@@ -22,9 +22,9 @@ type Law = Box<dyn Fn(f64, f64, f64) -> f64>;
 
 enum Change {
     Torque(Law),
-    /// Factor of the current, by position [rad].
+    /// Factor of the current or torque, by position [rad].
     Scale(Box<dyn Fn(f64) -> f64>),
-    /// Currents and commands of all joints are recorded late [s].
+    /// Currents, commands and torques of all joints are recorded late [s].
     Late(f64),
 }
 
@@ -114,22 +114,26 @@ impl Added {
     pub fn to(&self, session: &TimeSeries, model: &Model, joint: usize) -> TimeSeries {
         let mut with = session.clone();
         let position = session.joints[joint].get(Channel::Position).expect("positions");
-        let current = |with: &mut TimeSeries, change: &dyn Fn(usize, f64) -> f64| {
-            let current = with.joints[joint].channels.get_mut(&Channel::Current).expect("currents");
-            current.iter_mut().enumerate().for_each(|(k, i)| *i = change(k, *i));
+        let recorded = &session.joints[joint].channels;
+        let (channel, per_unit) = match recorded.contains_key(&Channel::Torque) {
+            true => (Channel::Torque, 1.0),
+            false => (Channel::Current, model.joints[joint].torque_per_ampere()),
+        };
+        let drive = |with: &mut TimeSeries, change: &dyn Fn(usize, f64) -> f64| {
+            let drive = with.joints[joint].channels.get_mut(&channel).expect("currents or torques");
+            drive.iter_mut().enumerate().for_each(|(k, i)| *i = change(k, *i));
         };
         match &self.change {
             Change::Torque(torque) => {
                 let velocity = velocities(&session.time, position);
-                let per_ampere = model.joints[joint].torque_per_ampere();
                 let start = session.time[0];
                 let own = |k: usize| torque(session.time[k] - start, position[k], velocity[k]);
-                current(&mut with, &|k, i| i - own(k) / per_ampere);
+                drive(&mut with, &|k, i| i - own(k) / per_unit);
             }
-            Change::Scale(scale) => current(&mut with, &|k, i| i * scale(position[k])),
+            Change::Scale(scale) => drive(&mut with, &|k, i| i * scale(position[k])),
             Change::Late(lag) => {
                 for series in &mut with.joints {
-                    for channel in [Channel::Current, Channel::CommandCurrent] {
+                    for channel in [Channel::Current, Channel::CommandCurrent, Channel::Torque] {
                         if let Some(values) = series.channels.get_mut(&channel) {
                             *values = delayed(&session.time, values, *lag).into();
                         }
