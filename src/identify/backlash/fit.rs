@@ -144,6 +144,11 @@ impl Profile {
         self.best.log_likelihood - least > LEAST_PREFERENCE
     }
 
+    /// `ln L` of the likeliest gap.
+    pub const fn highest(&self) -> f64 {
+        self.best.log_likelihood
+    }
+
     /// Whether its value can be used.
     fn usable(&self) -> bool {
         self.explained() && self.tells() && self.at == [false; 2]
@@ -186,7 +191,7 @@ pub(super) fn share(profiles: &[Profile]) -> Option<(f64, f64)> {
 }
 
 /// Mean of values with their variances, and its standard error; the scatter between them is part of it.
-fn weighted(values: &[(f64, f64)]) -> Option<(f64, f64)> {
+pub(super) fn weighted(values: &[(f64, f64)]) -> Option<(f64, f64)> {
     if values.is_empty() {
         return None;
     }

@@ -21,6 +21,7 @@ mod paper;
 mod result;
 mod reversal;
 mod search;
+mod share;
 mod transmission;
 mod truncated;
 mod window;

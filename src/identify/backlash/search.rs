@@ -4,16 +4,18 @@
 //! there that it may be explained. And a model is not exact to a count of a fine encoder: at that resolution it explains no reversal. So the readings
 //! are first taken as those of a coarse encoder, whose windows reach the largest gap looked for. Each finer level looks near the gap of the one before,
 //! at the reversals that it explained. The result is that of the level with the least error ([`pool`]): finer readings count while the model keeps up
-//! with them.
+//! with them. Where the error of the link's share of friction may be a large part of the gap's, that share is found anew for this level (`share`).
 
 use super::Untold;
 use super::ensemble::Spread;
 use super::fit::{Fit, Known, Profile, count_likelier, eased, grid, median, pool, pooled_best, scan, share};
-use super::result::{LeftOut, Reason, SEEN};
+use super::result::{LeftOut, NORMAL_95, Reason, SEEN};
 use super::reversal::{FEWEST, Session};
+use super::share::settle;
 use super::transmission::Transmission;
 use super::window::{Site, sites};
 use crate::gearhead::Friction;
+use crate::identify::quantity::Quantity;
 use crate::robot::{JointModel, Model};
 
 /// Ratio of the resolutions of two levels.
@@ -33,6 +35,8 @@ const DIFFER: f64 = 3.0;
 /// Counts to either side of the gap of the last scan of a level, and its step.
 const CLOSE: f64 = 2.5;
 const CLOSE_STEP: f64 = 0.25;
+/// Counts from gap to gap where only the likelihood of a share is wanted.
+const SHARE_STEP: f64 = 0.5;
 /// [1] Standard deviation of friction about its law, as machines have that differ from their model: the rotor's place at its turn is then known to a count.
 const USUAL_LEVEL: f64 = 0.08;
 /// The same of machines that are as their model, with the blur of a count and the temper for it. Of the arm of scenario 01, 0.04 and 0.005 leave more of the
@@ -42,6 +46,8 @@ const SHARP_BLUR: f64 = 0.05;
 const SHARP_TEMPER: f64 = 0.5;
 /// [1] Link share before anything is known of it, and its standard deviation.
 const ANY_SHARE: [f64; 2] = [0.3, 0.2];
+/// The same of the share of the reversals at a level.
+const CLOSE_SHARE: f64 = 0.05;
 /// Deviation of a link share that is held: the guesses have to differ a little, so that one reversal may.
 const HELD: f64 = 0.02;
 
@@ -195,12 +201,62 @@ impl<'s> Search<'s> {
         let least = (0..fits.len()).rev().min_by(|a, b| error(a).total_cmp(&error(b))).ok_or(Untold::ByReversals)?;
         if fits[least].1.gap.is_seen() {
             let (level, fit) = fits.swap_remove(least);
-            return Ok(self.sharpened(level, fit));
+            let Some(wind_up) = self.wind_up_that_matters(&fit) else { return Ok(self.sharpened(level, fit)) };
+            let settled = self.settled(level, fit, wind_up).ok_or(Untold::ByReversals)?;
+            return if settled.gap.is_seen() { Ok(settled) } else { Err(Untold::ByResolution) };
         }
-        match fits.pop() {
-            Some((0, finest)) if self.shows_a_count() => Ok(finest),
-            _ => Err(Untold::ByResolution),
+        let finest = fits.pop().filter(|(level, _)| *level == 0 && self.shows_a_count()).ok_or(Untold::ByResolution)?.1;
+        match self.wind_up_that_matters(&finest) {
+            Some(wind_up) => self.settled(0, finest, wind_up).ok_or(Untold::ByReversals),
+            None => Ok(finest),
         }
+    }
+
+    /// [rad or m] What the gear unwinds and winds up again at a reversal if all friction is the link's; `None` where a share of it that is off by as much as before
+    /// anything is known changes a gap by less than its error.
+    fn wind_up_that_matters(&self, fit: &Fit) -> Option<f64> {
+        let all = self.sites(0.0, 0).0.into_iter().map(|Site { window, .. }| {
+            let Transmission { breakaway: [forth, back], dead_zone, .. } = window.transmission;
+            (forth + back) / dead_zone.stiffness
+        });
+        let wind_up = median(all)?;
+        (self.known.share.is_none() && wind_up * ANY_SHARE[1] > fit.gap.mean.std_error).then_some(wind_up)
+    }
+
+    /// The fit with the share of friction that its reversals tell when it is held ([`settle`]), and with the error of that share in the gap's; `None` where they
+    /// have no gap in common then.
+    fn settled(&self, level: i32, fit: Fit, wind_up: f64) -> Option<Fit> {
+        let tried = |share: f64| {
+            let (_, profiles) = self.scan_again(level, &fit, wind_up, [share, HELD], SHARE_STEP);
+            profiles.iter().map(Profile::highest).collect()
+        };
+        let (share, share_error) =
+            settle(fit.share.value, self.spread.temper, tried).unwrap_or((fit.share.value, ANY_SHARE[1]));
+        let found = [share, share_error.clamp(HELD, CLOSE_SHARE)];
+        let (used, profiles) = self.scan_again(level, &fit, wind_up, found, CLOSE_STEP);
+        let left_out = fit.gap.left_out.clone();
+        let Fit { gap, .. } = pool(&used, &profiles, left_out, used.len(), self.joint.kind.position_unit())?;
+        let gap = gap.with_shared(wind_up * share_error);
+        Some(Fit { gap, share: Quantity::new(share, share_error, NORMAL_95, "1") })
+    }
+
+    /// Scans the reversals of a fit with another share. The gap may then be less by all of the wind-up that this share has more, or as it was.
+    fn scan_again(&self, level: i32, fit: &Fit, wind_up: f64, share: [f64; 2], step: f64) -> (Vec<Site>, Vec<Profile>) {
+        let count = self.count(level);
+        let gap = fit.gap.mean.value;
+        let other = gap + wind_up * (fit.share.value - share[0]);
+        let gaps = grid(gap.min(other) - CLOSE * count, gap.max(other) + CLOSE * count, step * count);
+        let used = self.sites_of(fit, gap.max(other) + CLOSE * count, level);
+        let spread = Spread { torque: self.noise, level: USUAL_LEVEL, share, ..self.spread };
+        let profiles = scan(&used, &gaps, &spread);
+        (used, profiles)
+    }
+
+    /// The reversals of a fit, with windows for gaps up to this one [rad or m].
+    fn sites_of(&self, fit: &Fit, largest: f64, level: i32) -> Vec<Site> {
+        let (mut used, _) = self.sites(largest.max(0.0) + BEYOND * self.count(level), level);
+        used.retain(|site| fit.gap.values.iter().any(|value| value.time == site.time));
+        used
     }
 
     /// See [`fit`]: between the flanks the gear unwinds and winds up again, so that a motor crosses `b + s (F₊ + F₋)/k`.
@@ -229,13 +285,12 @@ impl<'s> Search<'s> {
     fn sharpened(&self, level: i32, fit: Fit) -> Fit {
         let count = self.count(level);
         let gap = fit.gap.mean.value;
-        let (mut used, _) = self.sites(gap.max(0.0) + (CLOSE + BEYOND) * count, level);
-        used.retain(|site| fit.gap.values.iter().any(|value| value.time == site.time));
+        let used = self.sites_of(&fit, gap + CLOSE * count, level);
         let gaps = grid(gap - CLOSE * count, gap + CLOSE * count, CLOSE_STEP * count);
         let usual = Spread {
             torque: self.noise,
             level: USUAL_LEVEL,
-            share: self.share_about(fit.share.value, 0.05),
+            share: self.share_about(fit.share.value, CLOSE_SHARE),
             ..self.spread
         };
         let sharp = Spread { level: SHARP_LEVEL, blur: SHARP_BLUR, temper: SHARP_TEMPER, ..usual };
@@ -243,7 +298,7 @@ impl<'s> Search<'s> {
         // The reversals tell the share better now, and a wrong one leaves them unexplained.
         let first = scanned(&Spread { share: self.share_about(fit.share.value, 0.1), ..sharp });
         let better = share(&first).map_or(fit.share.value, |(share, _)| share);
-        let sharp = scanned(&Spread { share: self.share_about(better, 0.05), ..sharp });
+        let sharp = scanned(&Spread { share: self.share_about(better, CLOSE_SHARE), ..sharp });
         if 2 * count_likelier(&used, &sharp, &gaps, &usual) <= used.len() {
             return fit;
         }
@@ -262,7 +317,7 @@ impl<'s> Search<'s> {
             let (mut near, carried) = self.sites(self.gap.max(0.0) + (width + BEYOND) * count, level);
             near.retain(|site| !self.given_up.contains(&key(site)));
             let profiles = scan(&near, &gaps, &self.spread);
-            self.take(&gaps, &profiles, 0.05)?;
+            self.take(&gaps, &profiles, CLOSE_SHARE)?;
             found = Some((near, carried, profiles));
         }
         let (near, carried, profiles) = found?;
