@@ -226,30 +226,22 @@ impl<'s> Search<'s> {
     /// The fit with the share of friction that its reversals tell when it is held ([`settle`]), and with the error of that share in the gap's; `None` where they
     /// have no gap in common then.
     fn settled(&self, level: i32, fit: Fit, wind_up: f64) -> Option<Fit> {
-        let tried = |share: f64| {
-            let (_, profiles) = self.scan_again(level, &fit, wind_up, [share, HELD], SHARE_STEP);
-            profiles.iter().map(Profile::highest).collect()
+        let (count, gap, before) = (self.count(level), fit.gap.mean.value, fit.share.value);
+        // One set of windows for all shares, whose likelihoods are those of the same readings.
+        let used = self.sites_of(&fit, gap + wind_up * before.max(0.0) + CLOSE * count, level);
+        let scanned = |share: [f64; 2], step: f64| {
+            // The gap may be less by all of the wind-up that this share has more, or as it was.
+            let other = gap + wind_up * (before - share[0]);
+            let gaps = grid(gap.min(other) - CLOSE * count, gap.max(other) + CLOSE * count, step * count);
+            scan(&used, &gaps, &Spread { torque: self.noise, level: USUAL_LEVEL, share, ..self.spread })
         };
-        let (share, share_error) =
-            settle(fit.share.value, self.spread.temper, tried).unwrap_or((fit.share.value, ANY_SHARE[1]));
-        let found = [share, share_error.clamp(HELD, CLOSE_SHARE)];
-        let (used, profiles) = self.scan_again(level, &fit, wind_up, found, CLOSE_STEP);
+        let highest = |share: f64| scanned([share, HELD], SHARE_STEP).iter().map(Profile::highest).collect();
+        let (share, share_error) = settle(before, self.spread.temper, highest).unwrap_or((before, ANY_SHARE[1]));
+        let profiles = scanned([share, share_error.clamp(HELD, CLOSE_SHARE)], CLOSE_STEP);
         let left_out = fit.gap.left_out.clone();
         let Fit { gap, .. } = pool(&used, &profiles, left_out, used.len(), self.joint.kind.position_unit())?;
         let gap = gap.with_shared(wind_up * share_error);
         Some(Fit { gap, share: Quantity::new(share, share_error, NORMAL_95, "1") })
-    }
-
-    /// Scans the reversals of a fit with another share. The gap may then be less by all of the wind-up that this share has more, or as it was.
-    fn scan_again(&self, level: i32, fit: &Fit, wind_up: f64, share: [f64; 2], step: f64) -> (Vec<Site>, Vec<Profile>) {
-        let count = self.count(level);
-        let gap = fit.gap.mean.value;
-        let other = gap + wind_up * (fit.share.value - share[0]);
-        let gaps = grid(gap.min(other) - CLOSE * count, gap.max(other) + CLOSE * count, step * count);
-        let used = self.sites_of(fit, gap.max(other) + CLOSE * count, level);
-        let spread = Spread { torque: self.noise, level: USUAL_LEVEL, share, ..self.spread };
-        let profiles = scan(&used, &gaps, &spread);
-        (used, profiles)
     }
 
     /// The reversals of a fit, with windows for gaps up to this one [rad or m].
