@@ -132,7 +132,7 @@ fn property_a_first_model_simulates_and_reads_back() {
         // Guesses are comments in the file.
         let mut stated = first.model.joints.clone();
         for joint in &mut stated {
-            (joint.gear_stiffness, joint.gear_damping) = (None, None);
+            (joint.gear_stiffness, joint.gear_damping, joint.encoder) = (None, None, None);
             joint.rotor_inertia.take_if(|_| first.placeholders.is_guess(&joint.name, "rotor_inertia"));
         }
         assert_eq!(again.joints, stated, "{name}");
