@@ -37,7 +37,7 @@ const PLANTED: [&str; 10] = [
     "sensor_delay",
 ];
 
-/// A machine, its recordings, and the joints on which effects are planted, each with its Coulomb friction [N·m].
+/// A machine, its recordings, and the joints on which effects are planted, each with its Coulomb friction [N·m or N].
 struct Arm {
     name: &'static str,
     model: &'static str,
@@ -98,7 +98,7 @@ const ARMS: [Arm; 5] = [
         assignments: &["coupling.joint_6 = { joint_5 = 1.0, joint_6 = 1.0 }"],
         train: &["arms/tx40/session_1.csv"],
         held_out: &[],
-        joints: &[("joint_2", 8.0), ("joint_4", 3.0)],
+        joints: &[("joint_2", 12.1), ("joint_4", 4.1)],
     },
     Arm {
         name: "emps",
@@ -106,7 +106,7 @@ const ARMS: [Arm; 5] = [
         assignments: &[],
         train: &["./robots/emps/datasets/train.toml"],
         held_out: &["./robots/emps/datasets/pulses.toml"],
-        joints: &[("carriage", 20.0)],
+        joints: &[("carriage", 21.8)],
     },
 ];
 
