@@ -105,7 +105,7 @@ fn regress_a_few_reversals_against_most_give_no_gap() {
 }
 
 /// A soft gear winds up at a reversal by nearly the gap, and what of that is wind-up follows from the link's share of friction, which a noisy current shows badly:
-/// its error is part of the gap's. With a share of 0.6 taken for 0.49 ± 0.015, the gap was 4.2 standard errors off.
+/// its error is part of the gap's. Where that share of 0.6 was found as 0.49 ± 0.015, the gap was 4.2 standard errors off.
 #[test]
 fn recover_gap_of_a_soft_gear_by_a_noisy_current() {
     let soft = [
