@@ -122,6 +122,7 @@ fn outlines<'c>(candidates: impl Iterator<Item = &'c Candidate>) -> Vec<Candidat
         shape: term.shape.clone(),
         free_shapes: term.free_shapes,
         columns: term.columns.iter().map(|of_joint| vec![Vec::new(); of_joint.len()]).collect(),
+        near: term.near.clone(),
     };
     let of_candidate = |candidate: &Candidate| Candidate {
         terms: candidate.terms.iter().map(outline).collect(),

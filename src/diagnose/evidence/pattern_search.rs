@@ -70,6 +70,7 @@ fn smooth_trials(problem: &Problem, joint: usize) -> Vec<TriedPattern> {
             shape: vec![index as f64],
             free_shapes: 1,
             columns: vec![vec![column]],
+            near: Vec::new(),
         },
         tried,
         words,

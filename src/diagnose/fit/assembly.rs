@@ -92,9 +92,9 @@ impl Problem<'_> {
             }
         }
         let mut y = pick(baseline.target());
-        let (deviations, known) = self.deviations(joint, &machine, assembled.inertial);
-        columns.extend(assembled.inertial.range().zip(deviations).map(|(at, column)| (at, pick(column))));
-        if let Some(known) = known {
+        let deviations = self.deviations(joint, &machine, assembled.inertial);
+        columns.extend(assembled.inertial.range().zip(&*deviations.columns).map(|(at, column)| (at, pick(column))));
+        if let Some(known) = deviations.known {
             y.iter_mut().zip(&rows).for_each(|(y, row)| *y -= known[*row]);
         }
         Block { y, columns }
@@ -141,7 +141,7 @@ impl Problem<'_> {
         for joint in &deviating.joints {
             let mut block = self.block(*joint, &terms, Part::Train, &assembled);
             if let (Treated::Seen { .. } | Treated::Shared { .. }, Some(known)) =
-                (deviating.inertial, self.deviating_torque(deviating, *joint))
+                (deviating.inertial, self.deviating_torque(&terms, deviating, *joint))
             {
                 let rows = self.rows(*joint, Part::Train);
                 block.y.iter_mut().zip(rows).for_each(|(y, row)| *y -= known[row]);

@@ -1,18 +1,32 @@
 //! A fit whose nominal model deviates within its stated accuracy: what is free in it, what is held, and what one joint's rows can decide.
 
+use std::borrow::Cow;
+
 use nalgebra::DVector;
 
 use super::cause::Cause;
+use super::expansion::Expansion;
 use super::inertial::{Deviations, Inertial, Treated, torques};
 use super::pose::rough_coulomb;
 use super::problem::{Fitted, Part, Problem};
 use super::term::Term;
 use super::view::{Information, View, combined};
-use crate::effects::Motion;
 use crate::robot::Model;
 
 /// [1] Precision of what has no prior, as a share of what all rows say of it: half of the digits.
 const FLAT: f64 = 1e-8;
+/// Largest number of fits until the scales of torque have settled.
+const FITS: usize = 8;
+/// [1] Change of a joint's scale of torque from one fit to the next below which it has settled: a fifth of the accuracy of a usual constant.
+const SETTLED: f64 = 0.01;
+
+/// Torque [N·m or N] of the deviations on one joint, as a fit has it.
+pub struct OnJoint<'s> {
+    /// Of each free coefficient, in all rows.
+    pub columns: Cow<'s, [Vec<f64>]>,
+    /// What is known of it; `None` where the model does not deviate.
+    pub known: Option<Cow<'s, [f64]>>,
+}
 
 impl Problem<'_> {
     /// From now on the nominal model may deviate within its stated accuracy.
@@ -51,38 +65,54 @@ impl Problem<'_> {
         }
     }
 
-    /// Columns of the deviations for a joint, and the torque that is known of them.
-    pub fn deviations(&self, joint: usize, terms: &[&Term], treated: Treated) -> (&[Vec<f64>], Option<&[f64]>) {
-        let Some(inertial) = &self.inertial else { return (&[], None) };
-        match (treated, inertial.held()) {
-            (Treated::Fixed, Some(held)) => (&[], Some(&held.torque[joint])),
-            (Treated::Fixed, None) => (&[], None),
-            (Treated::Shared { .. }, _) => (&inertial.columns[joint], Some(inertial.expansions[joint].shift())),
-            (Treated::Seen { .. }, _) => match inertial.view(joint, terms) {
-                Some(view) => (&view.columns, Some(&view.shift)),
-                None => (&inertial.columns[joint], Some(inertial.expansions[joint].shift())),
-            },
-        }
-    }
-
-    /// Torque of the deviations of a fit on a joint in all rows; `None` where there are none.
-    pub fn deviating_torque(&self, fitted: &Fitted, joint: usize) -> Option<Vec<f64>> {
-        let inertial = self.inertial.as_ref()?;
-        match (fitted.inertial, inertial.held()) {
-            (Treated::Fixed, Some(held)) => Some(held.torque[joint].clone()),
-            (Treated::Fixed, None) => None,
-            (Treated::Seen { joint: own, .. }, _) if own == joint => match &inertial.views[joint] {
-                Some(view) => Some(view.torque(&fitted.solution.coefficients.as_slice()[fitted.inertial.range()])),
-                None => {
-                    Some(inertial.torque_of(joint, &inertial.estimate(fitted.inertial, &fitted.solution.coefficients)))
+    /// The deviations on a joint beside these terms.
+    pub fn deviations(&self, joint: usize, terms: &[&Term], treated: Treated) -> OnJoint<'_> {
+        let fixed = |known| OnJoint { columns: Cow::Borrowed(&[]), known };
+        let Some(inertial) = &self.inertial else { return fixed(None) };
+        match treated {
+            Treated::Fixed => fixed(inertial.held().map(|held| Cow::Borrowed(&held.torque[joint][..]))),
+            Treated::Shared { .. } => self.beside_loads(inertial, joint, terms),
+            Treated::Seen { .. } => match inertial.view(joint, terms) {
+                Some(view) => {
+                    OnJoint { columns: Cow::Borrowed(&view.columns), known: Some(Cow::Borrowed(&view.shift)) }
                 }
+                None => self.beside_loads(inertial, joint, terms),
             },
-            _ => Some(inertial.torque_of(joint, &inertial.estimate(fitted.inertial, &fitted.solution.coefficients))),
         }
     }
 
-    /// Deviations alter the torque of physical effects of the machine: of bodies where it is proportional to masses, of torque constants where it is
-    /// computed from a current, as that of the links. From now on as at this fit, if it has such effects.
+    /// All deviations on a joint, with products that are linear near the loads that these terms are.
+    fn beside_loads<'s>(&self, inertial: &'s Inertial, joint: usize, terms: &[&Term]) -> OnJoint<'s> {
+        let expansion = &inertial.expansions[joint];
+        let (mut columns, mut shift) = (Cow::from(&inertial.columns[joint]), Cow::from(expansion.shift()));
+        let is_scaled = self.motion.scale_accuracy(joint) > 0.0;
+        for load in terms.iter().filter(|_| is_scaled).filter_map(|term| term.load(&self.motion, joint)) {
+            let constant = inertial.constant(&self.motion, joint);
+            expansion.add_load(columns.to_mut(), shift.to_mut(), &load, &constant);
+        }
+        OnJoint { columns, known: Some(shift) }
+    }
+
+    /// Torque of the deviations of a fit with these terms on a joint in all rows; `None` where there are none.
+    pub fn deviating_torque(&self, terms: &[&Term], fitted: &Fitted, joint: usize) -> Option<Vec<f64>> {
+        let inertial = self.inertial.as_ref()?;
+        let coefficients = &fitted.solution.coefficients;
+        match (fitted.inertial, &inertial.views[joint]) {
+            (Treated::Fixed, _) => inertial.held().map(|held| held.torque[joint].clone()),
+            (Treated::Seen { joint: own, .. }, Some(view)) if own == joint => {
+                Some(view.torque(&coefficients.as_slice()[fitted.inertial.range()]))
+            }
+            _ => {
+                let OnJoint { columns, known } = self.beside_loads(inertial, joint, terms);
+                let mut torque = combined(&columns, &inertial.estimate(fitted.inertial, coefficients));
+                torque.iter_mut().zip(&*known?).for_each(|(sum, known)| *sum += known);
+                Some(torque)
+            }
+        }
+    }
+
+    /// Deviations of bodies alter the torque of physical effects of the machine where it is proportional to masses. From now on as at this fit, if it has
+    /// such effects.
     pub fn deviate_beside(&mut self, terms: &[&Term], fitted: &Fitted) {
         let Some(inertial) = &mut self.inertial else { return };
         let accuracy = self.motion.model.accuracy;
@@ -97,9 +127,6 @@ impl Problem<'_> {
             return;
         }
         inertial.altered = !loads.is_empty();
-        for (joint, expansion) in inertial.expansions.iter_mut().enumerate() {
-            expansion.load(torque_of_all(&loads, motion, joint));
-        }
         inertial.columns = torques(motion, &inertial.coulomb, &deviations, &inertial.directions, &inertial.expansions);
         inertial.views.fill(None);
         let altered = loads.iter().filter_map(|(term, own)| term.effect.on_changed_bodies(motion, &changes, own));
@@ -119,6 +146,43 @@ impl Problem<'_> {
         let change = inertial.expand(&self.motion, &z);
         self.motion.joints.iter_mut().zip(&inertial.expansions).for_each(|(m, expansion)| m.scale = expansion.scale());
         change
+    }
+
+    /// Repeats fits with these terms until products with torque constants are linear near their own fit. `fit` may change the baseline's friction, on which
+    /// columns depend as well; it receives the fit before.
+    pub fn fit_near_itself(
+        &mut self,
+        terms: &mut [&mut Term],
+        fit: impl Fn(&mut Self, &[&Term], Option<&Fitted>) -> Option<Fitted>,
+    ) -> Option<Fitted> {
+        let mut last: Option<Fitted> = None;
+        for pass in 1..=FITS {
+            let fitted = fit(self, &shared(terms), last.as_ref())?;
+            let change = self.expand(&fitted);
+            for (term, at) in terms.iter_mut().zip(&fitted.term_at) {
+                let near = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
+                **term = term.along(&self.motion, near.to_vec());
+            }
+            last = Some(fitted);
+            if pass > 1 && change < SETTLED {
+                break;
+            }
+        }
+        last
+    }
+
+    /// This problem with the products of torque constants and deviating links linear near the nominal model.
+    pub fn near_nominal(&self) -> Self {
+        let mut near = self.clone();
+        let Some(inertial) = &mut near.inertial else { return near };
+        near.motion.joints.iter_mut().for_each(|m| m.scale = 0.0);
+        let motion = &near.motion;
+        let deviations = motion.model.accuracy.inertial_deviations(&motion.model.robot);
+        inertial.expansions = vec![Expansion::nominal(motion.rows()); motion.joints.len()];
+        inertial.columns = torques(motion, &inertial.coulomb, &deviations, &inertial.directions, &inertial.expansions);
+        inertial.views.fill(None);
+        inertial.altered = false;
+        near
     }
 
     /// From now on the deviations have the values of this fit.
@@ -192,14 +256,12 @@ impl Problem<'_> {
         }
         let beside: Vec<(Cause, Vec<f64>)> =
             machine.iter().map(|(term, _)| (term.effect, term.shape.clone())).collect();
-        let columns = |joint: usize| -> Vec<&Vec<f64>> {
+        let seen = |joint: usize| {
+            let own = self.beside_loads(inertial, joint, terms);
             let place = |term: &Term| term.joints.iter().position(|own| *own == joint).unwrap_or(0);
             let of_terms = machine.iter().flat_map(|(term, _)| &term.columns[place(term)]);
-            inertial.columns[joint].iter().chain(of_terms).collect()
-        };
-        let seen = |joint| {
-            let view = View::new(beside.clone(), &columns(joint), &prior, &known, joint)?;
-            Some(view.shifted(inertial.expansions[joint].shift()))
+            let columns: Vec<&Vec<f64>> = own.columns.iter().chain(of_terms).collect();
+            Some(View::new(beside.clone(), &columns, &prior, &known, joint)?.shifted(&own.known?))
         };
         let views = (0..known.len()).map(seen).collect();
         if let Some(inertial) = &mut self.inertial {
@@ -208,13 +270,7 @@ impl Problem<'_> {
     }
 }
 
-/// Torque [N·m or N] of effects that load the machine on a joint.
-fn torque_of_all(loads: &[(&Term, &[f64])], motion: &Motion, joint: usize) -> Vec<f64> {
-    let mut sum = vec![0.0; motion.rows()];
-    for (term, coefficients) in loads {
-        let Some(place) = term.joints.iter().position(|own| *own == joint) else { continue };
-        let shown = combined(&term.columns[place], *coefficients);
-        sum.iter_mut().zip(shown).for_each(|(sum, shown)| *sum += shown / (1.0 - motion.joints[joint].scale));
-    }
-    sum
+/// References that only read.
+fn shared<'t>(terms: &'t [&mut Term]) -> Vec<&'t Term> {
+    terms.iter().map(|term| &**term).collect()
 }

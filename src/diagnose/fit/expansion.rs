@@ -1,15 +1,15 @@
 //! The torque of a joint whose torque constant and links deviate together: a product, linear near the last fit.
 //!
 //! A current shows `1 − s u` of the torque `τ̄ + L z + E` that nominal links, their deviations and effects that load the machine need, where the torque
-//! constant is larger by `s u`, `u = c z`. Near `s u₀`, `L z₀` and the `E` of the last fit, to first order,
+//! constant is larger by `s u`, `u = c z`. Near the `s u₀`, `L z₀` and `E₀` of the last fit, to first order,
 //!
 //! ```text
-//!   (1 − s u)(τ̄ + L z + E) − τ̄ ≈ s u₀ (L z₀ + E) + [(1 − s u₀) L − s (τ̄ + L z₀ + E) c] z + (1 − s u₀) E
+//!   (1 − s u)(τ̄ + L z + E) − τ̄ ≈ s u₀ (L z₀ + E₀) + [(1 − s u₀) L − s (τ̄ + L z₀ + E₀) c] z + (1 − s u₀) E
 //! ```
-//! The last part is that of the effects' own columns ([`Cause`](super::cause::Cause)); `E` counts from the final fit on, as it would be that of an effect
-//! which other fits leave out.
-//! A fit with these columns, expanded again near its result, is a step of Gauss and Newton. With the links of the last fit in the product, their error would
-//! be multiplied by `s u` from fit to fit, and grow where the constant of a model is a guess.
+//! The last part is that of the effects' own columns ([`Cause`](super::cause::Cause)). What `E₀` adds belongs to fits that contain the effect: its
+//! [`Term`](super::term::Term) knows it.
+//! A fit with these columns, expanded again near its result, is a step of Gauss and Newton. With the links or the load of the last fit in the product, their
+//! error would be multiplied by `s u` or `E/τ̄` from fit to fit, and grow where the constant of a model is a guess, or a wrist carries more than itself.
 //! Reference: J. Nocedal, S. J. Wright (2006), Numerical Optimization, ch. 10.3.
 
 use nalgebra::DVector;
@@ -30,9 +30,7 @@ pub struct Expansion {
     scale: f64,
     /// `L z₀` [N·m or N] in all rows.
     links: Vec<f64>,
-    /// `E` [N·m or N] in all rows.
-    effects: Vec<f64>,
-    /// `s u₀ (L z₀ + E)` [N·m or N] in all rows.
+    /// `s u₀ L z₀` [N·m or N] in all rows.
     shift: Vec<f64>,
 }
 
@@ -40,7 +38,7 @@ impl Expansion {
     /// At the nominal model.
     pub fn nominal(rows: usize) -> Self {
         let none = vec![0.0; rows];
-        Self { scale: 0.0, links: none.clone(), effects: none.clone(), shift: none }
+        Self { scale: 0.0, links: none.clone(), shift: none }
     }
 
     /// The torque that is added to that of the columns.
@@ -53,20 +51,9 @@ impl Expansion {
         self.scale
     }
 
-    /// Takes up the torque `E` of effects, for columns that are scaled from now on.
-    pub fn load(&mut self, effects: Vec<f64>) {
-        self.effects = effects;
-        self.renew_shift();
-    }
-
-    fn renew_shift(&mut self) {
-        self.shift =
-            self.links.iter().zip(&self.effects).map(|(links, effects)| self.scale * (links + effects)).collect();
-    }
-
     /// Torque that the constant scales, without that of the columns.
     fn expected<'s>(&'s self, rigid: &'s [f64]) -> impl Iterator<Item = f64> + 's {
-        rigid.iter().zip(&self.links).zip(&self.effects).map(|((rigid, links), effects)| rigid + links + effects)
+        rigid.iter().zip(&self.links).map(|(rigid, links)| rigid + links)
     }
 
     /// Makes the torque of links, one column of `L`, one of the product; `constant` is `s c`.
@@ -74,6 +61,14 @@ impl Expansion {
         for (x, expected) in column.iter_mut().zip(self.expected(rigid)) {
             *x = (1.0 - self.scale) * *x - constant * expected;
         }
+    }
+
+    /// Adds what a load `E₀` does to the columns and to the torque that is known; `constant` is `s c`.
+    pub fn add_load(&self, columns: &mut [Vec<f64>], shift: &mut [f64], load: &[f64], constant: &DVector<f64>) {
+        for (column, constant) in columns.iter_mut().zip(constant) {
+            column.iter_mut().zip(load).for_each(|(x, load)| *x -= constant * load);
+        }
+        shift.iter_mut().zip(load).for_each(|(x, load)| *x += self.scale * load);
     }
 
     /// The inverse of [`scale_column`](Self::scale_column).
@@ -92,7 +87,7 @@ impl Expansion {
         let after = (1.0 - constant.dot(z)).max(LEAST_LEFT * before).clamp(least, largest);
         self.scale = 1.0 - after;
         self.links = combined(columns, z);
-        self.renew_shift();
+        self.shift = self.links.iter().map(|links| self.scale * links).collect();
         columns.iter_mut().zip(each()).for_each(|(column, c)| self.scale_column(column, rigid, c));
         after / before - 1.0
     }
@@ -121,9 +116,8 @@ mod tests {
         DVector::from_iterator(rigid.len(), rigid.iter().zip(links).map(of))
     }
 
-    fn start([rigid, links]: &[Vec<f64>; 2], e: f64) -> (Expansion, Vec<Vec<f64>>) {
-        let mut expansion = Expansion::nominal(rigid.len());
-        expansion.load(rigid.iter().map(|rigid| e * rigid).collect());
+    fn start([rigid, links]: &[Vec<f64>; 2]) -> (Expansion, Vec<Vec<f64>>) {
+        let expansion = Expansion::nominal(rigid.len());
         let mut columns = vec![vec![0.0; rigid.len()], links.clone()];
         columns.iter_mut().zip(&constant()).for_each(|(column, c)| expansion.scale_column(column, rigid, *c));
         (expansion, columns)
@@ -134,11 +128,13 @@ mod tests {
     fn analytic_an_expansion_is_the_product_to_first_order() {
         let both = links();
         for e in [0.0, 2.0] {
-            let (mut expansion, mut columns) = start(&both, e);
+            let (mut expansion, mut columns) = start(&both);
+            let load: Vec<f64> = both[0].iter().map(|rigid| e * rigid).collect();
             let torque = |expansion: &Expansion, columns: &[Vec<f64>], z: &DVector<f64>| {
-                let of_effect = both[0].iter().map(|rigid| (1.0 - expansion.scale()) * e * rigid);
-                let known = of_effect.zip(expansion.shift()).map(|(own, shift)| own + shift);
-                DVector::from_vec(combined(columns, z)) + DVector::from_iterator(both[0].len(), known)
+                let (mut columns, mut shift) = (columns.to_vec(), expansion.shift().to_vec());
+                expansion.add_load(&mut columns, &mut shift, &load, &constant());
+                let known = load.iter().zip(shift).map(|(load, shift)| (1.0 - expansion.scale()) * load + shift);
+                DVector::from_vec(combined(&columns, z)) + DVector::from_iterator(both[0].len(), known)
             };
             for z in [[-1.5, 0.7], [0.4, -2.0], [0.3, 0.1]].map(|z| DVector::from_column_slice(&z)) {
                 expansion.step(&mut columns, &both[0], &constant(), &z);
@@ -162,7 +158,7 @@ mod tests {
         let both = links();
         for truth in [[-1.5, 0.7], [2.0 / 3.0, -2.0]].map(|z| DVector::from_column_slice(&z)) {
             let measured = product(&both, 0.0, &truth);
-            let (mut expansion, mut columns) = start(&both, 0.0);
+            let (mut expansion, mut columns) = start(&both);
             let mut found = DVector::zeros(2);
             for _ in 0..8 {
                 let x = DMatrix::from_fn(measured.len(), 2, |row, k| columns[k][row]);

@@ -134,6 +134,11 @@ impl Inertial {
         self.directions.nrows() - Posture::count(dof) - dof + joint
     }
 
+    /// `s c` of a joint: by how much each direction alters its torque constant, relative to it.
+    pub fn constant(&self, motion: &Motion, joint: usize) -> DVector<f64> {
+        self.directions.row(self.constant_at(joint)).transpose() * motion.scale_accuracy(joint)
+    }
+
     /// `u`: deviations of the nominal values, in standard deviations.
     pub fn values(&self, z: &DVector<f64>) -> DVector<f64> {
         &self.directions * z
@@ -157,9 +162,8 @@ impl Inertial {
         self.views.fill(None);
         let mut largest = 0.0_f64;
         for (joint, m) in motion.joints.iter().enumerate() {
-            let share = motion.scale_accuracy(joint);
-            let constant = self.directions.row(self.constant_at(joint)).transpose() * share;
-            if share > 0.0 {
+            let constant = self.constant(motion, joint);
+            if motion.scale_accuracy(joint) > 0.0 {
                 let change = self.expansions[joint].step(&mut self.columns[joint], &m.rigid, &constant, z);
                 largest = largest.max(change.abs());
             }

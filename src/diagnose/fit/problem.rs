@@ -31,6 +31,7 @@ const MOST_LAGS: usize = 400;
 const BLOCK: f64 = 5.0;
 
 /// Rows of smooth motion, with everything that a fit needs.
+#[derive(Clone)]
 pub struct Problem<'m> {
     /// The motion.
     pub motion: Motion<'m>,
@@ -294,7 +295,7 @@ impl<'m> Problem<'m> {
                 residual.iter_mut().zip(column).for_each(|(e, x)| *e -= c[at + k] * x);
             }
         }
-        if let Some(torque) = self.deviating_torque(fitted, joint) {
+        if let Some(torque) = self.deviating_torque(terms, fitted, joint) {
             residual.iter_mut().zip(torque).for_each(|(e, x)| *e -= x);
         }
         let rows = self.rows(joint, Part::HeldOut);

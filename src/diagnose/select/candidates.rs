@@ -111,7 +111,7 @@ struct Search<'p, 'm> {
     rules: &'p Rules,
 }
 
-impl Search<'_, '_> {
+impl<'m> Search<'_, 'm> {
     /// The fit with one more term, for the joints where that changes anything.
     fn with(&self, term: &Term) -> Option<Fitted> {
         let mut terms = self.terms.clone();
@@ -134,12 +134,16 @@ impl Search<'_, '_> {
 
     /// What a term is worth; `None` where it cannot be fitted.
     fn worth(&self, term: &Term) -> Option<Worth> {
-        let fitted = self.with(term)?;
+        self.worth_of(self.problem, term, &self.with(term)?)
+    }
+
+    /// What a term is worth in a fit of this problem that has it as the last one.
+    fn worth_of(&self, problem: &Problem, term: &Term, fitted: &Fitted) -> Option<Worth> {
         let before = self.before(&term.joints);
         let after = &fitted.solution.log_likelihood;
         let of_rows: f64 = fitted.joints.iter().map(|joint| after[*joint] - before.training[*joint]).sum();
-        let gain = of_rows + (before.prior_loss - fitted.prior_loss()) / self.problem.independence[term.joints[0]];
-        let sensible = Oddity::of(self.problem, term, fitted.last_of(term)?).is_none();
+        let gain = of_rows + (before.prior_loss - fitted.prior_loss()) / problem.independence[term.joints[0]];
+        let sensible = Oddity::of(problem, term, fitted.last_of(term)?).is_none();
         gain.is_finite().then_some(Worth { sensible, gain })
     }
 
@@ -275,9 +279,15 @@ fn with_each<R>(
     places.retain(|(effect, joints)| is_sought(*effect, joints));
     let before = without_any(problem, &own, &loose, &places)?;
     let search = Search { problem, terms: own, fitted: &loose, before: &before, rules };
-    let found: Vec<Option<Candidate>> =
-        places.par_iter().map(|(effect, joints)| assess(&search, *effect, joints)).collect();
-    Some(then(&search, found.into_iter().flatten().collect()))
+    let (loads, others): (Vec<_>, Vec<_>) = places
+        .iter()
+        .partition(|(effect, _)| effect.loads_machine() && problem.motion.model.accuracy.guesses_torque_constants());
+    let mut found: Vec<Candidate> =
+        others.par_iter().filter_map(|(effect, joints)| assess(&search, *effect, joints)).collect();
+    if !loads.is_empty() {
+        found.extend(loads::near_nominal(&search, &loads).unwrap_or_default());
+    }
+    Some(then(&search, found))
 }
 
 /// One candidate an effect: on all joints where it has enough evidence, or on that with the most.
@@ -452,5 +462,6 @@ fn at_rest(problem: &Problem, term: &Term, coefficients: &[f64]) -> f64 {
     }
 }
 
+mod loads;
 #[cfg(test)]
 pub mod tests;

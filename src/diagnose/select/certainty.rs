@@ -103,7 +103,7 @@ mod tests {
     fn candidate(name: &str, joint: usize, nats: f64, log_scale: f64) -> Candidate {
         let effect = find(name).and_then(Effect::diagnosable).expect("a diagnosable effect of the catalogue").into();
         let columns = vec![vec![Vec::new()]];
-        let term = Term { effect, joints: vec![joint], shape: Vec::new(), free_shapes: 0, columns };
+        let term = Term { effect, joints: vec![joint], shape: Vec::new(), free_shapes: 0, columns, near: Vec::new() };
         let mut evidence = vec![Evidence { error: 1.0, ..Evidence::default() }; 2];
         evidence[joint] = Evidence { nats, log_scale, error: (-log_scale).exp() };
         Candidate { terms: vec![term], evidence, choice: vec![0.0; 2], oddity: None }

@@ -1,7 +1,7 @@
 //! Candidates → the effects that evidence and held-out gain support.
 //!
 //! Takes a regression problem and the catalogue. Gives the effects that are named, with gains, rivals and probability, and those withdrawn.
-//! - `candidates`: the best term of each effect on each joint, with its evidence
+//! - `candidates`: the best term of each effect on each joint, with its evidence; its `loads`: those of the whole machine beside guessed torque constants
 //! - `selection`: takes effects by evidence, one after the other
 //! - `residues`: what moves little torque beside another effect, and comes back without it
 //! - `masked`: two effects of one joint, neither of which has evidence without the other

@@ -98,7 +98,14 @@ mod tests {
 
     fn taken(name: &str, joint: usize) -> Taken {
         let effect = find(name).and_then(Effect::diagnosable).expect("a diagnosable effect of the catalogue").into();
-        let term = Term { effect, joints: vec![joint], shape: Vec::new(), free_shapes: 0, columns: Vec::new() };
+        let term = Term {
+            effect,
+            joints: vec![joint],
+            shape: Vec::new(),
+            free_shapes: 0,
+            columns: Vec::new(),
+            near: Vec::new(),
+        };
         Taken { terms: vec![term], evidence: Vec::new(), rivals: Vec::new() }
     }
 

@@ -13,6 +13,7 @@ use crate::diagnose::evidence::prediction::{Evidence, predict, prediction, weigh
 use crate::diagnose::fit::baseline::JointBaseline;
 use crate::diagnose::fit::inertial::Treated;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
+use crate::diagnose::fit::regression::NU;
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::options::{Inaccuracy, Rules};
 use crate::diagnose::result::Withdrawn;
@@ -50,10 +51,6 @@ impl Taken {
     }
 }
 
-/// Largest number of fits until the scales of torque have settled.
-const FITS: usize = 8;
-/// [1] Change of a joint's scale of torque from one fit to the next below which it has settled: a fifth of the accuracy of a usual constant.
-const SETTLED: f64 = 0.01;
 /// Largest number of passes of adding and exchanging effects.
 const PASSES: usize = 3;
 
@@ -267,21 +264,11 @@ fn judge_again(problem: &mut Problem, rules: &Rules, taken: &mut [Taken], explai
     false
 }
 
-/// Fits the baseline again with the terms, whose columns may depend on the baseline's friction, as those of the deviations do on each other.
+/// Fits the baseline again with what was taken, until the fit is near itself.
 pub fn resettle(problem: &mut Problem, taken: &mut [Taken]) -> Option<Fitted> {
-    let mut last = None;
-    for pass in 1..=FITS {
-        let fitted = last.insert(problem.settle(&terms_of(taken))?);
-        let change = problem.expand(fitted);
-        for term in taken.iter_mut().flat_map(|taken| &mut taken.terms) {
-            *term = Term::new(&problem.motion, term.effect, &term.joints, term.shape.clone());
-        }
-        if pass > 1 && change < SETTLED {
-            break;
-        }
-    }
-    let terms = terms_of(taken);
-    problem.fit(&terms, Part::Train, crate::diagnose::fit::regression::NU).or(last)
+    let mut terms: Vec<&mut Term> = taken.iter_mut().flat_map(|taken| &mut taken.terms).collect();
+    let last = problem.fit_near_itself(&mut terms, |problem, terms, _| problem.settle(terms))?;
+    problem.fit(&terms_of(taken), Part::Train, NU).or(Some(last))
 }
 
 /// Evidence of one effect beside all others, beyond the inaccuracy of the laws.

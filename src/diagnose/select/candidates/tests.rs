@@ -80,43 +80,70 @@ const ARM: &str = "<robot name=\"arm\"><link name=\"base\"/>\
 const JOINTS: &str = "schema = \"lostmotion/model/1\"\nname = \"arm\"\nurdf = \"arm.urdf\"\n[joints.pan]\ngear_ratio = 50.0\n\
     rotor_inertia = 2e-5\nbacklash = 0.0\n[joints.lift]\ngear_ratio = 50.0\nrotor_inertia = 2e-5\nbacklash = 0.0\n";
 
+/// Amplitude [rad] and frequency [rad/s] of two waves of a joint.
+pub type Waves = [[f64; 2]; 2];
+
+/// A recording of joints that move in waves: what `torque` [N·m] gives of positions, velocities and accelerations, with `noise` [N·m], in the unit of a
+/// channel of which one is worth `per_unit` N·m.
+pub fn recorded(
+    joints: &[(&str, Waves)],
+    channel: Channel,
+    per_unit: &[f64],
+    noise: f64,
+    mut torque: impl FnMut([&[f64]; 3]) -> Vec<f64>,
+) -> TimeSeries {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
+    let dt = 0.002;
+    let mut channels = vec![[Vec::new(), Vec::new()]; joints.len()];
+    let time: Vec<f64> = (0..20_000).map(|k| f64::from(k) * dt).collect();
+    for t in &time {
+        let sum = |of: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+            joints.iter().map(|(_, waves)| waves.iter().map(|[a, w]| of(*a, *w)).sum()).collect()
+        };
+        let q = sum(&|a, w| a * (w * t).sin());
+        let v = sum(&|a, w| a * w * (w * t).cos());
+        let a = sum(&|a, w| -a * w * w * (w * t).sin());
+        for (((channels, q), torque), per_unit) in channels.iter_mut().zip(&q).zip(torque([&q, &v, &a])).zip(per_unit) {
+            channels[0].push(*q);
+            channels[1].push((torque + noise * normal()) / per_unit);
+        }
+    }
+    let series = |((name, _), [position, torque]): (&(&str, Waves), [Vec<f64>; 2])| JointSeries {
+        name: (*name).to_owned(),
+        channels: BTreeMap::from([(Channel::Position, position.into()), (channel, torque.into())]),
+    };
+    let joints = joints.iter().zip(channels).map(series).collect();
+    TimeSeries { name: "one".to_owned(), time, joints }
+}
+
+/// The problem of a recording, in which the model deviates and effects of these names are sought.
+pub fn deviating<'m>(model: &'m Model, session: &TimeSeries, inertia: &[f64], names: &[&str]) -> Problem<'m> {
+    let motion = observe(model, &[session], inertia, NOISE_SHARE).expect("rows");
+    let held_out = vec![false; motion.rows()];
+    let mut problem = Problem::new(motion, held_out);
+    problem.deviate();
+    problem.name_from(CATALOGUE.iter().filter(|effect| names.contains(&effect.about().name)).copied().collect());
+    let fitted = resettle(&mut problem, &mut []).expect("a baseline");
+    problem.count_independent(&fitted);
+    problem
+}
+
 /// A spring on the second joint. Deviations of the links imitate its torque at the cost of their prior, and leave errors on the first joint, which turns
 /// the same links. What the spring frees there is evidence for it, and the prior counts once, on whichever joint.
 #[test]
 fn property_a_candidate_has_the_evidence_of_the_fit_with_it() {
     let model = Model::from_texts(JOINTS, ARM, Path::new("model.toml")).expect("a good model");
-    let mut rng = ChaCha8Rng::seed_from_u64(3);
-    let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
     let mut dynamics = Dynamics::new(&model.robot);
-    let (dt, mut joints) = (0.002, vec![[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]]);
-    let time: Vec<f64> = (0..20_000).map(|k| f64::from(k) * dt).collect();
-    for t in &time {
-        let wave = |a: f64, w: f64| [a * (w * t).sin(), a * w * (w * t).cos(), -a * w * w * (w * t).sin()];
-        let sum = |a: [f64; 3], b: [f64; 3]| std::array::from_fn::<f64, 3, _>(|k| a[k] + b[k]);
-        let motion = [sum(wave(0.8, 1.7), wave(0.3, 4.1)), sum(wave(0.25, 1.3), wave(0.08, 5.3))];
-        let mut torque = [0.0; 2];
-        let of = |k: usize| [motion[0][k], motion[1][k]];
-        dynamics.inverse(&of(0), &of(1), &of(2), &mut torque);
-        let spring = [0.0, 12.0 * (motion[1][0] - 0.3)];
-        for (joint, channels) in joints.iter_mut().enumerate() {
-            let [q, v, a] = motion[joint];
-            channels[0].push(q);
-            channels[1].push(torque[joint] + 0.05 * a + v.signum() + 0.5 * v + spring[joint] + 0.3 * normal());
-        }
-    }
-    let series = |(name, [position, torque]): (&str, [Vec<f64>; 2])| JointSeries {
-        name: name.to_owned(),
-        channels: BTreeMap::from([(Channel::Position, position.into()), (Channel::Torque, torque.into())]),
-    };
-    let joints = ["pan", "lift"].into_iter().zip(joints).map(series).collect();
-    let session = TimeSeries { name: "one".to_owned(), time, joints };
-    let motion = observe(&model, &[&session], &[0.5, 0.3], NOISE_SHARE).expect("rows");
-    let held_out = vec![false; motion.rows()];
-    let mut problem = Problem::new(motion, held_out);
-    problem.deviate();
-    problem.name_from(CATALOGUE.iter().filter(|effect| effect.about().name == "cable_spring").copied().collect());
-    let fitted = resettle(&mut problem, &mut []).expect("a baseline");
-    problem.count_independent(&fitted);
+    let joints = [("pan", [[0.8, 1.7], [0.3, 4.1]]), ("lift", [[0.25, 1.3], [0.08, 5.3]])];
+    let session = recorded(&joints, Channel::Torque, &[1.0; 2], 0.3, |[q, v, a]| {
+        let mut torque = vec![0.0; 2];
+        dynamics.inverse(q, v, a, &mut torque);
+        torque[1] += 12.0 * (q[1] - 0.3);
+        torque.iter_mut().zip(v).zip(a).for_each(|((torque, v), a)| *torque += 0.05 * a + v.signum() + 0.5 * v);
+        torque
+    });
+    let mut problem = deviating(&model, &session, &[0.5, 0.3], &["cable_spring"]);
     let rules = Rules::default();
     let found = candidates(&mut problem, &[], &rules);
     let spring = found.first().filter(|one| one.joints() == [1]).expect("a spring");
@@ -137,7 +164,7 @@ fn property_a_balancer_yields_to_a_weight_only_where_the_error_is_no_larger() {
         let joints = if name == "link_inertia" { vec![0, 1] } else { vec![1] };
         let columns = vec![vec![Vec::new()]; joints.len()];
         let evidence = errors.map(|error| Evidence { nats: 0.5 * nats, log_scale: 3.5, error }).to_vec();
-        let term = Term { effect, joints, shape: Vec::new(), free_shapes: 0, columns };
+        let term = Term { effect, joints, shape: Vec::new(), free_shapes: 0, columns, near: Vec::new() };
         Candidate { terms: vec![term], evidence, choice: vec![0.0; 2], oddity: None }
     };
     let chosen = |of_weight: [f64; 2]| {
