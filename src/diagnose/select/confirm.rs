@@ -194,7 +194,8 @@ fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize], rules:
     let small = judged.iter().filter_map(|index| Some((*index, too_small(size(*index), problem.baseline.len())?)));
     if let Some((index, least)) = small.min_by(|a, b| a.1.total_cmp(&b.1)) {
         let reason = format!("its size is only {least:.1} standard errors");
-        let rivals = certain(&index).map_or_else(Vec::new, |(rivals, _)| rivals);
+        let mut rivals = certain(&index).map_or_else(Vec::new, |(rivals, _)| rivals);
+        rivals.extend(undetermined_with(problem, terms[index]));
         return Some(Refused {
             index,
             reason,
@@ -208,6 +209,18 @@ fn least_sure(problem: &Problem, selection: &Selection, judged: &[usize], rules:
         Refused { index: judged[at], reason, rivals, is_simpler: false }
     };
     unlikely(&certain).map(refused)
+}
+
+/// Other loads that look like one whose size nothing tells. Where torque constants are guesses, what hides its size is the scale of all torque, and a load of
+/// another kind is no more than what the fit without the first has left.
+fn undetermined_with(problem: &Problem, term: &Term) -> Vec<String> {
+    if !term.effect.loads_machine() || !problem.motion.model.accuracy.guesses_torque_constants() {
+        return Vec::new();
+    }
+    let loads = problem.causes.iter().filter(|cause| cause.loads_machine());
+    let names =
+        loads.map(|cause| cause.name()).filter(|name| look_alike(&problem.catalogue, term.effect.about(), name));
+    names.map(str::to_owned).collect()
 }
 
 /// Whether one of two effects lists the other as a look-alike.
