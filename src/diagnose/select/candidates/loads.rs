@@ -23,8 +23,7 @@ struct Settled<'m> {
     worth: Worth,
 }
 
-/// Effects that load the machine, where torque constants are guesses. The fit without a load lays its torque into them and into the links, and takes both far
-/// from their own, where a fit with the load is not linear: it starts near the nominal model instead, and is expanded near itself before it is judged.
+/// These loads, sought near the nominal model and judged near their own fit; `None` where nothing can be fitted there.
 pub fn near_nominal(search: &Search, loads: &[&(Cause, Vec<usize>)]) -> Option<Vec<Candidate>> {
     let problem = search.problem.near_nominal();
     let terms: Vec<Term> = search.terms.iter().map(|term| term.along(&problem.motion, term.near.clone())).collect();
