@@ -5,7 +5,7 @@
 //! a later fit moves out of its range, one on a joint of which the held-out data leave far more than the training data, the weakest of several effects that gain nothing together, one with too little evidence, an effect
 //! that is no larger than its standard error or whose decisive parameter may be zero, one that is improbable, and one that a look-alike explains as well and whose own probability is below one half: it is more likely wrong than right.
 //! Where an effect is withdrawn because its decisive parameter is smaller than its error, as the stiffness of a spring that is a constant torque, the
-//! simpler effect is sought in its place.
+//! simpler effect is sought in its place. A load whose size guessed torque constants hide leaves no place to another kind of load.
 
 use std::f64::consts::TAU;
 
