@@ -8,6 +8,7 @@ use crate::diagnose::rows::division::{Division, held_out_rows};
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::loads::{self, LeftOver};
 use crate::diagnose::rows::standstill::Standstill;
+use crate::diagnose::rows::widths::FAITHFUL;
 use crate::diagnose::rows::zones::Widest;
 use crate::diagnose::rows::{observe, zones};
 use crate::effects::{Catalogue, Diagnosable, LeftOut};
@@ -22,7 +23,7 @@ pub fn pose<'m>(
     division: Division,
     options: &Options,
 ) -> Result<Problem<'m>> {
-    let motion = observe::observe(model, sessions, &typical_inertia(model), observe::NOISE_SHARE)?;
+    let motion = observe::observe(model, sessions, &typical_inertia(model), FAITHFUL)?;
     let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
     // With estimated masses, the torque is no evidence for an effect.

@@ -24,6 +24,7 @@ use crate::diagnose::rows::division::held_out_rows;
 use crate::diagnose::rows::inertia::typical_inertia;
 use crate::diagnose::rows::observe;
 use crate::diagnose::rows::reversals::near_reversal;
+use crate::diagnose::rows::widths::Noise;
 use crate::diagnose::select::confirm;
 use crate::diagnose::select::selection::{Selection, select};
 use crate::diagnose::select::substitutes;
@@ -31,8 +32,8 @@ use crate::effects::{Catalogue, Effect, Harmonic, Motion, Phenomenon, Scope};
 use crate::error::Result;
 use crate::timeseries::Estimate;
 
-/// Noise of the acceleration as a share of the RMS torque: thirteen times the share of wide rows gives kernels of a third of the width.
-const NOISE_SHARE: f64 = 0.2;
+/// Noise of the acceleration: thirteen times the share of wide rows in the RMS torque gives kernels of a third of the width.
+const NOISE: Noise = Noise { of_torque: 0.2, of_acceleration: f64::INFINITY };
 /// Least number of encoder counts in a row, so that its velocity and phase are known.
 const COUNTS: f64 = 4.0;
 /// Share of a joint's fastest motion below which its rows are not used.
@@ -89,7 +90,7 @@ fn shows_beside_curves(problem: &mut Problem) -> bool {
 /// Looks for ripple in the training data.
 fn find(scene: &Recordings) -> Option<Measurement> {
     let Recordings { model, sessions, division, options } = *scene;
-    let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE_SHARE).ok()?;
+    let motion = observe::observe(model, sessions, &typical_inertia(model), NOISE).ok()?;
     let held_out = held_out_rows(&motion, sessions, division);
     let mut problem = Problem::new(motion, held_out);
     problem.deviate();

@@ -1,37 +1,18 @@
 //! From recordings to rows of smooth motion and torque.
 //!
-//! The kernel of a row is as narrow as the encoder allows. Quantisation of step `δ` causes the acceleration noise
-//! `σ_a ≈ 6.7/w² · δ/√12 · √(max(Δt, δ/|v|)/(2 w))`, which the inertia turns into torque. `w` is chosen so that this noise is a fixed share
-//! of the torque, between 6 ms and 200 ms. The kernel is narrow with a fine encoder and wide at low speed; and wide where rotors move faster
-//! than their links can [follow](super::resonance). Widths, distances and weights are
-//! those of the true times of the samples, see [`Sampling`]; no kernel reaches across a pause.
-
-use std::ops::Range;
+//! The kernel of a row is as [narrow](super::widths) as the encoder allows: narrow with a fine encoder and wide at low speed; and wide where rotors move
+//! faster than their links can [follow](super::resonance). Widths, distances and weights are those of the true times of the samples, see [`Sampling`]; no
+//! kernel reaches across a pause.
 
 use super::direction::{direction, sticks};
-use super::kernel::Kernel;
-use super::resonance;
 use super::sampling::Sampling;
+use super::widths::{HALF_WIDTHS, Noise, Request, Widths, accelerations, ladder, reach, rough};
 use crate::drive::Sensing;
 use crate::effects::{JointMotion, LeftOut, Motion};
 use crate::error::{Error, Place, Result};
-use crate::identify::statistics::typical;
 use crate::robot::{Model, TorqueAt};
-use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory, root_mean_square, white_noise};
+use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory};
 
-/// [s] Narrowest and widest half width.
-const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
-/// [1] Largest share of noise in the square of a torque's typical rate. A regressor with noise of its own makes the coefficient too small, by this share and
-/// more, since rows differ in their rates: on a six-joint arm at 500 Hz a delay of 20 ms was estimated as 0.15 ms with the rows' own kernels of 7 to
-/// 11 ms, and as 16.7 ± 1.3 ms with this share. What a wider kernel leaves out of the rate is nearly uncorrelated with the rest, and does
-/// not bias it (J. Berkson 1950, Are there two regressions?), but its information is lost.
-const RATE_NOISE: f64 = 0.02;
-/// Number of places in a session at which rates are compared with their noise.
-const RATE_PLACES: usize = 500;
-/// Neighbouring half widths differ by this factor.
-const WIDTH_STEP: f64 = 1.3;
-/// [1] Noise of the acceleration as a share of the RMS torque.
-pub const NOISE_SHARE: f64 = 0.015;
 /// [1] Distance of rows as a share of the narrowest half width.
 const ROW_SPACING: f64 = 0.6;
 /// Largest number of rows of a recording, so that the computing time grows slowly with its length.
@@ -63,10 +44,11 @@ pub fn motor_torque(
 }
 
 /// A session's signals, one entry per joint of the model.
-struct Signals<'a> {
-    position: Vec<&'a [f64]>,
-    /// Zeros for a joint without current and torque.
-    torque: Vec<Vec<f64>>,
+pub struct Signals<'a> {
+    /// [rad or m]
+    pub position: Vec<&'a [f64]>,
+    /// [N·m or N] Zeros for a joint without current and torque.
+    pub torque: Vec<Vec<f64>>,
     has_current: Vec<bool>,
     left_out: Vec<Option<LeftOut>>,
 }
@@ -95,31 +77,11 @@ fn signals<'a>(model: &Model, session: &'a TimeSeries) -> Result<Signals<'a>> {
     }
 }
 
-/// [s] Half width that a joint's encoder needs at a given speed.
-fn wanted_half_width(step: f64, speed: f64, inertia: f64, torque_noise: f64, dt: f64) -> f64 {
-    if step <= 0.0 || torque_noise <= 0.0 {
-        return HALF_WIDTHS[0];
-    }
-    let between_counts = dt.max(step / speed.max(1e-12));
-    (6.7 * inertia * step / 12.0_f64.sqrt() / torque_noise * (0.5 * between_counts).sqrt()).powf(0.4)
-}
-
-/// [rad/s or m/s] Speed below which a joint counts as at rest: less than one count in a wide window.
-pub fn rest_speed(model: &Model, joint: usize, fastest: f64) -> f64 {
-    (model.joints[joint].encoder_step() / 0.3).max(1e-3 * fastest)
-}
-
-/// Converts sessions to rows. `noise_share` is the share of the RMS torque that noise of the acceleration may make: [`NOISE_SHARE`]
-/// where single rows have to be accurate. `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
+/// Converts sessions to rows, with as much noise of the acceleration as is permitted. `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
 ///
 /// # Errors
 /// A session lacks a channel of a joint, or is too short.
-pub fn observe<'a>(
-    model: &'a Model,
-    sessions: &[&TimeSeries],
-    inertia: &[f64],
-    noise_share: f64,
-) -> Result<Motion<'a>> {
+pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64], noise: Noise) -> Result<Motion<'a>> {
     let dof = model.joints.len();
     let mut motion = Motion {
         model,
@@ -133,7 +95,8 @@ pub fn observe<'a>(
         joints: vec![JointMotion::default(); dof],
     };
     let total: f64 = sessions.iter().filter_map(|s| Some(s.time.last()? - s.time.first()?)).sum();
-    let asked = Request { inertia, noise_share, shortest_step: total / MOST_ROWS as f64 };
+    let accelerations = accelerations(model, sessions);
+    let asked = Request { inertia, noise, accelerations: &accelerations, shortest_step: total / MOST_ROWS as f64 };
     for (number, session) in sessions.iter().enumerate() {
         let signals = signals(model, session)?;
         let dt = session.sample_interval();
@@ -185,143 +148,6 @@ fn wind_up(motion: &mut Motion) -> bool {
         joint.wind_up = joint.link_torque.iter().map(|torque| softness * torque).collect();
     }
     motion.model.joints.iter().any(|joint| joint.gear_stiffness.is_some())
-}
-
-/// Samples on either side for a half width [s]; at least three, for a curvature.
-fn reach(width: f64, dt: f64) -> usize {
-    ((width / dt).round() as usize).max(3)
-}
-
-/// Requirements on the rows.
-struct Request<'i> {
-    /// [kg·m² or kg] Typical inertia of each joint with its rotor.
-    inertia: &'i [f64],
-    /// [1] Share of the RMS torque that noise of the acceleration may make.
-    noise_share: f64,
-    /// [s] Least distance of rows.
-    shortest_step: f64,
-}
-
-/// The half width that each row of a session needs.
-struct Widths<'s> {
-    model: &'s Model,
-    signals: &'s Signals<'s>,
-    inertia: &'s [f64],
-    /// [N·m or N] Permitted noise of each joint.
-    noise: Vec<f64>,
-    /// [(N·m)² or N²] Variance of the white noise of each recorded torque.
-    white: Vec<f64>,
-    /// [rad/s or m/s] Speed below which each joint counts as resting.
-    rest: Vec<f64>,
-    /// Kernel from which the speed is computed.
-    rough: Kernel,
-    /// [s] Smallest half width that this machine can need.
-    narrowest: f64,
-    sampling: &'s Sampling<'s>,
-}
-
-impl<'s> Widths<'s> {
-    /// For a session in which samples nearer than `edge` [s] to the ends of their part get no row.
-    fn new(
-        model: &'s Model,
-        signals: &'s Signals<'s>,
-        asked: &Request<'s>,
-        sampling: &'s Sampling<'s>,
-        edge: f64,
-    ) -> Self {
-        let rough = rough(sampling.median);
-        let speeds = |q: &&[f64]| {
-            let of_part = |(number, part): (usize, &Range<usize>)| {
-                let inner = sampling.inner(part, edge).step_by(16);
-                inner.map(|i| sampling.window(&rough, i, number).averages(q).rate.abs()).fold(0.0, f64::max)
-            };
-            sampling.parts.iter().enumerate().map(of_part).fold(0.0, f64::max)
-        };
-        let fastest: Vec<f64> = signals.position.iter().map(speeds).collect();
-        let rest = fastest.iter().enumerate().map(|(joint, fastest)| rest_speed(model, joint, *fastest)).collect();
-        let noise = signals.torque.iter().map(|torque| asked.noise_share * root_mean_square(torque)).collect();
-        let white = signals.torque.iter().map(|torque| white_noise(torque).powi(2)).collect();
-        let mut widths = Self {
-            model,
-            signals,
-            inertia: asked.inertia,
-            noise,
-            white,
-            rest,
-            rough,
-            narrowest: HALF_WIDTHS[0],
-            sampling,
-        };
-        // Counts of a joint that stands still are far apart in time, and would require the widest kernel.
-        let moving = |joint: &usize| fastest[*joint] > widths.rest[*joint];
-        for joint in (0..fastest.len()).filter(moving).collect::<Vec<_>>() {
-            widths.narrowest = widths.narrowest.max(widths.wanted(joint, fastest[joint]));
-        }
-        let too_fast = (0..fastest.len()).filter_map(|joint| widths.too_fast(joint, edge));
-        widths.narrowest = too_fast.fold(widths.narrowest, f64::max);
-        widths
-    }
-
-    /// [s] Half width that one joint needs at a speed.
-    fn wanted(&self, joint: usize, speed: f64) -> f64 {
-        let step = self.model.joints[joint].encoder_step();
-        wanted_half_width(step, speed, self.inertia[joint], self.noise[joint], self.sampling.median)
-    }
-
-    /// [s] Half width of rows without the motion of a joint that its link cannot follow, if there is such motion.
-    fn too_fast(&self, joint: usize, edge: f64) -> Option<f64> {
-        let nominal = &self.model.joints[joint];
-        let link_inertia = self.inertia[joint] - nominal.reflected_inertia();
-        let wide = resonance::half_width(nominal.resonance(link_inertia)).min(edge);
-        if wide <= self.narrowest {
-            return None;
-        }
-        let dt = self.sampling.median;
-        let [narrow, wide] = [self.narrowest, wide].map(|width| Kernel::new(reach(width, dt), dt));
-        let torque = root_mean_square(&self.signals.torque[joint]);
-        let position = self.signals.position[joint];
-        resonance::is_too_fast(position, self.sampling, [&narrow, &wide], edge, (link_inertia, torque))
-            .then_some(wide.half_width)
-    }
-
-    /// The narrowest kernel of a ladder that leaves little noise in the typical rate of a joint's torque while it moves, or the widest. At reversals, which
-    /// give no rows, rates are far larger.
-    fn rate_rung(&self, joint: usize, ladder: &[Kernel], edge: f64) -> usize {
-        let (position, torque) = (self.signals.position[joint], &self.signals.torque[joint]);
-        let mut centres = self.sampling.centres(edge, (torque.len() / RATE_PLACES).max(1));
-        let speed = |centre, part| self.sampling.window(&self.rough, centre, part).averages(position).rate.abs();
-        centres.retain(|(centre, part)| speed(*centre, *part) > self.rest[joint]);
-        let is_clear = |kernel: &Kernel| {
-            let rate =
-                |(centre, part): &(usize, usize)| self.sampling.window(kernel, *centre, *part).averages(torque).rate;
-            kernel.rate_noise_gain() * self.white[joint] <= RATE_NOISE * typical(centres.iter().map(rate)).powi(2)
-        };
-        ladder.iter().position(is_clear).unwrap_or(ladder.len() - 1)
-    }
-
-    /// [s] Half width of the row at a sample of a part: the largest that a moving joint needs.
-    fn at(&self, centre: usize, part: usize) -> f64 {
-        let mut width = self.narrowest;
-        let window = self.sampling.window(&self.rough, centre, part);
-        for (joint, rest) in self.rest.iter().enumerate() {
-            let speed = window.averages(self.signals.position[joint]).rate.abs();
-            if speed > *rest {
-                width = width.max(self.wanted(joint, speed));
-            }
-        }
-        width
-    }
-}
-
-/// Kernel of 30 ms to either side.
-fn rough(dt: f64) -> Kernel {
-    Kernel::new(reach(0.03, dt), dt)
-}
-
-/// Kernels of all half widths, the narrowest first.
-fn ladder(dt: f64) -> Vec<Kernel> {
-    let widths = std::iter::successors(Some(HALF_WIDTHS[0]), |width| Some(width * WIDTH_STEP));
-    widths.take_while(|width| *width < HALF_WIDTHS[1]).map(|width| Kernel::new(reach(width, dt), dt)).collect()
 }
 
 /// Appends the rows of a session, given with its number.
@@ -400,7 +226,9 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
+    use crate::diagnose::rows::widths::FAITHFUL;
     use crate::effects::drawn::{MODEL, ROBOT};
+    use crate::timeseries::root_mean_square;
 
     /// Rates of the rows of a torque `3 sin(2π f t)` N·m with noise [N·m] at 500 Hz, and the true ones.
     fn rates(frequency: f64, noise: f64) -> [Vec<f64>; 2] {
@@ -416,7 +244,7 @@ mod tests {
         let channels = [(Channel::Position, position.into()), (Channel::Current, current.into())];
         let joint = JointSeries { name: "joint1".to_owned(), channels: channels.into() };
         let session = TimeSeries { name: "one".to_owned(), time, joints: vec![joint] };
-        let mut motion = observe(&model, &[&session], &[0.25], NOISE_SHARE).expect("enough motion");
+        let mut motion = observe(&model, &[&session], &[0.25], FAITHFUL).expect("enough motion");
         let truth = motion.time.iter().map(|t| 3.0 * omega * (omega * t).cos()).collect();
         [std::mem::take(&mut motion.joints[0].torque_rate), truth]
     }

@@ -10,8 +10,8 @@
 //! Left out: the shape of the resonance below `ω_r`, and that other joints change `M`.
 
 use super::kernel::Kernel;
-use super::observe::NOISE_SHARE;
 use super::sampling::Sampling;
+use super::widths::NOISE_SHARE;
 use crate::timeseries::root_mean_square;
 
 /// `ω w` [1] First zero of the kernel's gain.

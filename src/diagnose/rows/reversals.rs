@@ -1,6 +1,6 @@
 //! Reversals and rests of a joint in the rows of a motion.
 
-use super::observe::rest_speed;
+use super::widths::rest_speed;
 use crate::effects::Motion;
 
 /// [s] Time after a reversal that is examined.
@@ -117,7 +117,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::diagnose::rows::observe::{NOISE_SHARE, observe};
+    use crate::diagnose::rows::observe::observe;
+    use crate::diagnose::rows::widths::FAITHFUL;
     use crate::effects::drawn::{MODEL, ROBOT};
     use crate::robot::Model;
     use crate::timeseries::{Channel, JointSeries, TimeSeries};
@@ -149,7 +150,7 @@ mod tests {
         ];
         let joint = JointSeries { name: "joint1".to_owned(), channels: channels.into() };
         let session = TimeSeries { name: "one".to_owned(), time, joints: vec![joint] };
-        let motion = observe(&model, &[&session], &[0.25], NOISE_SHARE).expect("enough motion");
+        let motion = observe(&model, &[&session], &[0.25], FAITHFUL).expect("enough motion");
         let held = held(&motion, 0);
         let mut slides = 0;
         for (row, held) in held.into_iter().enumerate() {

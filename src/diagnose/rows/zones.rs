@@ -15,8 +15,8 @@
 
 use nalgebra::DMatrix;
 
-use super::observe::NOISE_SHARE;
 use super::reversals::heading;
+use super::widths::NOISE_SHARE;
 use crate::dynamics::Dynamics;
 use crate::effects::Motion;
 use crate::timeseries::root_mean_square;

@@ -7,7 +7,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::diagnose::rows::observe::{NOISE_SHARE, observe};
+use crate::diagnose::rows::observe::observe;
+use crate::diagnose::rows::widths::FAITHFUL;
 use crate::diagnose::select::selection::{Taken, evidence_beside, resettle};
 use crate::dynamics::Dynamics;
 use crate::effects::drawn::{LENGTH, Line, MODEL, ROBOT, drawn};
@@ -119,7 +120,7 @@ pub fn recorded(
 
 /// The problem of a recording, in which the model deviates and effects of these names are sought.
 pub fn deviating<'m>(model: &'m Model, session: &TimeSeries, inertia: &[f64], names: &[&str]) -> Problem<'m> {
-    let motion = observe(model, &[session], inertia, NOISE_SHARE).expect("rows");
+    let motion = observe(model, &[session], inertia, FAITHFUL).expect("rows");
     let held_out = vec![false; motion.rows()];
     let mut problem = Problem::new(motion, held_out);
     problem.deviate();
