@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use crate::diagnose::rows::kernel::Kernel;
-use crate::diagnose::rows::observe::motor_torque;
+use crate::diagnose::rows::signals::motor_torque;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 

@@ -6,8 +6,8 @@
 
 use crate::diagnose::fit::problem::Problem;
 use crate::diagnose::rows::kernel::Kernel;
-use crate::diagnose::rows::observe::motor_torque;
 use crate::diagnose::rows::sampling::Sampling;
+use crate::diagnose::rows::signals::motor_torque;
 use crate::timeseries::{TimeSeries, white_noise};
 
 /// RMS error of each row, `floor[joint][row]`.

@@ -2,7 +2,7 @@
 //!
 //! Takes the recordings and the nominal model. Gives motion and torque averaged by a kernel, in rows at even distances, with the
 //! zone of each row and the division into training and held-out data.
-//! - `observe`: makes the rows; `widths`: how wide their kernels are
+//! - `observe`: makes the rows; `signals`: of what; `widths`: how wide their kernels are
 //! - `kernel`: the smoothing kernel; `local`: its weights at uneven times; `sampling`: even times, uneven ones, pauses
 //! - `direction`: which way a joint moves within a kernel, and whether it sticks and slips
 //! - `resonance`: motion that is too fast for links to follow their rotors
@@ -27,6 +27,7 @@ pub mod observe;
 pub mod resonance;
 pub mod reversals;
 pub mod sampling;
+pub mod signals;
 pub mod standstill;
 pub mod widths;
 pub mod zones;

@@ -6,76 +6,17 @@
 
 use super::direction::{direction, sticks};
 use super::sampling::Sampling;
+use super::signals::Signals;
 use super::widths::{HALF_WIDTHS, Noise, Request, Widths, accelerations, ladder, reach, rough};
-use crate::drive::Sensing;
-use crate::effects::{JointMotion, LeftOut, Motion};
-use crate::error::{Error, Place, Result};
-use crate::robot::{Model, TorqueAt};
-use crate::timeseries::{Channel, JointSeries, TimeSeries, give_back_memory};
+use crate::effects::{JointMotion, Motion};
+use crate::error::{Error, Result};
+use crate::robot::Model;
+use crate::timeseries::{TimeSeries, give_back_memory};
 
 /// [1] Distance of rows as a share of the narrowest half width.
 const ROW_SPACING: f64 = 0.6;
 /// Largest number of rows of a recording, so that the computing time grows slowly with its length.
 const MOST_ROWS: usize = 24_000;
-
-/// Torque [N·m or N, joint side] of a joint, and whether it comes from a current. It is the motor's torque, or the link's where the model
-/// says so.
-pub fn motor_torque(
-    model: &Model,
-    index: usize,
-    series: &JointSeries,
-    reference: Option<&[f64]>,
-) -> Option<(Vec<f64>, bool)> {
-    let joint = &model.joints[index];
-    if joint.torque_at == TorqueAt::Link {
-        return Some((series.get(Channel::LinkTorque)?.to_vec(), false));
-    }
-    if let Some(torque) = series.get(Channel::Torque) {
-        return Some((torque.to_vec(), false));
-    }
-    let current = series.get(Channel::Current)?;
-    let absolute = joint.current_sensor.is_some_and(|sensor| sensor.sensing == Sensing::Absolute);
-    let scale = joint.torque_per_ampere();
-    let torque = match (absolute, reference) {
-        (true, Some(direction)) => current.iter().zip(direction).map(|(i, v)| scale * i * v.signum()).collect(),
-        _ => current.iter().map(|i| scale * i).collect(),
-    };
-    Some((torque, true))
-}
-
-/// A session's signals, one entry per joint of the model.
-pub struct Signals<'a> {
-    /// [rad or m]
-    pub position: Vec<&'a [f64]>,
-    /// [N·m or N] Zeros for a joint without current and torque.
-    pub torque: Vec<Vec<f64>>,
-    has_current: Vec<bool>,
-    left_out: Vec<Option<LeftOut>>,
-}
-
-fn signals<'a>(model: &Model, session: &'a TimeSeries) -> Result<Signals<'a>> {
-    let missing = |joint: &str, what: &str| {
-        let expected = format!("{what} of the joints of the model");
-        Error::input(session.name.as_ref(), Place::File, joint, "", expected)
-    };
-    let mut signals =
-        Signals { position: Vec::new(), torque: Vec::new(), has_current: Vec::new(), left_out: Vec::new() };
-    for (index, joint) in model.joints.iter().enumerate() {
-        let series = session.joint(&joint.name).ok_or_else(|| missing(&joint.name, "channels"))?;
-        let position = series.get(Channel::Position).ok_or_else(|| missing(&joint.name, "position"))?;
-        let velocity = series.get(Channel::Velocity).or_else(|| series.get(Channel::ReferenceVelocity));
-        let recorded = motor_torque(model, index, series, velocity);
-        signals.left_out.push(recorded.is_none().then_some(LeftOut::NotRecorded));
-        let (torque, has_current) = recorded.unwrap_or_else(|| (vec![0.0; position.len()], false));
-        signals.position.push(position);
-        signals.torque.push(torque);
-        signals.has_current.push(has_current);
-    }
-    match model.joints.first().filter(|_| signals.left_out.iter().all(Option::is_some)) {
-        Some(joint) => Err(missing(&joint.name, "current or torque")),
-        None => Ok(signals),
-    }
-}
 
 /// Converts sessions to rows, with as much noise of the acceleration as is permitted. `inertia` [kg·m² or kg] is a typical inertia of each joint with its rotor.
 ///
@@ -98,7 +39,7 @@ pub fn observe<'a>(model: &'a Model, sessions: &[&TimeSeries], inertia: &[f64], 
     let accelerations = accelerations(model, sessions);
     let asked = Request { inertia, noise, accelerations: &accelerations, shortest_step: total / MOST_ROWS as f64 };
     for (number, session) in sessions.iter().enumerate() {
-        let signals = signals(model, session)?;
+        let signals = Signals::of_session(model, session)?;
         let dt = session.sample_interval();
         // A coarse recording has few samples in a kernel, but never fewer than a kernel needs.
         let widest = reach(HALF_WIDTHS[1], dt);
@@ -228,7 +169,7 @@ mod tests {
     use super::*;
     use crate::diagnose::rows::widths::FAITHFUL;
     use crate::effects::drawn::{MODEL, ROBOT};
-    use crate::timeseries::root_mean_square;
+    use crate::timeseries::{Channel, JointSeries, root_mean_square};
 
     /// Rates of the rows of a torque `3 sin(2π f t)` N·m with noise [N·m] at 500 Hz, and the true ones.
     fn rates(frequency: f64, noise: f64) -> [Vec<f64>; 2] {

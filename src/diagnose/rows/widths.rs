@@ -8,9 +8,9 @@
 use std::ops::Range;
 
 use super::kernel::Kernel;
-use super::observe::Signals;
 use super::resonance;
 use super::sampling::Sampling;
+use super::signals::Signals;
 use crate::identify::statistics::typical;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries, root_mean_square, white_noise};

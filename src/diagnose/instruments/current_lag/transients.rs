@@ -8,8 +8,8 @@
 use std::ops::Range;
 
 use crate::diagnose::rows::kernel::{Averages, Kernel};
-use crate::diagnose::rows::observe::motor_torque;
 use crate::diagnose::rows::sampling::Sampling;
+use crate::diagnose::rows::signals::motor_torque;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries, delayed, root_mean_square};
 

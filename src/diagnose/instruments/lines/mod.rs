@@ -26,8 +26,8 @@ use crate::diagnose::instruments::claims::{Sighting, claimed};
 use crate::diagnose::instruments::{Instrument, Measurement, Recordings};
 use crate::diagnose::result::EffectGain;
 use crate::diagnose::rows::division::Division;
-use crate::diagnose::rows::observe;
 use crate::diagnose::rows::sampling::Sampling;
+use crate::diagnose::rows::signals;
 use crate::drive::Sensing;
 use crate::effects::Phenomenon;
 use crate::error::Result;
@@ -138,7 +138,7 @@ impl<'s> MotorTorque<'s> {
     fn new(model: &Model, joint: usize, sessions: &[&'s TimeSeries], division: Division) -> Self {
         let of_session = |(number, session): (usize, &&'s TimeSeries)| {
             let series = session.joint(&model.joints[joint].name)?;
-            let torque = observe::motor_torque(model, joint, series, None)?.0;
+            let torque = signals::motor_torque(model, joint, series, None)?.0;
             let of_part = |part: Range<usize>| (&session.time[part.clone()], torque[part].to_vec());
             Some(division.training(number, session).into_iter().map(of_part).collect::<Vec<_>>())
         };

@@ -12,8 +12,8 @@ use nalgebra::{Complex, DMatrix};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-use crate::diagnose::rows::observe::motor_torque;
 use crate::diagnose::rows::sampling::Sampling;
+use crate::diagnose::rows::signals::motor_torque;
 use crate::dynamics::Dynamics;
 use crate::effects::kernel_gain;
 use crate::robot::{Model, TorqueAt};

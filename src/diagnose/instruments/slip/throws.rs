@@ -18,8 +18,8 @@
 
 use std::ops::Range;
 
-use crate::diagnose::rows::observe::motor_torque;
 use crate::diagnose::rows::sampling::Sampling;
+use crate::diagnose::rows::signals::motor_torque;
 use crate::robot::Model;
 use crate::timeseries::{Channel, TimeSeries};
 
