@@ -116,14 +116,16 @@ impl Size {
             None
         }
     }
-}
 
-impl Size {
-    /// The least factor on the torque that makes its size a possible one, where it is not.
-    pub fn least_factor(&self) -> Option<f64> {
-        self.impossible()?;
-        let nearest = if self.least > 1.0 { self.least } else { self.largest };
-        Some(nearest.recip()).filter(|factor| factor.is_finite())
+    /// The factor on the torque, next to `wanted`, that makes its size a possible one.
+    pub fn possible_factor(&self, wanted: f64) -> f64 {
+        let [least, largest] = [self.least, self.largest].map(|size| size * wanted);
+        let nearest = match (least > SIZE_FACTOR, largest < 1.0 / SIZE_FACTOR) {
+            (true, _) => self.least.recip(),
+            (_, true) => self.largest.recip(),
+            _ => wanted,
+        };
+        if nearest.is_finite() { nearest } else { wanted }
     }
 }
 

@@ -23,7 +23,7 @@ use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::balance::{COLUMNS, Columns, FULL, Normal, bounds};
+use super::balance::{COLUMNS, Columns, FULL, Normal, SIZE_FACTOR, bounds};
 use super::{Mistake, rows, size, suspected, training_parts};
 use crate::diagnose::rows::division::Division;
 use crate::identify::statistics::median;
@@ -44,9 +44,11 @@ const LEAST: f64 = 0.05;
 /// [1] Residual, as a share of what the torque shows beside friction, above which the torque may be anything. On 52 simulated arms `f` was right within a tenth
 /// (RMS) where the residual was below this, and up to six times too large above it.
 const DETERMINED: f64 = 0.5;
-/// [1] Where guesses are off by more in the median of the joints, the unit of the currents is another, or they are torques. What the balance does not show
+/// [1] Where guesses are off by more in the median of the joints, the unit of the currents may be [another](shows_another_unit). What the balance does not show
 /// and another check tells of a single joint is a mistake beyond it, too.
 const COMMON: f64 = 30.0;
+/// [N·m/A] Least torque constant of a robot's motor: a smaller one turns faster than 3000 rad/s on 6 V, its back EMF in V·s/rad being the same number.
+const LEAST_CONSTANT: f64 = 0.002;
 /// [1] The guess of a single joint that is off by more is another mistake. It follows from an effort limit, for which robot files may have one number on all
 /// joints, and motors of one arm differ by factors of a hundred.
 const FURTHEST: f64 = 1000.0;
@@ -81,24 +83,38 @@ fn scale_by_balance(model: &mut Model, parts: &[&TimeSeries]) -> Vec<(String, f6
     let normals = Columns::new(model, &rows).normals(&rows, &moves);
     let bounds = bounds(model);
     let stated = model.accuracy;
+    let found = factors(&normals, &bounds, stated.torque_constants);
+    let with_current: Vec<bool> = model.joints.iter().map(|joint| has_current(parts, &joint.name)).collect();
+    let is_known = |joint: usize, found: &Factor| with_current[joint] && found.error < stated.torque_constants;
+    let known: Vec<Option<Factor>> =
+        found.iter().enumerate().map(|(joint, found)| found.filter(|found| is_known(joint, found))).collect();
     let mut doubtful = Vec::new();
-    for (index, found) in factors(&normals, &bounds, stated.torque_constants).into_iter().enumerate() {
+    for index in (0..known.len()).filter(|joint| with_current[*joint]) {
         let name = model.joints[index].name.clone();
-        if !has_current(parts, &name) {
-            continue;
-        }
-        if let Some(Factor { f, error }) = found.filter(|found| found.error < stated.torque_constants) {
+        if let Some(Factor { f, error }) = known[index] {
             scale(model, &name, f);
             // The masses, too, are only as accurate as the model says, and the constant was measured by their weight.
             model.joints[index].constant_accuracy = Some(error.hypot(stated.masses).min(stated.torque_constants));
             continue;
         }
+        let neighbours = factor_of_nearest(&known, index);
         let size = size::of_rows(model, index, &normals[index], &bounds);
-        let nearest = size.and_then(|size| size.least_factor()).unwrap_or(1.0);
-        scale(model, &name, nearest);
-        doubtful.extend(found.map(|found| (name, found.f / nearest)));
+        let used = size.map_or(neighbours, |size| size.possible_factor(neighbours));
+        scale(model, &name, used);
+        doubtful.extend(found[index].map(|found| (name, found.f / used)));
     }
     doubtful
+}
+
+/// `f` of the nearest joints along the arm whose constant is known, their geometric mean where there are two; one where none is. Neighbours have motors of
+/// about one size, and effort limits that are all too large are so together.
+fn factor_of_nearest(known: &[Option<Factor>], joint: usize) -> f64 {
+    let at = |distance: usize| {
+        let places = [joint.checked_sub(distance), joint.checked_add(distance)].into_iter().flatten();
+        places.filter_map(|place| Some((*known.get(place)?)?.f.ln())).collect::<Vec<_>>()
+    };
+    let nearest = (1..known.len()).map(at).find(|logarithms| !logarithms.is_empty()).unwrap_or_default();
+    (nearest.iter().sum::<f64>() / nearest.len().max(1) as f64).exp()
 }
 
 /// What the other checks say of a scale is a constant too; each may have to be right before the next one shows. Where they take the torque of a joint for one
@@ -125,12 +141,23 @@ fn restore_far_ones(given: &Model, scaled: &mut Model) {
         |given: &JointModel, used: &JointModel| Some(used.motor?.torque_constant / given.motor?.torque_constant);
     let joints = || given.joints.iter().zip(&scaled.joints);
     let logarithms: Vec<f64> = joints().filter_map(|(given, used)| Some(factor(given, used)?.ln())).collect();
-    let furthest = if is_within(COMMON, median(logarithms).exp()) { FURTHEST } else { 1.0 };
+    let is_usual = is_within(COMMON, median(logarithms).exp()) || !shows_another_unit(scaled);
+    let furthest = if is_usual { FURTHEST } else { 1.0 };
     for (given, used) in given.joints.iter().zip(&mut scaled.joints) {
         if factor(given, used).is_some_and(|factor| !is_within(furthest, factor)) {
             (used.motor, used.constant_accuracy) = (given.motor, given.constant_accuracy);
         }
     }
+}
+
+/// Whether the constants that were found are of currents in a smaller unit, or of torques in their place, of which one unit is one newton metre. Otherwise
+/// guesses that are all far off follow from effort limits that nobody set.
+fn shows_another_unit(scaled: &Model) -> bool {
+    let of_joint = |joint: &JointModel| Some([joint.motor?.torque_constant, joint.torque_per_ampere()]);
+    let found = scaled.joints.iter().filter(|joint| joint.constant_accuracy.is_some());
+    let found: Vec<[f64; 2]> = found.filter_map(of_joint).collect();
+    let are_one = |side: usize| found.iter().all(|constants| is_within(SIZE_FACTOR, constants[side]));
+    are_one(0) || are_one(1) || median(found.iter().map(|[of_motor, _]| *of_motor).collect()) < LEAST_CONSTANT
 }
 
 /// Multiplies the torque constant of a joint.
@@ -473,5 +500,40 @@ mod tests {
         ] {
             assert!(!is_of_guess(model, &[session], &told), "{}", told.mistake);
         }
+    }
+
+    /// Guesses that are a hundred times too large: what was found is used where it is that of motors, and not where it is that of another unit.
+    #[test]
+    fn property_guesses_that_are_all_far_off_are_replaced_unless_the_unit_is_another() {
+        let is_used = |constants: [f64; 3]| {
+            let mut used = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a model");
+            used.joints = vec![used.joints[0].clone(); constants.len()];
+            let mut given = used.clone();
+            for (place, constant) in constants.into_iter().enumerate() {
+                let [found, guess] = [&mut used, &mut given].map(|model| &mut model.joints[place]);
+                found.motor.as_mut().expect("a motor").torque_constant = constant;
+                found.constant_accuracy = Some(0.1);
+                guess.motor.as_mut().expect("a motor").torque_constant = 100.0 * constant;
+            }
+            let found = used.clone();
+            restore_far_ones(&given, &mut used);
+            used.joints == found.joints
+        };
+        // Joints have a ratio of 45: `1/45` is a joint's torque, one a motor's. Thousandths are currents in mA.
+        assert!(is_used([0.04, 0.01, 0.07]));
+        assert!(!is_used([0.02, 0.03, 0.025]) && !is_used([0.7, 1.1, 1.3]) && !is_used([4e-5, 1e-5, 3e-3]));
+    }
+
+    /// The nearest joints along the arm that are known, whichever side they are on.
+    #[test]
+    fn property_a_constant_that_nothing_shows_is_off_as_those_of_its_neighbours() {
+        let known = |f: f64| Some(Factor { f, error: 0.1 });
+        let arm = [known(0.5), None, known(0.02), None, None, None];
+        let found: Vec<f64> = (0..arm.len()).map(|joint| factor_of_nearest(&arm, joint)).collect();
+        // The mean of both of the second joint is that of the logarithms. Rounding.
+        for (found, expected) in found.iter().zip([0.02, 0.1, 0.5, 0.02, 0.02, 0.02]) {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
+        assert_eq!(factor_of_nearest(&[None, None], 1), 1.0);
     }
 }
