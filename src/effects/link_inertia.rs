@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::payload::{body_of, regressed_of_body};
-use super::possible::{distance, is_possible};
+use super::possible::{is_possible, missing};
 use super::{About, Action, Diagnosable, Effect, Experiment, Kind, Motion, ParameterSpec, Parameters, Scope};
 use crate::error::Result;
 use crate::robot::{Inertia, Masses, Model};
@@ -139,8 +139,24 @@ impl Diagnosable for LinkInertia {
             let gram = gram(&regressed_of_body(motion, body, &changes));
             let limit = INEXACT.powi(2) * estimate.dot(&(&gram * &estimate));
             let metric = gram / limit.max(f64::MIN_POSITIVE) + DMatrix::identity(NUMBERS, NUMBERS) / UNLIKELY;
-            distance(inertia, &changes, &estimate, &metric) < BOTH
+            let missing = missing(inertia, &changes, &estimate, &metric);
+            missing.dot(&(metric * &missing)) < BOTH
         }
+    }
+
+    fn nearest_possible(
+        &self,
+        motion: &Motion,
+        shape: &[f64],
+        coefficients: &[f64],
+        precision: &DMatrix<f64>,
+    ) -> Option<Vec<f64>> {
+        let body = body_of(&motion.model.robot, *shape.first()?);
+        let (inertia, changes) = (&motion.model.robot.bodies[body].inertia, changes(motion.model, body));
+        let estimate = DVector::from_column_slice(coefficients);
+        let metric = precision + DMatrix::identity(NUMBERS, NUMBERS);
+        let nearest = || &estimate + missing(inertia, &changes, &estimate, &metric);
+        (!is_possible(inertia, &changes, &estimate)).then(|| nearest().as_slice().to_vec())
     }
 
     fn priors(&self, _shape: &[f64]) -> Vec<(usize, f64)> {

@@ -274,6 +274,17 @@ pub trait Diagnosable: Effect {
         true
     }
 
+    /// Coefficients of the nearest one that can exist, with the precision that the rows give them [1/coefficient²]; `None` where these are such.
+    fn nearest_possible(
+        &self,
+        _motion: &Motion,
+        _shape: &[f64],
+        _coefficients: &[f64],
+        _precision: &DMatrix<f64>,
+    ) -> Option<Vec<f64>> {
+        None
+    }
+
     /// [A] Reading of the current sensor of its joint while no current flows.
     fn reading_at_rest(&self, _coefficients: &[f64]) -> f64 {
         0.0

@@ -1,10 +1,10 @@
-//! How far the changes of a body that a fit found are from changes that leave a body possible.
+//! The changes of a body next to those that a fit found which leave it possible.
 //!
 //! The ten parameters `π̄ + D c` of a body have the pseudo-inertia `P(c) = P̄ + Σ c_k P_k`, which is positive semidefinite for every body and for nothing else.
-//! Which changes a motion distinguishes, and which it does not, is in a metric `M`. With the estimate `ĉ` the distance is
+//! Which changes a motion distinguishes, and which it does not, is in a metric `M`. With the estimate `ĉ` they are at the minimum of
 //!
 //! ```text
-//!   f = min (c − ĉ)ᵀ M (c − ĉ)    subject to  P(c) ⪰ 0
+//!   f = (c − ĉ)ᵀ M (c − ĉ)    subject to  P(c) ⪰ 0
 //! ```
 //! The problem is convex. `t f(c) − ln det P(c)` is self-concordant: Newton steps of the length `1/(1 + λ)`, with their decrement `λ`, stay where `P` is
 //! positive and end at its minimum, and `f` there exceeds the least by at most `4/t`.
@@ -35,13 +35,13 @@ pub(super) fn is_possible(inertia: &Inertia, changes: &DMatrix<f64>, estimate: &
     Cholesky::new(Inertia::pseudo(&parameters)).is_some()
 }
 
-/// `f` for a body, the columns `D` of ten rows, `ĉ`, and `M`, which is positive.
-pub(super) fn distance(
+/// `c − ĉ` for a body, the columns `D` of ten rows, `ĉ`, and `M`, which is positive.
+pub(super) fn missing(
     inertia: &Inertia,
     changes: &DMatrix<f64>,
     estimate: &DVector<f64>,
     metric: &DMatrix<f64>,
-) -> f64 {
+) -> DVector<f64> {
     // A flat body or a point has a pseudo-inertia on the boundary.
     let own = Inertia::pseudo(&Inertia::nearest(&inertia.parameters()).parameters());
     let slopes = pseudo_of(changes);
@@ -63,8 +63,7 @@ pub(super) fn distance(
             }
         }
     }
-    let missing = c - estimate;
-    missing.dot(&(metric * &missing))
+    c - estimate
 }
 
 #[cfg(test)]
@@ -88,8 +87,8 @@ mod tests {
         let sigma = Inertia::pseudo(&body.parameters())[(0, 0)];
         let most = (body.mass * sigma).sqrt() - body.mass * body.com.x;
         let of = |estimate: f64| {
-            let [changes, estimate] = [column(1), DMatrix::from_element(1, 1, estimate)];
-            distance(&body, &changes, &estimate.column(0).into_owned(), &DMatrix::from_element(1, 1, 1e4))
+            let metric = DMatrix::from_element(1, 1, 1e4);
+            1e4 * missing(&body, &column(1), &DVector::from_element(1, estimate), &metric).norm_squared()
         };
         // The barrier leaves an error of up to 4/t = 0.004; rounding is far below it.
         assert!(of(0.9 * most) < 0.004);

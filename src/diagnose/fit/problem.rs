@@ -317,8 +317,13 @@ impl<'m> Problem<'m> {
 
     /// Writes the fitted friction into the motion, for the columns of effects that depend on it.
     pub fn adopt(&mut self, fitted: &Fitted) {
-        for (joint, baseline) in self.baseline.iter().enumerate() {
-            let at = fitted.baseline_at[joint];
+        self.adopt_on(0..self.baseline.len(), fitted);
+    }
+
+    /// Does so on some joints.
+    pub fn adopt_on(&mut self, joints: impl IntoIterator<Item = usize>, fitted: &Fitted) {
+        for joint in joints {
+            let (baseline, at) = (&self.baseline[joint], fitted.baseline_at[joint]);
             let coefficients: Vec<f64> = (0..baseline.len()).map(|k| fitted.solution.coefficients[at + k]).collect();
             self.motion.joints[joint].friction = baseline.friction(&coefficients);
         }

@@ -23,17 +23,23 @@ const STEPS_AROUND: usize = 2;
 impl Problem<'_> {
     /// Finds the best Stribeck velocities for the terms, and writes the fitted friction into the motion.
     pub fn settle(&mut self, terms: &[&Term]) -> Option<Fitted> {
-        let of_joint = |(joint, baseline): (usize, &JointBaseline)| match baseline.falling() {
+        let joints = 0..self.baseline.len();
+        self.baseline = joints.into_par_iter().map(|joint| self.suited(terms, joint)).collect::<Option<_>>()?;
+        let fitted = self.fit(terms, Part::Train, NU)?;
+        self.adopt(&fitted);
+        Some(fitted)
+    }
+
+    /// The baseline of a joint with the Stribeck velocity that suits the terms best.
+    pub fn suited(&self, terms: &[&Term], joint: usize) -> Option<JointBaseline> {
+        let baseline = &self.baseline[joint];
+        match baseline.falling() {
             Falling::Given(_) => Some(baseline.clone()),
             Falling::Free(_) => {
                 let v_s = self.stribeck_velocity(terms, joint)?;
                 Some(baseline.at_stribeck_velocity(&self.motion, joint, v_s))
             }
-        };
-        self.baseline = self.baseline.par_iter().enumerate().map(of_joint).collect::<Option<_>>()?;
-        let fitted = self.fit(terms, Part::Train, NU)?;
-        self.adopt(&fitted);
-        Some(fitted)
+        }
     }
 
     /// The best Stribeck velocity of a joint for the terms; shared coefficients are fitted to this joint alone.

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use self::judged::together;
 use super::oddity::Oddity;
-use crate::diagnose::evidence::local_level::count_lines;
-use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction, weighed};
+use crate::diagnose::evidence::prediction::{Evidence, Prediction, prediction};
 use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::fit::golden::golden_section;
 use crate::diagnose::fit::inertial::Treated;
@@ -114,10 +114,18 @@ struct Search<'p, 'm> {
 impl<'m> Search<'_, 'm> {
     /// The fit with one more term, for the joints where that changes anything.
     fn with(&self, term: &Term) -> Option<Fitted> {
-        let mut terms = self.terms.clone();
-        terms.push(term);
-        let joints = self.problem.coupled(&terms, &term.joints);
-        self.problem.fit_near(&joints, &terms, Part::Train, self.fitted)
+        self.fitted_in(self.problem, term)
+    }
+
+    /// Does so with another friction law.
+    fn fitted_in(&self, problem: &Problem, term: &Term) -> Option<Fitted> {
+        let terms = self.and([term]);
+        problem.fit_near(&problem.coupled(&terms, &term.joints), &terms, Part::Train, self.fitted)
+    }
+
+    /// The terms of the model and others.
+    fn and<'t>(&'t self, others: impl IntoIterator<Item = &'t Term>) -> Vec<&'t Term> {
+        self.terms.iter().copied().chain(others).collect()
     }
 
     /// What evidence for an effect has to exceed.
@@ -359,27 +367,6 @@ pub fn choose<'c>(found: &'c [Candidate], rules: &Rules) -> Option<&'c Candidate
     Some(accepted().find(no_worse).unwrap_or(chosen))
 }
 
-/// The evidence for an effect of joints, fitted with all joints at once. Each joint alone counts the same deviations of the nominal model
-/// as explained, and takes those that the other joints show as they were before.
-fn together(search: &Search, candidate: &mut Candidate) {
-    let problem = search.problem;
-    let mut terms = search.terms.clone();
-    terms.extend(&candidate.terms);
-    let Some(fitted) = problem.fit_loosely(&terms, Part::Train) else { return };
-    let Some(after) = prediction(problem, &terms, &fitted) else { return };
-    let pair = [&search.before[0].1, &after];
-    let Some(mut joint) = weighed(problem, &search.terms, &fitted, pair, search.inaccuracy(candidate.effect())) else {
-        return;
-    };
-    count_lines(problem, &terms, &fitted, search.terms.len()..terms.len(), &mut joint);
-    for (term, at) in candidate.terms.iter().zip(&fitted.term_at[search.terms.len()..]) {
-        let own = &fitted.solution.coefficients.as_slice()[*at..at + term.coefficients()];
-        joint[term.joints[0]].nats += at_rest(problem, term, own);
-    }
-    joint.iter_mut().zip(&candidate.choice).for_each(|(evidence, cost)| evidence.nats -= cost);
-    candidate.evidence = joint;
-}
-
 /// Predictions without a candidate: of all joints, and where deviations of the model are fitted, of the joints that each candidate is fitted to.
 fn without_any(
     problem: &Problem,
@@ -426,42 +413,23 @@ fn places(problem: &Problem, terms: &[Term]) -> Vec<(Cause, Vec<usize>)> {
     places
 }
 
+/// The best term of an effect on these joints; one that gains nothing on the rows of the fit needs no cross-validation.
 fn assess(search: &Search, effect: Cause, joints: &[usize]) -> Option<Candidate> {
     let (term, training_gain, shapes) = search.best(effect, joints)?;
-    let dof = search.problem.baseline.len();
-    let without = |joint| Evidence { error: search.fitted.solution.scale[joint], ..Evidence::default() };
-    let mut evidence: Vec<Evidence> = (0..dof).map(without).collect();
-    let mut choice = vec![0.0; dof];
-    let mut terms = search.terms.clone();
-    terms.push(&term);
-    let fitted = search.with(&term)?;
-    let coefficients = fitted.last_of(&term)?;
-    let oddity = Oddity::of(search.problem, &term, coefficients);
-    // A term that gains nothing on the rows of the fit needs no cross-validation.
-    if training_gain > LEAST_GAIN {
-        let after = prediction(search.problem, &terms, &fitted)?;
-        let pair = [search.before(joints), &after];
-        let own = weighed(search.problem, &search.terms, &fitted, pair, search.inaccuracy(effect))?;
-        fitted.joints.iter().for_each(|joint| evidence[*joint] = own[*joint]);
-        count_lines(search.problem, &terms, &fitted, terms.len() - 1..terms.len(), &mut evidence);
-        choice[joints[0]] = (shapes as f64).ln();
-        evidence[joints[0]].nats -= choice[joints[0]];
-        evidence[joints[0]].nats += at_rest(search.problem, &term, coefficients);
+    if training_gain <= LEAST_GAIN {
+        return search.without_evidence(term);
     }
-    Some(Candidate { terms: vec![term], evidence, choice, oddity })
-}
-
-/// [nats] Evidence for an effect on one joint from the current before the first motion.
-fn at_rest(problem: &Problem, term: &Term, coefficients: &[f64]) -> f64 {
-    let joint = term.joints[0];
-    let offset = term.effect.reading_at_rest(coefficients);
-    let span = problem.motion.joints[joint].friction.breakaway / problem.motion.model.joints[joint].torque_per_ampere();
-    match problem.standstill[joint] {
-        Some(standstill) if offset != 0.0 => standstill.evidence(offset, span),
-        _ => 0.0,
+    match search.with_friction_of(std::slice::from_ref(&term)) {
+        Some((problem, mut terms)) => {
+            let term = terms.swap_remove(0);
+            search.judged(&problem, &search.terms, &search.fitted_in(&problem, &term)?, term, shapes)
+        }
+        None => search.judged(search.problem, &search.terms, &search.with(&term)?, term, shapes),
     }
 }
 
+mod judged;
 mod loads;
+mod possible;
 #[cfg(test)]
 pub mod tests;

@@ -7,11 +7,10 @@
 use rayon::prelude::*;
 
 use super::{Candidate, IMPROVEMENTS, Search, Worth};
-use crate::diagnose::evidence::prediction::{Prediction, prediction, weighed};
+use crate::diagnose::evidence::prediction::{Prediction, prediction};
 use crate::diagnose::fit::cause::Cause;
 use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::term::Term;
-use crate::diagnose::select::oddity::Oddity;
 
 /// A fit with one more term, near itself.
 struct Settled<'m> {
@@ -34,7 +33,8 @@ pub fn near_nominal(search: &Search, loads: &[&(Cause, Vec<usize>)]) -> Option<V
     let near = Search { problem: &problem, terms: own, fitted: &fitted, before, rules: search.rules };
     let judged = |(effect, joints): &&(Cause, Vec<usize>)| {
         let (term, _, shapes) = near.best(*effect, joints)?;
-        let mut candidate = near.judged(near.near_itself(&term)?, shapes)?;
+        let Settled { problem, terms, term, fitted, .. } = near.near_itself(&term)?;
+        let mut candidate = near.judged(&problem, &terms.iter().collect::<Vec<_>>(), &fitted, term, shapes)?;
         candidate.terms.iter_mut().for_each(|term| *term = term.along(&search.problem.motion, term.near.clone()));
         Some(candidate)
     };
@@ -96,20 +96,6 @@ impl<'m> Search<'_, 'm> {
             problem.fit_near_itself(&mut own, |problem, terms, last| near(problem, terms, last.unwrap_or(similar)))?;
         let fitted = near(problem, &terms.iter().collect::<Vec<_>>(), &last)?;
         Some((terms, fitted))
-    }
-
-    /// A load with the evidence of its own fit, of several `shapes` that were tried.
-    fn judged(&self, settled: Settled<'m>, shapes: usize) -> Option<Candidate> {
-        let Settled { problem, terms, term, fitted, .. } = settled;
-        let others: Vec<&Term> = terms.iter().collect();
-        let all: Vec<&Term> = terms.iter().chain([&term]).collect();
-        let pair = [self.before(&term.joints), &prediction(&problem, &all, &fitted)?];
-        let mut evidence = weighed(&problem, &others, &fitted, pair, self.inaccuracy(term.effect))?;
-        let mut choice = vec![0.0; evidence.len()];
-        choice[term.joints[0]] = (shapes as f64).ln();
-        evidence[term.joints[0]].nats -= choice[term.joints[0]];
-        let oddity = Oddity::of(&problem, &term, fitted.last_of(&term)?);
-        Some(Candidate { terms: vec![term], evidence, choice, oddity })
     }
 }
 
