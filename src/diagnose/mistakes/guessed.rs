@@ -12,8 +12,8 @@
 //! 0.9 of what they are. `u` is not taken to be smaller than what a model of usual accuracy leaves. Spring `k` and offset `c` are left out of a joint whose
 //! constant they would leave undetermined, as over a short way they are the weight.
 //!
-//! A constant is replaced where the residual is a small part of `y` and its error by a load or a tilt is smaller than that of the guess; otherwise by the
-//! nearest one that the [size](super::size) of its torque allows, and by what the checks for [mistakes](super) say of its scale. All stages work with the
+//! A constant is replaced where the residual is a small part of `y` and its error by a load or a tilt is smaller than that of the guess; otherwise its guess is
+//! taken to be off as those of the nearest joints are, as far as the [size](super::size) of its torque allows, and by what the checks for [mistakes](super) say of its scale. All stages work with the
 //! model that this gives and with the accuracy that the constants have then: the deviations of their fits are small, and a load or a tilt has one size on
 //! all joints only if the constants of these joints are nearly right.
 //! References: W. A. Fuller (1987), Measurement Error Models, ch. 1.1 (attenuation); G. H. Golub, V. Pereyra (1973), SIAM J. Numer. Anal. 10, 413-432
@@ -75,8 +75,8 @@ pub fn with_constants<'m>(model: &'m Model, sessions: &[&TimeSeries], division: 
     Cow::Owned(scaled)
 }
 
-/// Constants from the balance of all joints; where it determines none, as near to the guess as the size of the rigid body's torque allows. Returns the names of
-/// joints whose constant the balance tells no better than the guess, each with the factor that it would ask for.
+/// Constants from the balance of all joints; where it determines none, from those of the nearest joints, as near to them as the size of the rigid body's torque
+/// allows. Returns the names of joints whose constant the balance tells no better than the guess, each with the factor that it would ask for.
 fn scale_by_balance(model: &mut Model, parts: &[&TimeSeries]) -> Vec<(String, f64)> {
     let rows = rows::rows(model, parts);
     let moves = |session: usize, joint: usize, row: usize| rows[session].joints[joint].moves[row];
