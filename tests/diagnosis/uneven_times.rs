@@ -133,7 +133,7 @@ fn recover_friction_and_gap_at_uneven_times() {
         }),
     ];
     println!("worst [%]: curve, F_C, F_V, F_S, v_S, gap: {figures:.3?}");
-    // What `accuracy` and `identify_backlash` ask of even recordings.
+    // What `accuracy` and `identify` ask of even recordings.
     for (figure, most) in figures.iter().zip([0.10, 1.0, 2.0, 0.6, 2.5, 6.0]) {
         assert!(*figure <= most, "{figures:?}");
     }

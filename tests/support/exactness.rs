@@ -1,7 +1,6 @@
 //! Figures of `docs/exactness.md`, each beside the measurement that gives it.
 //!
 //! With `LOSTMOTION_REFRESH=1` the figures of the page are replaced by those that are measured now (`docs/refresh` does that).
-#![allow(dead_code, reason = "every test file is its own crate and uses its own part")]
 
 use std::fs;
 use std::ops::Range;

@@ -8,7 +8,7 @@ use crate::diagnose::fit::problem::{Fitted, Part, Problem};
 use crate::diagnose::fit::term::Term;
 use crate::diagnose::select::oddity::Oddity;
 
-/// Fits from which the friction law is taken that suits a term: the first beside a term that does not fall, the second beside its own form.
+/// Fits from which the friction law is taken that suits a term: the first beside a term that does not fall towards rest, the second beside its own form.
 const LAWS: usize = 2;
 
 impl<'m> Search<'_, 'm> {
@@ -50,9 +50,9 @@ impl<'m> Search<'_, 'm> {
         Some(Candidate { terms: vec![term], evidence, choice, oddity })
     }
 
-    /// Terms of a candidate along the friction law of their own fit, and the problem with this law; `None` where none of them follows friction. The law of a fit
-    /// without them falls more slowly towards rest, or more, where that imitates what they are: an asymmetry whose form was not its own lost
-    /// four fifths of its evidence. Beside a constant torque the law is nearly its own, as friction has two signs.
+    /// Terms of a candidate along the friction law of their own fit, and the problem with this law; `None` for an effect of the machine. The law of a fit without
+    /// them stands for what it lacks: an asymmetry that followed such a law lost four fifths of its evidence. So the first law is one beside a term that follows
+    /// none: a constant torque takes little of a law that changes its sign with the motion.
     pub(super) fn with_friction_of(&self, terms: &[Term]) -> Option<(Problem<'m>, Vec<Term>)> {
         if terms.iter().any(Term::is_machine) {
             return None;
@@ -73,7 +73,7 @@ impl<'m> Search<'_, 'm> {
         let mut own = along(&problem);
         let mut fitted = fit(&problem, &own)?;
         for _ in 0..LAWS {
-            // What the terms explain makes errors of neighbouring rows depend on each other, and then few rows seem to tell a velocity.
+            // Errors that the terms explain are those of many neighbouring rows alike: with them, too few seem independent to tell a velocity.
             problem.count_independent(&fitted);
             for joint in &follow {
                 problem.baseline[*joint] = problem.suited(&self.and(&own), *joint)?;

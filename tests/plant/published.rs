@@ -5,21 +5,15 @@
 //! repository `modelica/MAP-LIB_ReferenceResults`, version 4.0.0, Dymola 2020x with DASSL at a tolerance of 1e-6. What can be
 //! asked of a comparison is their accuracy: a hundredth of a per cent of the motion, named beside each number.
 
-#[path = "support/engines.rs"]
-mod engines;
-#[path = "support/exactness.rs"]
-mod exactness;
-#[path = "support/machines.rs"]
-mod machines;
-
 use std::f64::consts::PI;
 
-use engines::*;
+use crate::engines::*;
+use crate::exactness;
+use crate::machines::*;
 use lostmotion::effects::JointState;
 use lostmotion::plant::Plant;
 use lostmotion::robot::JointModel;
 use lostmotion::units::JointKind;
-use machines::*;
 use nalgebra::Vector3;
 
 /// [s] Within which a sine is held: its samples in the middle are wrong by (ω h)²/24 of it at most, 1e-9 at 5 Hz.

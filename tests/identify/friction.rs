@@ -1,8 +1,6 @@
 //! Friction: planted values recovered from an independent machine in fine steps, with what makes them hard: noise, a lost sign, gravity.
 
-mod generator;
-
-use generator::Machine;
+use crate::generator::Machine;
 use lostmotion::drive::Sensing;
 use lostmotion::gearhead::{Exponential, Friction, FrictionLaw};
 use lostmotion::identify::{Identification, LawKind, Options, identify};

@@ -1,14 +1,11 @@
 //! The simulated machine where it is driven beyond reason: it says so, or goes on at a bounded cost.
 
-#[path = "support/machines.rs"]
-mod machines;
-
+use crate::machines::*;
 use lostmotion::effects::JointState;
 use lostmotion::error::Error;
 use lostmotion::gearhead::{Friction, FrictionLaw, Lines};
 use lostmotion::plant::{Engine, FASTEST_MOTION, Options, Plant};
 use lostmotion::robot::JointModel;
-use machines::*;
 
 fn diverged(result: Result<(), Error>) -> (f64, String, &'static str, f64) {
     match result {

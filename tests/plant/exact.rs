@@ -1,19 +1,12 @@
 //! The simulated machine against an independent reference: Dormand-Prince at 1e-12, of equations written down a second time.
 //! `docs/exactness.md` quotes the figures; each test holds it to them.
 
-#[path = "support/closed_loop.rs"]
-mod closed_loop;
-#[path = "support/exactness.rs"]
-mod exactness;
-#[path = "support/machines.rs"]
-mod machines;
-#[path = "support/reference.rs"]
-mod reference;
-
-use closed_loop::{Loop, Motion, Trace, fast, slow, truth};
+use crate::closed_loop::{Loop, Motion, Trace, fast, slow, truth};
+use crate::exactness;
+use crate::machines::*;
+use crate::reference;
 use lostmotion::effects::JointState;
 use lostmotion::plant::{Energy, Engine, Evaluations, Options, Plant};
-use machines::*;
 
 /// [rad] Error of a step of the reference.
 const TOLERANCE: f64 = 1e-12;

@@ -1,16 +1,13 @@
 //! The engine has the last word on the links, whoever carries its answers on in between.
 
-#[path = "support/machines.rs"]
-mod machines;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::machines::*;
 use lostmotion::dynamics::Dynamics;
 use lostmotion::plant::links::Links;
 use lostmotion::plant::{RigidBody, World};
 use lostmotion::robot::Robot;
-use machines::*;
 use nalgebra::DMatrix;
 
 /// An engine that counts how often it is asked.

@@ -1,14 +1,9 @@
 //! The simulated machine against closed forms of its links, its other engine, and its own books.
 
-#[path = "support/engines.rs"]
-mod engines;
-#[path = "support/machines.rs"]
-mod machines;
-
-use engines::both_engines;
+use crate::engines::both_engines;
+use crate::machines::*;
 use lostmotion::dynamics::Dynamics;
 use lostmotion::plant::{Options, Plant, RigidBody, World};
-use machines::*;
 use nalgebra::DMatrix;
 
 fn ideal() -> Options {

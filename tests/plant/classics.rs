@@ -3,20 +3,14 @@
 //! Each test states its formula. Where links are involved both engines have to agree with it. A tolerance on an angle is
 //! [`EXACT`] unless a closed form allows less.
 
-#[path = "support/engines.rs"]
-mod engines;
-#[path = "support/exactness.rs"]
-mod exactness;
-#[path = "support/machines.rs"]
-mod machines;
-
 use std::f64::consts::PI;
 
-use engines::*;
+use crate::engines::*;
+use crate::exactness;
+use crate::machines::*;
 use lostmotion::effects::JointState;
 use lostmotion::gearhead::{Direction, Friction, FrictionLaw, Lines};
 use lostmotion::robot::{EffectEntry, JointModel, Model};
-use machines::*;
 use nalgebra::Vector3;
 
 /// [rad or m] 1e-4 degrees: what is promised of a motion through impacts, reversals and stick.

@@ -1,19 +1,13 @@
 //! The machines that come with the project: both engines alike, their books closed, coarse and fine steps alike.
 
-#[path = "support/engines.rs"]
-mod engines;
-#[path = "support/exactness.rs"]
-mod exactness;
-#[path = "support/machines.rs"]
-mod machines;
-
 use std::path::Path;
 
-use engines::both_engines;
+use crate::engines::both_engines;
+use crate::exactness;
+use crate::machines::*;
 use lostmotion::dynamics::{Dynamics, MotionCheck};
 use lostmotion::plant::{Engine, Evaluations, Options, Plant, RigidBody};
 use lostmotion::robot::{JointModel, Model};
-use machines::*;
 use nalgebra::DMatrix;
 
 fn load(name: &str) -> Model {
