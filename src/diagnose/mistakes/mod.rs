@@ -19,8 +19,8 @@
 //! | `overload` | torque with the limits of the drive | below | ten times that or more |
 //! | `remaining` | the finished diagnosis with what is possible | error below half of the torque, torque constants within a factor of two | above |
 //!
-//! Before all of them, `guessed` replaces torque constants that the model file calls guesses, also by what they say of a scale. `rows` makes the rows of the balance, `change` has the changes
-//! that the search tries, `velocity` and `meaning` interpret the ratio of position and velocity, and `words` and `corrections` write name, evidence and
+//! Before all of them, `guessed` replaces torque constants that the model file calls guesses, by the `factors` that the balance of all joints gives and by what
+//! they say of a scale. `rows` makes the rows of the balance, `change` has the changes that the search tries, `velocity` and `meaning` interpret the ratio of position and velocity, and `words` and `corrections` write name, evidence and
 //! remedy of a mistake.
 
 mod balance;
@@ -28,6 +28,7 @@ mod change;
 mod corrections;
 mod dead;
 mod encoder;
+mod factors;
 pub(super) mod guessed;
 mod kinematics;
 mod lag;

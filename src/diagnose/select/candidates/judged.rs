@@ -156,7 +156,6 @@ mod tests {
             problem.count_independent(&fitted);
             let found = candidates(&mut problem, &[], &Rules::default());
             let nats: Vec<_> = found.iter().map(|one| (one.effect().name(), one.total(), one.log_scale())).collect();
-            println!("{stribeck_velocity} {nats:?} {:?}", problem.motion.joints[0].friction);
             assert_eq!(found[0].effect().name(), "coulomb_asymmetry", "{stribeck_velocity}: {nats:?}");
         }
     }
