@@ -6,12 +6,14 @@
 //!   q_link = q − (b/2) sgn(T + s F_C sgn v) − T/k,      τ_i changes by  −(∂g_i/∂q_j) ((b/2) sgn(…) + T/k)
 //! ```
 //! with the load `T` of the links, the share `s` of Coulomb friction behind the gear and the gravity torque `g`. Where the model file gives no gap,
-//! half a gap of 5 mrad at a slope of gravity of 20 N·m/rad is worth as much as a cable, and looks like one. The columns
-//! here are those of one standard deviation of the gap and of the wind-up; a gear without a stiffness counts as rigid beyond its gap. Inertial torques change by less than their own accuracy, and are left out.
+//! half a gap of 5 mrad at a slope of gravity of 20 N·m/rad is worth as much as a cable, and looks like one; so is a wind-up of 5 mrad where it gives no
+//! stiffness. The columns here are those of one standard deviation of the gap and of the wind-up; a gear without a stiffness may be as soft as the usual
+//! resonance has it. Inertial torques change by less than their own accuracy, and are left out.
 
 use nalgebra::DVectorView;
 
 use crate::effects::Motion;
+use crate::identify::statistics::median;
 use crate::units::JointKind;
 
 /// [rad, m] One standard deviation of an unknown gap: a third of the widest that gears of robots have.
@@ -60,10 +62,11 @@ fn half_gap(motion: &Motion, joint: usize, coulomb: f64) -> Vec<f64> {
     })
 }
 
-/// [rad or m] One standard deviation of the wind-up; none where the model file gives no stiffness.
+/// [rad or m] One standard deviation of the wind-up, by the standard error of the gear's compliance.
 fn wind_up(motion: &Motion, joint: usize) -> Vec<f64> {
     let (model, m) = (&motion.model.joints[joint], &motion.joints[joint]);
-    let softness = model.gear_stiffness.map_or(0.0, |stiffness| motion.model.accuracy.stiffness / stiffness);
+    let inertia = median(m.link_inertia.clone()).max(f64::MIN_POSITIVE);
+    let softness = model.compliance_error(motion.model.accuracy.stiffness, inertia);
     m.link_torque.iter().map(|torque| softness * torque).collect()
 }
 

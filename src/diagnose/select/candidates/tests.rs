@@ -134,7 +134,8 @@ pub fn deviating<'m>(model: &'m Model, session: &TimeSeries, inertia: &[f64], na
 /// the same links. What the spring frees there is evidence for it, and the prior counts once, on whichever joint.
 #[test]
 fn property_a_candidate_has_the_evidence_of_the_fit_with_it() {
-    let model = Model::from_texts(JOINTS, ARM, Path::new("model.toml")).expect("a good model");
+    let rigid = JOINTS.to_owned() + "gear_stiffness = 1e7\n";
+    let model = Model::from_texts(&rigid, ARM, Path::new("model.toml")).expect("a good model");
     let mut dynamics = Dynamics::new(&model.robot);
     let joints = [("pan", [[0.8, 1.7], [0.3, 4.1]]), ("lift", [[0.25, 1.3], [0.08, 5.3]])];
     let session = recorded(&joints, Channel::Torque, &[1.0; 2], 0.3, |[q, v, a]| {
@@ -155,6 +156,33 @@ fn property_a_candidate_has_the_evidence_of_the_fit_with_it() {
     assert!(evidence[0].nats > 10.0, "{evidence:?}");
     // The same fit: rounding.
     assert!((spring.total() / expected - 1.0).abs() < 1e-9, "{} instead of {expected}", spring.total());
+}
+
+/// A gear of the second joint that winds up by 4 mrad under the largest load. Its stiffness is not stated: the weight may be elsewhere, and no spring has
+/// evidence. With a gear that is stated as rigid the same torque is a spring.
+#[test]
+fn property_a_weight_on_a_gear_of_unknown_stiffness_is_no_spring() {
+    let joints = [("pan", [[0.8, 1.7], [0.3, 4.1]]), ("lift", [[0.25, 1.3], [0.08, 5.3]])];
+    let evidence = |stiffness: &str| {
+        let text = JOINTS.replace("[joints.pan]", "[accuracy]\ncentres = 0\ninertias = 0\n[joints.pan]");
+        let model = Model::from_texts(&(text + stiffness), ARM, Path::new("model.toml")).expect("a good model");
+        let mut dynamics = Dynamics::new(&model.robot);
+        let session = recorded(&joints, Channel::Torque, &[1.0; 2], 0.02, |[q, v, a]| {
+            let mut torque = vec![0.0; 2];
+            dynamics.inverse(q, &[0.0; 2], &[0.0; 2], &mut torque);
+            // 5.9 N·m is the weight of the level link.
+            let links = [q[0], q[1] - 0.004 * torque[1] / 5.9];
+            dynamics.inverse(&links, v, a, &mut torque);
+            torque.iter_mut().zip(v).zip(a).for_each(|((torque, v), a)| *torque += 0.05 * a + v.signum() + 0.5 * v);
+            torque
+        });
+        let mut problem = deviating(&model, &session, &[0.5, 0.3], &["cable_spring"]);
+        let found = candidates(&mut problem, &[], &Rules::default());
+        found.iter().filter(|one| one.joints() == [1]).map(Candidate::total).fold(0.0, f64::max)
+    };
+    // A name needs 12 nats.
+    let [unknown, rigid] = ["", "gear_stiffness = 1e7\n"].map(evidence);
+    assert!(unknown < 3.0 && rigid > 30.0, "{unknown} {rigid}");
 }
 
 /// Falls of the error are those at the deviations that each effect leaves, and may be equal where the errors are not.
