@@ -23,6 +23,8 @@ use crate::timeseries::{Channel, TimeSeries};
 const COMMON: f64 = 30.0;
 /// [N·m/A] Least torque constant of a robot's motor: a smaller one turns faster than 3000 rad/s on 6 V, its back EMF in V·s/rad being the same number.
 const LEAST_CONSTANT: f64 = 0.002;
+/// [1] Relative error of a constant with which it shows its unit: two of it are the factor by which a model may be off.
+const UNIT_SHOWS: f64 = 0.5 * std::f64::consts::LN_2;
 
 /// The model with constants that agree with inertia and weight in the training data, where its own are guesses and the recordings hold currents.
 pub fn with_constants<'m>(model: &'m Model, sessions: &[&TimeSeries], division: Division) -> Cow<'m, Model> {
@@ -84,14 +86,17 @@ fn factor_of_nearest(known: &[Option<Factor>], joint: usize) -> f64 {
     (nearest.iter().sum::<f64>() / nearest.len().max(1) as f64).exp()
 }
 
-/// What the other checks say of a scale is a constant too; each may have to be right before the next one shows. Where they take the torque of a joint for one
-/// that was recorded in place of its current, it is a `doubtful` constant that was nearer than the guess.
+/// What the other checks say of a scale is a constant too; each may have to be right before the next one shows. A `doubtful` constant was nearer than the
+/// guess where they say so of its joint, or take its torque for one that was recorded in place of its current.
 fn scale_by_mistakes(model: &mut Model, parts: &[&TimeSeries], mut doubtful: Vec<(String, f64)>) {
     for _ in 0..model.joints.len() {
         let found = suspected(model, parts);
         let of_guess = found.iter().filter(|mistake| is_of_guess(model, parts, mistake));
         if let Some((mistake, factor)) = of_guess.filter_map(|one| Some((one, scale_of_guess(one)?))).next() {
-            mistake.joints.iter().for_each(|name| scale(model, name, factor));
+            for name in &mistake.joints {
+                let own = doubtful.iter().position(|(joint, _)| joint == name).map(|at| doubtful.swap_remove(at).1);
+                scale(model, name, own.unwrap_or(factor));
+            }
             continue;
         }
         let as_current = found.iter().filter(|mistake| mistake.mistake == "torque_recorded_as_current");
@@ -117,14 +122,18 @@ fn restore_far_ones(given: &Model, scaled: &mut Model) {
     }
 }
 
-/// Whether the constants that were found are of currents in a smaller unit, or of torques in their place, of which one unit is one newton metre. Otherwise
-/// guesses that are all far off follow from effort limits that nobody set.
+/// Whether the constants that are surely found are of currents in a smaller unit, or of torques in their place, of which one unit is one newton metre.
+/// Otherwise guesses that are all far off follow from effort limits that nobody set.
 fn shows_another_unit(scaled: &Model) -> bool {
     let of_joint = |joint: &JointModel| Some([joint.motor?.torque_constant, joint.torque_per_ampere()]);
-    let found = scaled.joints.iter().filter(|joint| joint.constant_accuracy.is_some());
-    let found: Vec<[f64; 2]> = found.filter_map(of_joint).collect();
-    let are_one = |side: usize| found.iter().all(|constants| is_within(SIZE_FACTOR, constants[side]));
-    are_one(0) || are_one(1) || median(found.iter().map(|[of_motor, _]| *of_motor).collect()) < LEAST_CONSTANT
+    let found: Vec<&JointModel> = scaled.joints.iter().filter(|joint| joint.constant_accuracy.is_some()).collect();
+    let is_sure = |joint: &&&JointModel| joint.constant_accuracy.is_some_and(|error| error < UNIT_SHOWS);
+    let sure: Vec<[f64; 2]> = found.iter().filter(is_sure).filter_map(|joint| of_joint(joint)).collect();
+    if sure.is_empty() {
+        return found.is_empty();
+    }
+    let are_one = |side: usize| sure.iter().all(|constants| is_within(SIZE_FACTOR, constants[side]));
+    are_one(0) || are_one(1) || median(sure.iter().map(|[of_motor, _]| *of_motor).collect()) < LEAST_CONSTANT
 }
 
 /// Multiplies the torque constant of a joint.
@@ -142,8 +151,8 @@ fn has_current(sessions: &[&TimeSeries], name: &str) -> bool {
         && !sessions.iter().any(|session| has(session, Channel::Torque))
 }
 
-/// Whether a mistake is no more than a guessed torque constant: its scale, or a torque in place of its current that these data do not distinguish from
-/// another scale, as its constant would only be another one.
+/// Whether a mistake is no more than a guessed torque constant: its scale, or a gear ratio or a torque in place of its current that these data do not
+/// distinguish from another scale, as its constant would only be another one.
 pub fn is_of_guess(model: &Model, sessions: &[&TimeSeries], mistake: &Mistake) -> bool {
     let as_current = mistake.mistake == "torque_recorded_as_current" && mistake.alternatives.contains(&"torque_scale");
     let is_scale = as_current || scale_of_guess(mistake).is_some();
@@ -151,9 +160,12 @@ pub fn is_of_guess(model: &Model, sessions: &[&TimeSeries], mistake: &Mistake) -
     is_scale && model.accuracy.guesses_torque_constants() && mistake.joints.iter().all(of_joint)
 }
 
-/// The factor on a constant that a mistake asks for, if it is a scale that a guess may be off by.
+/// The factor on a constant that a mistake asks for, if it is a scale that a guess may be off by. What shows a gear ratio by the size of a torque alone, as
+/// of another joint, is such a scale.
 fn scale_of_guess(mistake: &Mistake) -> Option<f64> {
-    mistake.factor.filter(|factor| mistake.mistake == "torque_scale" && is_within(COMMON, *factor))
+    let as_ratio = mistake.mistake == "gear_ratio" && mistake.alternatives.contains(&"torque_scale");
+    let is_scale = as_ratio || mistake.mistake == "torque_scale";
+    mistake.factor.filter(|factor| is_scale && is_within(COMMON, *factor))
 }
 
 /// What became of the constants of a model, a clause for the report; empty where nothing did.
@@ -207,6 +219,8 @@ mod tests {
             |alternatives: Vec<&'static str>| Mistake { alternatives, ..mistake("torque_recorded_as_current", 50.0) };
         assert!(is_of_guess(&guesses, &[&current], &as_current(vec!["torque_scale"])));
         assert!(is_of_guess(&guesses, &[&current], &mistake("torque_scale", 8.0)));
+        let ratio = |alternatives: Vec<&'static str>| Mistake { alternatives, ..mistake("gear_ratio", 2.5) };
+        assert!(is_of_guess(&guesses, &[&current], &ratio(vec!["torque_scale"])));
         // The first of so many joints is off.
         let scaled = |joints: usize, factor: f64| {
             let mut given = guesses.clone();
@@ -226,6 +240,8 @@ mod tests {
             (&guesses, &current, mistake("torque_scale", 100.0)),
             (&guesses, &current, mistake("milliampere_for_ampere", 8.0)),
             (&guesses, &current, as_current(Vec::new())),
+            (&guesses, &current, ratio(Vec::new())),
+            (&model(0.05), &current, ratio(vec!["torque_scale"])),
             (&model(0.05), &current, as_current(vec!["torque_scale"])),
         ] {
             assert!(!is_of_guess(model, &[session], &told), "{}", told.mistake);
