@@ -24,8 +24,6 @@ pub const HALF_WIDTHS: [f64; 2] = [0.006, 0.2];
 const RATE_NOISE: f64 = 0.02;
 /// Number of places in a session at which rates are compared with their noise.
 const RATE_PLACES: usize = 500;
-/// [1] Width of the kernel that tells slow motion of one below a resonance, relative to that which filters it out.
-const WIDER: f64 = 1.5;
 /// Neighbouring half widths differ by this factor.
 const WIDTH_STEP: f64 = 1.3;
 
@@ -179,11 +177,10 @@ impl<'s> Widths<'s> {
             return None;
         }
         let dt = self.sampling.median;
-        let widest = (WIDER * wide).min(edge);
-        let [narrow, wide, widest] = [self.narrowest, wide, widest].map(|width| Kernel::new(reach(width, dt), dt));
+        let [narrow, wide] = [self.narrowest, wide].map(|width| Kernel::new(reach(width, dt), dt));
         let torque = root_mean_square(&self.signals.torque[joint]);
         let position = self.signals.position[joint];
-        resonance::is_too_fast(position, self.sampling, [&narrow, &wide, &widest], edge, (link_inertia, torque))
+        resonance::is_too_fast(position, self.sampling, [&narrow, &wide], edge, (link_inertia, torque))
             .then_some(wide.half_width)
     }
 
