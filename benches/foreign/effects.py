@@ -101,8 +101,9 @@ def current_offset(machine, draw, strength):
 def transmission_error(machine, draw, strength):
     k = one(machine, draw)
     joint, teeth = machine.joints[k], float(draw.integers(30, 90))
-    # At 1 rad/s the inertia of the links resists with this share of dry friction.
-    joint |= {"mesh": share(draw, strength) * joint["coulomb"] / (machine.inertia[k] * teeth**2), "mesh_teeth": teeth, "mesh_phase": phase(draw)}
+    # At 1 rad/s the inertia of the links resists with this share of dry friction; their speed ripples by a fifth at most.
+    wanted = share(draw, strength) * joint["coulomb"] / (machine.inertia[k] * teeth**2)
+    joint |= {"mesh": min(wanted, 0.2 / teeth), "mesh_teeth": teeth, "mesh_phase": phase(draw)}
     return [k], "amplitude", joint["mesh"]
 
 

@@ -251,14 +251,14 @@ mod tests {
     /// Guesses that are a hundred times too large: what was found is used where it is that of motors, and not where it is that of another unit.
     #[test]
     fn property_guesses_that_are_all_far_off_are_replaced_unless_the_unit_is_another() {
-        let is_used = |constants: [f64; 3]| {
+        let is_used = |constants: [f64; 3], error: f64| {
             let mut used = Model::from_texts(MODEL, ROBOT, Path::new("model.toml")).expect("a model");
             used.joints = vec![used.joints[0].clone(); constants.len()];
             let mut given = used.clone();
             for (place, constant) in constants.into_iter().enumerate() {
                 let [found, guess] = [&mut used, &mut given].map(|model| &mut model.joints[place]);
                 found.motor.as_mut().expect("a motor").torque_constant = constant;
-                found.constant_accuracy = Some(0.1);
+                found.constant_accuracy = Some(error);
                 guess.motor.as_mut().expect("a motor").torque_constant = 100.0 * constant;
             }
             let found = used.clone();
@@ -266,8 +266,12 @@ mod tests {
             used.joints == found.joints
         };
         // Joints have a ratio of 45: `1/45` is a joint's torque, one a motor's. Thousandths are currents in mA.
-        assert!(is_used([0.04, 0.01, 0.07]));
-        assert!(!is_used([0.02, 0.03, 0.025]) && !is_used([0.7, 1.1, 1.3]) && !is_used([4e-5, 1e-5, 3e-3]));
+        assert!(is_used([0.04, 0.01, 0.07], 0.1));
+        for of_unit in [[0.02, 0.03, 0.025], [0.7, 1.1, 1.3], [4e-5, 1e-5, 3e-3]] {
+            assert!(!is_used(of_unit, 0.1), "{of_unit:?}");
+            // Known to a factor of two they may be those of motors.
+            assert!(is_used(of_unit, 0.5), "{of_unit:?}");
+        }
     }
 
     /// The nearest joints along the arm that are known, whichever side they are on.
