@@ -118,6 +118,7 @@ def judge(folder, program, guess):
     """Diagnoses a set; one line: right or not, the hidden effect, what was named, what stays unexplained."""
     truth, out = json.loads((folder / "truth.json").read_text()), folder / ("guess" if guess else "sheet")
     model = guessed(folder, program, truth) if guess else folder / "model.toml"
+    (out / "report.json").unlink(missing_ok=True)  # that of another program
     command = [program, "diagnose", "--model", model, "--hold-out", folder / "held_out.csv", "--out", out, "--quiet", "--data"]
     done = subprocess.run(command + [folder / f"{name}.csv" for name in ("slow", "fast_1", "fast_2")], capture_output=True, text=True)
     if not (out / "report.json").exists():

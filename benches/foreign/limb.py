@@ -130,7 +130,7 @@ class Links:
 
 
 def limbs(folder):
-    """The longest limb towards each end of each URDF below `folder`, sorted; what MuJoCo does not compile is left out."""
+    """The longest limb towards each end of each URDF below `folder`, sorted; files that are no URDF are left out."""
     found = []
     for file in sorted(pathlib.Path(folder).rglob("*.urdf")):
         try:

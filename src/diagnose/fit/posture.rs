@@ -62,11 +62,11 @@ fn half_gap(motion: &Motion, joint: usize, coulomb: f64) -> Vec<f64> {
     })
 }
 
-/// [rad or m] One standard deviation of the wind-up, by the standard error of the gear's compliance.
+/// [rad or m] One standard deviation of the wind-up, by the standard error of the gear's compliance; none behind a gear that carries nothing.
 fn wind_up(motion: &Motion, joint: usize) -> Vec<f64> {
     let (model, m) = (&motion.model.joints[joint], &motion.joints[joint]);
-    let inertia = median(m.link_inertia.clone()).max(f64::MIN_POSITIVE);
-    let softness = model.compliance_error(motion.model.accuracy.stiffness, inertia);
+    let inertia = median(m.link_inertia.clone());
+    let softness = if inertia > 0.0 { model.compliance_error(motion.model.accuracy.stiffness, inertia) } else { 0.0 };
     m.link_torque.iter().map(|torque| softness * torque).collect()
 }
 

@@ -125,10 +125,12 @@ fn restore_far_ones(given: &Model, scaled: &mut Model) {
 /// Whether the constants that are surely found are of currents in a smaller unit, or of torques in their place, of which one unit is one newton metre.
 /// Otherwise guesses that are all far off follow from effort limits that nobody set.
 fn shows_another_unit(scaled: &Model) -> bool {
-    let of_joint = |joint: &JointModel| Some([joint.motor?.torque_constant, joint.torque_per_ampere()]);
-    let found: Vec<&JointModel> = scaled.joints.iter().filter(|joint| joint.constant_accuracy.is_some()).collect();
-    let is_sure = |joint: &&&JointModel| joint.constant_accuracy.is_some_and(|error| error < UNIT_SHOWS);
-    let sure: Vec<[f64; 2]> = found.iter().filter(is_sure).filter_map(|joint| of_joint(joint)).collect();
+    let of_joint = |joint: &JointModel| {
+        Some((joint.constant_accuracy?, [joint.motor?.torque_constant, joint.torque_per_ampere()]))
+    };
+    let found: Vec<(f64, [f64; 2])> = scaled.joints.iter().filter_map(of_joint).collect();
+    let sure: Vec<[f64; 2]> =
+        found.iter().filter(|(error, _)| *error < UNIT_SHOWS).map(|(_, constants)| *constants).collect();
     if sure.is_empty() {
         return found.is_empty();
     }
